@@ -18,7 +18,7 @@ from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import read_settings
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.metrics import derive
+from crane_sim.simulation.derived import derive
 from crane_sim.trajectories.inputs import Table
 from crane_sim.trajectories.shaping import Shaping, impulses
 

@@ -15,7 +15,7 @@ import numpy as np
 from crane_control.anti_swing import gravity, swing_geometry
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.metrics import derive_instant
+from crane_sim.simulation.derived import derive_instant
 from crane_sim.trajectories.shaping import impulses
 
 DAMPING = 0.1

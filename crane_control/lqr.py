@@ -19,24 +19,21 @@ from functools import lru_cache
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field
 
 from crane_control.blas_threads import in_one_thread
 from crane_control.reduced_state import nominal_coordinate
-from crane_control.regulator import Array, solve_regulators, solve_regulators_or_errors
+from crane_control.regulator import Array, solve_regulators_or_errors
 from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.files.types import NonNegative, Positive
 from crane_sim.laws import ForeignSetting, read_settings
-from crane_sim.numerics.column import Column, NotVectorisable
 from crane_sim.numerics.jit import routine
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.linearisation import (
     by_kind,
     equilibria,
     imposed_rows,
-    linearise_columns,
     state_matrices_of,
     tangent_basis,
     without_dry_friction,
@@ -156,43 +153,6 @@ def build_many(settings: Sequence[Mapping[str, Any]], nominals: Sequence[Scene])
     return laws
 
 
-def build_columns(settings: Mapping[str, Any], nominal: Scene, covered: npt.NDArray[np.bool_]) -> LqrLaw:
-    """Return the laws of many scenes as one, with a `Column` for each number; unmark those that have none.
-
-    Args:
-        settings: of all scenes.
-        nominal: the scenes, with a `Column` for each number that varies.
-        covered: marks (n,) of the scenes that columns cover.
-
-    Raises:
-        SceneError: as of `build`.
-        NotVectorisable: the laws are to be built one by one.
-    """
-    options = _options_of(settings, nominal)
-    if isinstance(options, SceneError):
-        raise options
-    q, a, b = linearise_columns(nominal, covered)
-    (n, _, nu), nq = b.shape, q.shape[1]
-    free = np.any(np.concatenate([a, b], axis=2)[:, nq:] != 0.0, axis=2)
-    covered &= np.all(free == free[np.argmax(covered)], axis=1)
-    moving = np.flatnonzero(np.tile(free[np.argmax(covered)], 2))
-    driven = [nominal.joint_names.index(name) for name in nominal.actuated]
-    weights, r = _weights(options, nominal, b[:, nq:][:, driven, range(nu)])
-    reduced = np.repeat(np.diag(weights[moving])[None], n, axis=0)
-    periods = [nominal.period if nominal.sampled else None] * n
-    plants = a[:, moving][:, :, moving], b[:, moving], reduced, np.broadcast_to(r, (n, nu))
-    try:
-        with in_one_thread():
-            found = solve_regulators(*plants, periods)
-    except np.linalg.LinAlgError as error:  # one scene's numbers are not finite
-        raise NotVectorisable(str(error)) from None
-    covered &= found.valid
-    gains = np.zeros((n, nu, 2 * nq))
-    gains[:, :, moving] = found.gains
-    rows = tuple(GainRow(0.0, Column(gains[:, k], covered)) for k in range(nu))
-    return LqrLaw(rows, Column(q, covered), nominal.trajectory, Column(found.poles, covered))
-
-
 def _options_of(settings: Mapping[str, Any], scene: Scene) -> Settings | SceneError:
     """Return the weights as they are given, or what is wrong with them or with the path."""
     try:
@@ -235,7 +195,7 @@ def _plants_of(scenes: Sequence[Scene], options: Sequence[Any], rests: Mapping[i
             continue
         own = [scenes[i] for i in indices]
         a, b = state_matrices_of(own, *zip(*(rests[i] for i in indices), strict=True))
-        masks = np.array([~imposed_rows(*each) for each in zip(a, b, strict=True)])
+        masks = ~imposed_rows(a, b)
         sampled = np.array([scene.sampled for scene in own])
         _, parts = np.unique(np.column_stack([sampled, masks]), axis=0, return_inverse=True)
         for part in range(parts.max() + 1):

@@ -23,7 +23,6 @@ from crane_sim.files.errors import PATH, SceneError, foreign_path, join_lines, n
 from crane_sim.files.extensions import find_extensions
 from crane_sim.files.functions import load_function
 from crane_sim.files.types import type_adapter
-from crane_sim.numerics.column import NotVectorisable
 
 T = TypeVar("T")
 GROUP = "crane_sim.laws"
@@ -114,21 +113,6 @@ def make_laws(name: str, settings: Sequence[Mapping[str, Any]], nominals: Sequen
         except SceneError as error:
             laws.append(error)
     return laws
-
-
-def make_law_of_columns(name: str, settings: Mapping[str, Any], nominal: Any, covered: Any) -> Law:
-    """Return the laws called `name` for many nominal scenes at once, as one that has a `Column` for each number.
-
-    Its module has `build_columns`, a function of (settings, scene with columns, marks (n,) of the scenes that
-    columns cover, some of which it may take away).
-
-    Raises:
-        NotVectorisable: the law is designed for one scene after the other.
-    """
-    module = next((import_module(entry.module) for entry in find_extensions(GROUP) if entry.name == name), None)
-    if module is None or not hasattr(module, "build_columns"):
-        raise NotVectorisable(f"law {name!r} takes no columns")
-    return module.build_columns(settings, nominal, covered)
 
 
 @contextmanager
@@ -240,7 +224,7 @@ def evaluate_law(law: Law, t: float, q: tuple[float, ...], v: tuple[float, ...],
     """
     try:
         answer = law(t, q, v)
-        if isinstance(answer, Iterator):  # its items are the law's own code
+        if type(answer) is not tuple and isinstance(answer, Iterator):  # its items are the law's own code
             answer = tuple(answer)
     except Exception as error:
         raise LawError(f"the law failed at t = {t:g} s: {type(error).__name__}: {join_lines(error)}") from error

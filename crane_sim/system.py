@@ -210,16 +210,6 @@ def tensions(p, t, x, u, rows, i, first):
 
 
 @generic
-def observe(p, t, q, v, u):
-    """Return ((kinetic, potential [J]), tension [N], tip (3,), payload (3,) [m]) at joints q, v under efforts u.
-
-    Optional, for cranes with one link whose state is made of their joints: straight-line arithmetic, which calls
-    nothing, of the bits of `kinetic`, `potential`, `tensions` and `points`, for many instants in lanes.
-    """
-    raise NotImplementedError
-
-
-@generic
 def fall_count(p):
     """Return the number n of falls of a rope that is reeved over sheaves, 0 by default."""
     return 0

@@ -13,8 +13,8 @@ from crane_sim.files.output import write_text
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.report.plotting import BLUE, RED, save_figure
 from crane_sim.scenes.scene import Scene, load_scene
+from crane_sim.simulation.derived import world_points
 from crane_sim.simulation.goals import express_in_base
-from crane_sim.simulation.metrics import world_points
 from crane_sim.simulation.rollout import simulate
 
 PORTS_AND_SITES = (

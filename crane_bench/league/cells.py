@@ -13,11 +13,11 @@ from crane_bench.league.trials import SEEDS, Entrant, Group, Trial
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import LawError
 from crane_sim.scenes.scene import load_scene
+from crane_sim.simulation.derived import tip_accelerations
 from crane_sim.simulation.goals import express_in_base, path_positions, target_position
-from crane_sim.simulation.metrics import DIFFERENCE_STEP, tip_accelerations
 from crane_sim.simulation.plant import SimulationError
 from crane_sim.simulation.rollout import Rollout, simulate
-from crane_sim.simulation.settling import Settling
+from crane_sim.simulation.settling import nearness, settling_times
 from crane_sim.study.workers import WorkerProcesses
 
 LEVEL = 90.0  # deg: a larger swing is not under control
@@ -93,12 +93,12 @@ def compute_metrics(run: Rollout, on_path: bool) -> CellMetrics:
     error = np.linalg.norm(express_in_base(model, run.t, run.payload)[:, : goal.shape[1]] - goal, axis=1)
     distance = float(np.linalg.norm(goal[-1] - goal[0])) if on_path else error[0]
     start = scene.trajectory.starts[-1] if on_path and scene.trajectory is not None else 0.0
-    settling = Settling(np.zeros(1), np.array([distance]))
-    settling.extend(run.t, error[:, None])
+    near = nearness(np.zeros(1), np.array([distance]))
+    outside = np.array([np.max(run.t[~(error <= near)], initial=-np.inf)])
     # with period 0 the last instant outside, not the one after it
-    (settling_time,) = settling.times(run.t[-1], error[-1:], period=0.0)
+    (settled,) = settling_times(np.zeros(1), near, outside, run.t[-1:], error[-1:], period=0.0)
     accelerations = np.empty(len(run.t))
-    tip_accelerations(model, run.t, *map(np.ascontiguousarray, (run.q, run.v, run.u)), DIFFERENCE_STEP, accelerations)
+    tip_accelerations(model, run.t, *map(np.ascontiguousarray, (run.q, run.v, run.u)), accelerations)
     return CellMetrics(
         mse=float(np.mean(error**2)),
         mae=float(np.mean(error)),
@@ -106,7 +106,7 @@ def compute_metrics(run: Rollout, on_path: bool) -> CellMetrics:
         residual_error=float(np.max(error[3 * len(error) // 4 :])),
         peak_swing=run.summary["peak_swing_deg"],
         residual_swing=run.summary["residual_swing_deg"],
-        settling=None if settling_time is None else float(max(settling_time - start, 0.0)),
+        settling=None if np.isnan(settled) else float(max(settled - start, 0.0)),
         tip_acceleration=float(np.max(accelerations)),
         effort=run.summary["peak_effort"],
         effort_units=dict(zip(scene.actuated, scene.effort_units, strict=True)),

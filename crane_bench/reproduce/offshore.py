@@ -11,7 +11,7 @@ import numpy as np
 
 from crane_bench.tables import Shown
 from crane_sim.scenes.scene import load_scene
-from crane_sim.simulation.metrics import in_base
+from crane_sim.simulation.derived import in_base
 from crane_sim.simulation.rollout import Rollout, simulate
 from crane_sim.trajectories.trajectory import sample_trajectory
 

@@ -27,7 +27,7 @@ from crane_sim.integrators.rodas import Rodas
 from crane_sim.models.loads import RigidLoad
 from crane_sim.numerics.jit import entry_point
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.metrics import world_points
+from crane_sim.simulation.derived import world_points
 from crane_sim.stepping.periods import begin, integrate_source_to
 from crane_sim.trajectories.breakpoints import unwrap, with_breakpoints
 

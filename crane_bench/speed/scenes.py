@@ -14,7 +14,7 @@ from crane_bench.speed.peers import engines
 from crane_bench.speed.problem import problem_of
 from crane_bench.speed.sweep import Trial, measure_points, sweep_method
 from crane_sim.files.errors import SceneError, unknown_key
-from crane_sim.simulation.metrics import world_points
+from crane_sim.simulation.derived import world_points
 
 ProgressCallback = Callable[[str], Any]
 QUICK, QUICK_METHODS = ("S1", "S2k", "S3a", "S5"), ("rk4", "rk8", "dop853")

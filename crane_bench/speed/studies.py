@@ -24,13 +24,11 @@ import numpy as np
 from crane_bench.speed.measurement import describe_spread, machine, ratio
 from crane_sim.scenes.many import load_scenes
 from crane_sim.scenes.scene import Scene
-from crane_sim.scenes.varied import SceneColumns, load_columns
 from crane_sim.simulation.batch import allocate_arrays
-from crane_sim.simulation.batch_metrics import run_columns
+from crane_sim.simulation.batch_metrics import run_all
 from crane_sim.simulation.columns import make_driven, stack_columns
 from crane_sim.stepping.batch import TimeGrid, simulate_range
 from crane_sim.study import cases, execution
-from crane_sim.study.cases import CaseList
 from crane_sim.study.runs import rows_of
 from crane_sim.study.schema import Study, load_study, scene_document
 
@@ -60,14 +58,6 @@ def _load_cranes(samples: int) -> list[Scene]:
     return [scene for scene in loaded if isinstance(scene, Scene)]
 
 
-def _load_columns(listed: CaseList, document: dict[str, Any]) -> SceneColumns:
-    """Return the scenes of all cases, made together."""
-    (found,) = listed.columns(0, len(listed))
-    scenes = load_columns(document, found.always, {"seed": found.seeds} | found.parameters)
-    assert scenes is not None
-    return scenes
-
-
 def _kernel_time(scenes: Sequence[Scene]) -> float:
     """Return the time of a processor [s] that the compiled loop alone takes for each crane."""
     cranes, arrays = stack_columns([make_driven(scene) for scene in scenes]), allocate_arrays(scenes, 0)
@@ -82,10 +72,10 @@ def _parts(samples: int) -> dict[str, float]:
     """Return what parts of a row take of a processor [s] for each crane."""
     study = study_of(samples)
     document, listed, found = scene_document(study), cases(study), dict[str, float]()
-    scenes = _load_columns(listed, document)
+    scenes = _load_cranes(samples)
     steps = {
-        "scenes and laws": lambda: _load_columns(listed, document),
-        "runs, metrics, hashes": lambda: run_columns(scenes),
+        "scenes and laws": lambda: _load_cranes(samples),
+        "runs, metrics, hashes": lambda: run_all(scenes),
         "rows in all": lambda: rows_of(listed, 0, samples, document),
     }
     for name, step in steps.items():

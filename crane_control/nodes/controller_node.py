@@ -9,13 +9,13 @@ from types import SimpleNamespace
 from typing import Any
 
 from rclpy.duration import Duration
-from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
 
 from crane_sim.laws import inner_loop_of, outer_loop_of
 from crane_sim.ros.common import messages, node_host
 from crane_sim.ros.common.command_codec import CommandCodec
+from crane_sim.ros.common.guarded_services import ServingNode
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.parameters import RUN_MODES, Option, RunMode
 from crane_sim.ros.controller.law_node import Diagnostics, LawNode, OutputTopic, make_law
@@ -42,7 +42,7 @@ _COMMANDS = OutputTopic(JointState, "joint_commands", messages.DEEP_STREAM_QOS)
 class ControllerNode(LawNode):
     """The law, or its inner loop, that answers every state with a command."""
 
-    def __init__(self, node: Node, settings: SimpleNamespace) -> None:
+    def __init__(self, node: ServingNode, settings: SimpleNamespace) -> None:
         """See `LawNode`."""
         super().__init__(node, settings, lambda settings: inner_loop_of(make_law(settings)), _COMMANDS)
         scene = self._scene
@@ -104,9 +104,10 @@ class ControllerNode(LawNode):
             self._references.publish(self._reference)
 
     def _evaluate(self, state: State) -> bool:
-        outer = outer_loop_of(self._law)
-        if self._setpoints and outer and not self._setpoints.apply_to(outer, state):
-            return False
+        if self._setpoints:
+            outer = outer_loop_of(self._law)
+            if outer and not self._setpoints.apply_to(outer, state):
+                return False
         self._law = self._goals.apply_to(self._law, state)
         effort = self._ask_law(state)
         self._goals.abort_replaced(self._law)

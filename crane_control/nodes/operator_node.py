@@ -27,7 +27,7 @@ from crane_sim.ros.controller.responder import ActivationBuffer, missing_peers, 
 from crane_sim.ros.controller.states import State, StateReader
 from crane_sim.ros.operator.devices import Device, GamepadDevice, JoyDevice, KeyboardDevice
 from crane_sim.scenes.scene import Scene, load_scene
-from crane_sim.simulation.metrics import derive_instant
+from crane_sim.simulation.derived import derive_instant
 
 PARAMETERS = {
     "scene": Option("bridge_speed_drive", "scene, whose drives all follow speeds: a name of the catalogue or a path"),

@@ -4,11 +4,11 @@ import sys
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
-from rclpy.node import Node
 from trajectory_msgs.msg import JointTrajectory
 
 from crane_sim.laws import Law, OuterLoop, outer_loop_of
 from crane_sim.ros.common import messages, node_host
+from crane_sim.ros.common.guarded_services import ServingNode
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.parameters import Option
 from crane_sim.ros.controller.law_node import LawNode, OutputTopic, make_law
@@ -33,7 +33,7 @@ class TwoRateLaw(NamedTuple):
 class TrackerNode(LawNode):
     """The whole law, evaluated only where its outer loop is due, and only for its setpoints."""
 
-    def __init__(self, node: Node, settings: SimpleNamespace) -> None:
+    def __init__(self, node: ServingNode, settings: SimpleNamespace) -> None:
         """See `LawNode`."""
         super().__init__(node, settings, lambda settings: make_two_rate_law(settings).law, _SETPOINTS)
         self._answered = 0  # ns, stamp of the newest setpoint

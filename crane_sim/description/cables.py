@@ -20,7 +20,7 @@ from crane_sim.description.robot import DOWN, FORWARD, LEFT, RIGHT, UP, add_join
 from crane_sim.description.solids import ORIGIN, STEEL, Body, Shape
 from crane_sim.description.workspace import validated_scene_file
 from crane_sim.scenes.schema.overhead_cable import fill_list
-from crane_sim.simulation.metrics import world_points
+from crane_sim.simulation.derived import world_points
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

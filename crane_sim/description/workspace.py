@@ -8,7 +8,7 @@ import numpy as np
 
 from crane_sim.numerics.jit import LIGHT, entry_point, optimisation
 from crane_sim.scenes.schema.overhead import OverheadFile
-from crane_sim.simulation.metrics import world_points
+from crane_sim.simulation.derived import world_points
 from crane_sim.trajectories.profiles import Motion, evaluate_motion
 
 if TYPE_CHECKING:

@@ -28,9 +28,8 @@ from crane_sim.gym.task import (
     with_seed,
 )
 from crane_sim.scenes.scene import SceneSource
+from crane_sim.simulation.derived import swing_angles, world_points
 from crane_sim.simulation.goals import express_in_base
-from crane_sim.simulation.metrics import world_points
-from crane_sim.simulation.peaks import swing_angles
 from crane_sim.simulation.plant import Plant, SimulationError
 
 SEEDS = 2**31

@@ -33,10 +33,9 @@ from crane_sim.gym.task import (
 from crane_sim.numerics.lanes import put_entry, take_entry
 from crane_sim.scenes.scene import Scene, SceneSource
 from crane_sim.simulation.columns import ONE_KIND, kind_of, stack_columns
+from crane_sim.simulation.derived import in_bases, swing_angles, world_points
 from crane_sim.simulation.goals import follows_path
 from crane_sim.simulation.initial_state import make_initial
-from crane_sim.simulation.metrics import in_bases, world_points
-from crane_sim.simulation.peaks import swing_angles
 from crane_sim.simulation.status import SimulationError, check_status
 from crane_sim.stepping.cranes import CraneArrays, Cranes, advance_cranes
 from crane_sim.stepping.rows import row_width

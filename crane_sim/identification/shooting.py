@@ -3,7 +3,8 @@
 Every segment begins with a state of its own, which is an unknown. Parameters are searched by the logarithm of their
 ratio to the first guess: each keeps its sign, and none comes to the 0 that most of them may not pass.
 
-Sensitivities are central differences of order 6 of the same simulation. Steps end at every instant and are far below
+Sensitivities of a smooth prediction are its derivatives (`derivatives`). Where equations switch, or drives have states,
+they are central differences of order 6 of the same simulation. Steps end at every instant and are far below
 their tolerance there, so a prediction is a smooth function of its unknowns down to rounding: with `STEP` the truncation
 is some 1e-15 and rounding 1e-12 of the scale. The search for the minimum has the outermost pair alone, a third of the
 simulations: it converges as quickly, and errors of 1e-4 move its end by less than its stopping criterion does.
@@ -19,7 +20,9 @@ import numpy.typing as npt
 
 from crane_sim.files.document import get_value
 from crane_sim.files.errors import SceneError
+from crane_sim.identification.derivatives import Start, fill_derivatives, is_smooth, slopes_of_models
 from crane_sim.identification.measurements import Measurements
+from crane_sim.numerics.derivatives import DIRECTIONS
 from crane_sim.scenes.hardware_settings import is_nonideal
 from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.scenes.schema.hardware import ActuatorGroup, merge_groups
@@ -131,16 +134,39 @@ class Shooting:
             integrate(Excitation(times, commands, *span, self._low, self._high), *state, out)
         return np.ascontiguousarray(out[samples][:, self._columns])
 
+    def _derivatives(self, point: Unknowns) -> tuple[Array, Array]:
+        """Return the result of `sensitivities` of a smooth prediction."""
+        (logarithms, _), scene, n = point, self.scene_of(point.logarithms), self.segments[0].basis.shape[1]
+        p, unknowns = len(logarithms), -(-(len(logarithms) + 2 * n) // DIRECTIONS) * DIRECTIONS
+        times, commands = excitation_of(scene, self.data)
+        samples = np.searchsorted(times, self.data.t - SAME_INSTANT)
+        excitations, starts = list[Excitation](), list[Start]()
+        for segment, state in zip(self.segments, self.states(point).values(), strict=True):
+            span = int(samples[segment.first]), int(samples[segment.end - 1])
+            excitations.append(Excitation(times, commands, *span, self._low, self._high))
+            of_q, of_v = np.zeros((2, len(segment.q), unknowns))
+            of_q[:, p : p + n] = of_v[:, p + n : p + 2 * n] = segment.basis
+            starts.append(Start(*state, of_q, of_v))
+        nearby = [_shift(logarithms, i, k * STEP) for i in range(p) for m in ORDER_6 for k in (m, -m)]
+        weights = np.array([sign * weight / STEP for weight in ORDER_6.values() for sign in (1.0, -1.0)])
+        of_model = slopes_of_models([self.scene_of(each).model for each in nearby], weights, unknowns)
+        out = np.empty((len(times), len(scene.joint_names), unknowns))
+        fill_derivatives(strict_method(scene), scene.model, of_model, excitations, starts, out)
+        slopes = out[samples][:, self._columns]
+        return slopes[..., :p], slopes[..., p : p + 2 * n]
+
     def sensitivities(self, point: Unknowns, weights: Mapping[int, float] = ORDER_6) -> tuple[Array, Array]:
         """Return the derivatives of `predict` by logarithms (K, m, p) and by each segment's deviations (K, m, 2 n).
 
         Args:
             point: where.
-            weights: of the differences, `ORDER_6` or `ORDER_2`.
+            weights: of the differences, `ORDER_6` or `ORDER_2`, where the prediction is not smooth.
 
         Raises:
             SceneError: parameters that near are not possible.
         """
+        if is_smooth(self.scene):
+            return self._derivatives(point)
         logarithms, deviations = point
         by_parameter = [
             _central_difference(lambda h, i=i: self.predict(Unknowns(_shift(logarithms, i, h), deviations)), weights)

@@ -65,10 +65,7 @@ NO_GUARD = -1
 
 
 class Integration(NamedTuple):
-    """An integration under way: the solution is x at t, a step after x0 at t0.
-
-    The counters are fields of their own: to Python, a tuple of them would cost a tenth of `Plant.advance`.
-    """
+    """An integration under way: the solution is x at t, a step after x0 at t0."""
 
     t0: float
     x0: Any

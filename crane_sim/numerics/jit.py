@@ -5,6 +5,7 @@ it computes with floats. What may be said of a function:
 
 - `entry_point`: Python calls it, and it runs as machine code, cached on disk.
 - `optimisation`: an entry point that runs for some instants of a run only is compiled quickly, to slower code.
+- `seldom_called`: an entry point whose first calls run as plain Python, as compiling takes longer than these.
 - `routine`: it is not inlined into its callers: a long one, of which copies would cost time to compile.
 - `generic`: it has single dispatch, one implementation for each type of its first argument, like
   functools.singledispatch; the type is known when a call is traced.
@@ -44,6 +45,12 @@ def optimisation(level: Optimisation) -> Callable[[Function], Function]:
         return f
 
     return note
+
+
+def seldom_called(f: Function) -> Function:
+    """Mark an entry point's function that is called for a few instants of a run: code pays from the ninth call on."""
+    f.plain_calls = 8  # type: ignore[attr-defined]
+    return optimisation(NONE)(f)
 
 
 def routine(f: Function) -> Function:

@@ -6,6 +6,8 @@ arithmetic of one crane alone.
 
 from typing import Any
 
+import numpy as np
+
 from crane_sim.numerics.states import leaves
 from crane_sim.tracing.trees import rebuilt
 
@@ -15,9 +17,16 @@ LANES = 16
 
 def take_entry(columns: Any, i: int) -> Any:
     """Return crane i: entry i of every array of a tree of columns; types of NamedTuples are kept."""
-    if not isinstance(columns, tuple):
-        return None if columns is None else columns[i]
-    return rebuilt(columns, [take_entry(part, i) for part in columns])
+    if isinstance(columns, tuple):
+        return rebuilt(columns, [take_entry(part, i) for part in columns])
+    return None if columns is None else _plain(columns[i])
+
+
+def _plain(entry: Any) -> Any:
+    """Return a number as Python's: NumPy's are slower there, and warn."""
+    if isinstance(entry, float):
+        return float(entry)
+    return int(entry) if isinstance(entry, np.integer) else entry
 
 
 def put_entry(columns: Any, i: int, tree: Any) -> None:

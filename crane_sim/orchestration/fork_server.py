@@ -19,7 +19,7 @@ from crane_sim import load_scene
 from crane_sim.laws import inner_loop_of
 from crane_sim.process_signals import clear_parent_death_signal, ignore_interrupts, set_parent_death_signal
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.metrics import derive_instant
+from crane_sim.simulation.derived import derive_instant
 
 MODULES = ("crane_sim.simulation.plant", "crane_control", "crane_sim.recording.layout")
 """What the nodes import, ROS apart; the last one imports the parts of scipy that a recorder uses."""

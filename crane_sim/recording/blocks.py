@@ -10,8 +10,8 @@ from crane_sim import system
 from crane_sim.recording.base_frame import base_of, to_base, to_world
 from crane_sim.recording.layout import Block, select_tensions
 from crane_sim.recording.suspension import hanging_still
+from crane_sim.simulation.derived import Derived, derive, derive_instant, fill_contact_forces
 from crane_sim.simulation.hardware import is_sensed, measure
-from crane_sim.simulation.metrics import Derived, derive, derive_instant, fill_contact_forces
 from crane_sim.trajectories.base_motion import base_positions
 
 if TYPE_CHECKING:

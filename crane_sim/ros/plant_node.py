@@ -90,6 +90,9 @@ PARAMETERS = {
 }
 
 
+_DISCOVERY = 0.5  # s after which the graph has all nodes that were there before: announcements are 0.1 s apart
+
+
 class PlantNode:
     """One run of a plant with its topics, services and scheduler."""
 
@@ -98,6 +101,7 @@ class PlantNode:
         scene = load_scene(settings.scene)
         scene = scene.with_external_commands() if settings.commanded else scene
         self._host, self._settings = host, settings
+        self._discovered = time.monotonic() + _DISCOVERY
         sensed = is_sensed(scene)
         self._topics = PlantTopics(host.node, scene.joint_names, scene.actuated, settings.clock, sensed, host.notify)
         self._topics.publish_description(urdf_with_ros2_control(scene, host.node.get_namespace()))
@@ -169,8 +173,10 @@ class PlantNode:
     def _refuse_duplicate(self) -> None:
         """Raise Fault where another plant publishes the same joint states: each one's controller would drive both.
 
-        A plant that was killed stays in the graph until its liveliness lease ends; that is waited for.
+        Another one is in the graph some announcements after this one came. A plant that was killed stays there until
+        its liveliness lease ends; that is waited for.
         """
+        self._host.wait(lambda: "other nodes" if time.monotonic() < self._discovered else "")
         deadline = time.monotonic() + 2 * LIVELINESS_LEASE
         self._host.wait(lambda: self._topics.duplicate_publisher() if time.monotonic() < deadline else "")
         if line := self._topics.duplicate_publisher():

@@ -37,7 +37,7 @@ def average(part: Any) -> Any:
     """Return a part of a model with its time-varying quantities at their mean; what has none as it is."""
     if not isinstance(part, tuple):
         return part
-    means = [average(each) for each in part]
+    means = [average(each) if isinstance(each, tuple) else each for each in part]
     if all(mean is each for mean, each in zip(means, part, strict=True)):
         return part
     return rebuilt(part, means)

@@ -31,7 +31,7 @@ def load_scenes(source: SceneSource, changes: Sequence[Mapping[str, Any]]) -> li
     Raises:
         SceneError: there is no such scene.
     """
-    switched = DocumentsByLaw(document_of(source))
+    switched = _DocumentsByLaw(document_of(source))
     found: list[Any] = [_draft(switched, each) for each in changes]
     for law, numbers in _by_law(found).items():
         for i, made in zip(numbers, _finish(law, [found[i] for i in numbers]), strict=True):
@@ -40,7 +40,7 @@ def load_scenes(source: SceneSource, changes: Sequence[Mapping[str, Any]]) -> li
     return found
 
 
-class DocumentsByLaw(dict[Any, tuple[dict[str, Any], Sequence[str]]]):
+class _DocumentsByLaw(dict[Any, tuple[dict[str, Any], Sequence[str]]]):
     """A document by the law that changes switch it to, and the keys that this leaves out; made when first asked for."""
 
     def __init__(self, document: dict[str, Any]) -> None:
@@ -60,7 +60,7 @@ class DocumentsByLaw(dict[Any, tuple[dict[str, Any], Sequence[str]]]):
         return any(key in SHARED for key in control)
 
 
-def _draft(switched: DocumentsByLaw, changes: Mapping[str, Any]) -> Draft | Scene | SceneError:
+def _draft(switched: _DocumentsByLaw, changes: Mapping[str, Any]) -> Draft | Scene | SceneError:
     """Return the draft of a document with changes; the scene, or its error, where settings of two laws are mixed."""
     law = changes.get("control.law")
     if switched.mixes_laws(law):

@@ -242,11 +242,7 @@ class Draft(NamedTuple):
 
 def draft_scene(document: dict[str, Any], period: float | None = None) -> Draft:
     """Return a document checked, with the control period [s] of another one where that is given."""
-    return draft_file(*read_file(document), document, period)
-
-
-def draft_file(file: SceneFile, notes: dict[str, Any], document: dict[str, Any], period: float | None = None) -> Draft:
-    """Return the draft of a document that has been read; arguments of `draft_scene`."""
+    file, notes = _read_file(document)
     with refuse_extreme_numbers(document):
         crane = file.model()  # first: it rejects scenes of which nothing else can be computed
         return Draft(file, notes, crane, _clock(file, period), _file_fields(file, document), document)
@@ -311,7 +307,7 @@ def _devices(file: SceneFile, period: float, law: Law | None) -> tuple[dict[str,
     return {"hardware": hardware, "instruments": instruments}, _join_notes(noted, also_noted)
 
 
-def read_file(document: dict[str, Any]) -> tuple[SceneFile, dict[str, Any]]:
+def _read_file(document: dict[str, Any]) -> tuple[SceneFile, dict[str, Any]]:
     """Return (a document's file with its uncertain parameters drawn, its notes and one on what was drawn)."""
     certain, drawn = draw_parameters(document)
     try:
@@ -438,20 +434,12 @@ def law_parts(draft: Draft) -> tuple[Mapping[str, Any], Scene]:
     return control.model_extra or {}, replace(scene, sampled=control.period != "continuous")
 
 
-def has_own_nominal(draft: Draft) -> bool:
-    """Return whether the law's nominal scene is another one than the scene without its law."""
-    file, control = draft.file, draft.file.control
-    assert control is not None
-    rest = nominal(draft.document, control.nominal)
-    return bool(control.nominal) or _is_continuous(file) or draft.document.keys() - rest.keys() != {"control"}
-
-
 def _nominal_draft(draft: Draft) -> Draft:
     """Return the draft of the law's nominal scene; where that only lacks the law, it is this draft without it."""
     file, control = draft.file, draft.file.control
     assert control is not None
     document = nominal(draft.document, control.nominal)
-    if has_own_nominal(draft):
+    if control.nominal or _is_continuous(file) or draft.document.keys() - document.keys() != {"control"}:
         return draft_scene(document, _period(file))
     return draft._replace(
         file=file.model_copy(update={"control": None}), fields=draft.fields | {"law_name": None}, document=document

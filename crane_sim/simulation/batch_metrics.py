@@ -14,30 +14,24 @@ from crane_sim import system
 from crane_sim.files.errors import SceneError
 from crane_sim.integrators import Integration
 from crane_sim.laws import LawError
+from crane_sim.numerics.jit import entry_point
+from crane_sim.numerics.lanes import take_entry
 from crane_sim.scenes.scene import Scene
-from crane_sim.scenes.varied import SceneColumns
 from crane_sim.simulation.columns import group_indices, kind_of, make_driven, stack_columns
-from crane_sim.simulation.energy_balance import empty_balance
-from crane_sim.simulation.extremes import Extremes, joint_margins
-from crane_sim.simulation.flat_summary import flatten, leaves
-from crane_sim.simulation.metric_lanes import lane_buffers
-from crane_sim.simulation.metric_loops import (
-    AT_ONCE,
-    Clock,
-    RunColumns,
-    RunScratch,
-    run_cranes_with_metrics,
-)
-from crane_sim.simulation.metrics import RunTotals, name_metrics
-from crane_sim.simulation.peaks import LAST, no_peaks, swing_angles
+from crane_sim.simulation.flat_summary import cell_of, flatten, leaves
+from crane_sim.simulation.metrics import Ended, name_further_metrics, name_metrics
 from crane_sim.simulation.rollout import Rollout, simulate
-from crane_sim.simulation.settling import nearness
 from crane_sim.simulation.status import SimulationError, check_status
+from crane_sim.simulation.totals import Totals, add_instants, empty_totals, finish_run, read_meters, watched_of
+from crane_sim.stepping.batch import Sampled
+from crane_sim.stepping.periods import Output, begin, continuous_rollout, zero_order_hold_rollout
 from crane_sim.stepping.rows import row_width
 
 Array = npt.NDArray[np.float64]
 
 
+AT_ONCE = 16
+"""Runs whose states are kept until they are hashed: they fit the second cache."""
 Measure = Callable[[Rollout], dict[str, float | None]]
 """Returns metrics of a run by name; raises MetricError."""
 
@@ -101,40 +95,38 @@ def run_alone(scene: Scene, measure: Measure | None = None) -> RunEnd:
 
 
 def has_compiled_metrics(scene: Scene) -> bool:
-    """Return whether all metrics of a scene's summary are gathered by compiled code, and nothing switches."""
-    model = scene.model
-    if scene.trajectory is not None or (scene.hardware is not None and not scene.hardware.ideal):
+    """Return whether compiled code runs a scene with all metrics of its summary: nothing switches."""
+    if scene.hardware is not None and not scene.hardware.ideal:
         return False
     if scene.sampled and not system.command.has_implementation(type(scene.law)):
         return False
-    plain = getattr(model, "contact", None) is None and not system.fall_count(model)
-    return plain and system.switching(model) is None and not Extremes(scene).has_angles
+    return system.switching(scene.model) is None
 
 
 def kind_of_run(scene: Scene) -> Any:
     """Return what scenes share that can run in one call."""
     limited = tuple(limit.joint for limit in scene.limits)
     joints = scene.joint_names, scene.actuated, limited, scene.reference is None
-    return kind_of(make_driven(scene)), scene.period, scene.steps, joints
+    return kind_of((make_driven(scene), scene.trajectory)), scene.period, scene.steps, joints
 
 
-class RunStarts(NamedTuple):
-    """What n runs of one kind start from."""
+class RunColumns(NamedTuple):
+    """Initial states of n cranes, and what their runs have shown."""
 
-    first: Scene
-    cranes: Any  # columns of `stepping.batch.Driven`
-    q: Array  # (n, nq)
-    v: Array  # (n, nq)
-    target: Array | None  # (n, nu), of the actuated joints; None without
-    limits: dict[str, Any]  # lowest and highest position by joint, (n,) each
-    model_of: Callable[[int], Any]  # the model of run i
+    q: Any  # (n, nq), at the start
+    v: Any  # (n, nq)
+    totals: Totals  # columns
+    counts: Any  # (n, 5): status, whole periods, evaluations, terminal guard, periods in which a command was limited
+    reached: Any  # (n,) s, time of the integration
 
 
-class EndColumns(NamedTuple):
-    """How n runs ended."""
+class RunScratch(NamedTuple):
+    """Arrays that one run after another uses."""
 
-    metrics: dict[str, Any]  # of their summaries by dotted key, (n,) each
-    errors: list[str | None]  # (n,), why each ended before its time
+    times: Any  # (steps + 1,) s
+    rows: Any  # (steps + 1, width), see `stepping.rows`
+    commands: Any  # (steps, nu)
+    states: Any  # (AT_ONCE, steps + 1, 1 + 2 nq), time and joints of the runs
 
 
 def run_with_metrics(scenes: Sequence[Scene]) -> list[RunEnd]:
@@ -143,50 +135,66 @@ def run_with_metrics(scenes: Sequence[Scene]) -> list[RunEnd]:
     Raises:
         SceneError: they are not of one kind.
     """
-    cranes, first = stack_columns([make_driven(scene) for scene in scenes]), scenes[0]
+    first, n = scenes[0], len(scenes)
+    watched = [watched_of(scene, scene.model.energy_meter is not None) for scene in scenes]
+    cranes = stack_columns([(make_driven(scene), each) for scene, each in zip(scenes, watched, strict=True)])
     q, v = (np.array([getattr(scene, name) for scene in scenes]) for name in ("initial_q", "initial_v"))
-    target = None if first.reference is None else np.array([scene.reference for scene in scenes])
-    ends = [np.array([(limit.low, limit.high) for limit in scene.limits]) for scene in scenes]
-    limits = {limit.joint: np.array([each[k] for each in ends]).T for k, limit in enumerate(first.limits)}
-    ended = _run(RunStarts(first, cranes, q, v, target, limits, lambda i: scenes[i].model))
-    names, values = list(ended.metrics), zip(*(column.tolist() for column in ended.metrics.values()), strict=True)
+    runs = RunColumns(q, v, empty_totals(first, n), np.empty((n, 5), np.int64), np.empty(n))
+    scratch, hashes = _allocate_scratch(first), list[str]()
+    for start in range(0, n, AT_ONCE):
+        end = min(start + AT_ONCE, n)
+        run_cranes(cranes, runs, scratch, first.period, start, end)
+        done = runs.counts[start:end, 1].tolist()
+        hashes += _hash(scratch.states[: end - start], done)
+    counts = runs.counts[:, 1] * first.period, runs.counts[:, 2], runs.counts[:, 4]
+    ended = Ended(*counts, hashes, cranes[1], runs.totals)
+    named = dict(leaves(name_metrics(first, ended) | name_further_metrics(first, ended)))
+    values = zip(*(map(cell_of, column.tolist()) for column in named.values()), strict=True)
     return [
-        RunEnd(dict(zip(names, row, strict=True)) | flatten(scene.notes), error, ())
-        for scene, row, error in zip(scenes, values, ended.errors, strict=True)
+        RunEnd(dict(zip(named, row, strict=True)) | flatten(scene.notes), _error(scene, runs, i), ())
+        for i, (scene, row) in enumerate(zip(scenes, values, strict=True))
     ]
 
 
-def run_columns(scenes: SceneColumns) -> EndColumns | None:
-    """Run the scenes that columns cover; None where compiled code cannot gather all their metrics."""
-    scene, numbers = scenes.scene, np.flatnonzero(scenes.covered)
-    if not len(numbers) or not has_compiled_metrics(first := scenes.at(int(numbers[0]))):
-        return None
-    cranes = scenes.arrays(make_driven(scene))
-    q, v = (np.stack(scenes.arrays(part), axis=1) for part in (scene.initial_q, scene.initial_v))
-    target = None if scene.reference is None else np.stack(scenes.arrays(scene.reference), axis=1)
-    limits = {limit.joint: scenes.arrays((limit.low, limit.high)) for limit in scene.limits}
-    ended = _run(RunStarts(first, cranes, q, v, target, limits, lambda i: scenes.at(int(numbers[i])).model))
-    notes = {key: np.array([value] * len(numbers), object) for key, value in flatten(first.notes).items()}
-    return ended._replace(metrics=ended.metrics | notes)
+@entry_point
+def run_cranes(cranes, runs, scratch, period, first, last):
+    """Run cranes `first` to `last` (excluded), columns of (`Driven`, `Watched`); fill `RunColumns` and their states."""
+    for i in range(first, last):
+        (method, p, source), watched = take_entry(cranes, i)
+        run, states = take_entry(runs, i), scratch.states[i - first]
+        integration, _, _ = begin(p, run.q, run.v)
+        run.totals.balance.start[0] = read_meters(p, integration.x)[0]
+        out = Output(scratch.rows, scratch.commands, scratch.times[:0], scratch.rows[:0])
+        integration, done = roll_out(source, method, p, integration, period, out)
+        add_instants(p, watched, run.totals, scratch.times, scratch.rows, done)
+        t, nq = scratch.times[done], len(run.q)
+        q, v = scratch.rows[done, :nq], scratch.rows[done, nq : 2 * nq]
+        finish_run(p, watched, run.totals, t, q, v, read_meters(p, integration.x))
+        for k in range(done + 1):
+            states[k, 0] = scratch.times[k]
+            states[k, 1:] = scratch.rows[k, : 2 * nq]
+        run.counts[0], run.counts[1], run.counts[2] = integration.status, done, integration.evaluations
+        run.counts[3] = integration.terminal_guard
+        run.counts[4] = count_limited(scratch.commands, scratch.rows[:, 2 * nq :], done)
+        runs.reached[i] = integration.t
 
 
-def _run(starts: RunStarts) -> EndColumns:
-    """Run n cranes of one kind."""
-    first, runs = starts.first, _allocate(starts)
-    late, metered = (1.0 - LAST) * first.duration, first.model.energy_meter is not None
-    clock = Clock(first.period, first.steps, late, metered)
-    scratch, hashes = _allocate_scratch(first), list[str]()
-    for start in range(0, len(runs.q), AT_ONCE):
-        end = min(start + AT_ONCE, len(runs.q))
-        run_cranes_with_metrics(starts.cranes, clock, runs, scratch, start, end)
-        done = runs.counts[start:end, 1].tolist()
-        hashes += _hash(scratch.states[: end - start], done)
-    metrics = dict(leaves(_metrics_of_runs(starts, runs, hashes)))
-    failed = np.flatnonzero(runs.counts[:, 1] != first.steps).tolist()
-    errors: list[str | None] = [None] * len(runs.q)
-    for i in failed:
-        errors[i] = _error(starts.model_of(i), runs, i)
-    return EndColumns(metrics, errors)
+def roll_out(source, method, p, integration, period, out):
+    """Return (last integration, number of whole periods); fill `out`."""
+    if isinstance(source, Sampled):
+        return zero_order_hold_rollout(method, p, source.law, integration, period, out)
+    return continuous_rollout(method, p, source, integration, period, out)
+
+
+def count_limited(commands, efforts, periods):
+    """Return in how many periods a command was limited: `commands` (n, nu) and the efforts applied differ."""
+    limited = 0
+    for k in range(periods):
+        differs = False
+        for j in range(commands.shape[1]):
+            differs = differs or commands[k, j] != efforts[k, j]
+        limited += differs
+    return limited
 
 
 def _hash(states: Array, done: Sequence[int]) -> list[str]:
@@ -194,54 +202,21 @@ def _hash(states: Array, done: Sequence[int]) -> list[str]:
     return [hashlib.sha256(run[: k + 1]).hexdigest() for run, k in zip(states, done, strict=True)]
 
 
-def _allocate(starts: RunStarts) -> RunColumns:
-    first, (n, nq) = starts.first, starts.q.shape
-    nu, driven = len(first.actuated), [first.joint_names.index(name) for name in first.actuated]
-    target, near = np.zeros((n, nu)), np.full((n, nu), np.inf)
-    if starts.target is not None:
-        target, near = starts.target, nearness(starts.target, starts.q[:, driven])
-    ranges = np.full((n, 2, nq), np.inf)
-    ranges[:, 1] = -np.inf
-    sums = no_peaks(nu, n), empty_balance(nu, n), ranges, np.full((n, nu), -np.inf)
-    found = np.empty((n, 2)), np.empty((n, 6)), np.empty((n, nu)), np.empty((n, 5), np.int64), np.empty(n)
-    return RunColumns(starts.q, starts.v, target, near, *sums, *found)
-
-
 def _allocate_scratch(scene: Scene) -> RunScratch:
     nq, nu, k = len(scene.joint_names), len(scene.actuated), scene.steps + 1
-    driven = np.array([scene.joint_names.index(name) for name in scene.actuated], np.int64)
-    width, lanes, watched = row_width(scene.model, nq, nu), None, k
-    if system.observe.has_implementation(type(scene.model)) and system.link_count(scene.model) == 1:
-        lanes, watched = lane_buffers(nq, nu), 0
-    rows, energies, ends, driven_q = (np.empty((watched, n)) for n in (width, 2, 6, nu))
-    times, commands = np.arange(k, dtype=np.float64) * scene.period, np.empty((k - 1, nu))
-    states = np.empty((AT_ONCE, k, 1 + 2 * nq))
-    return RunScratch(times, driven, rows, commands, energies, ends, driven_q, states, lanes)
+    rows, commands = np.empty((k, row_width(scene.model, nq, nu))), np.empty((k - 1, nu))
+    times, states = np.arange(k, dtype=np.float64) * scene.period, np.empty((AT_ONCE, k, 1 + 2 * nq))
+    return RunScratch(times, rows, commands, states)
 
 
-def _metrics_of_runs(starts: RunStarts, runs: RunColumns, hashes: Sequence[str]) -> dict[str, Any]:
-    ended = RunTotals(
-        t=runs.counts[:, 1] * starts.first.period,
-        q=runs.driven_end,
-        swing=swing_angles(runs.ends[:, :3], runs.ends[:, 3:]),
-        evaluations=runs.counts[:, 2],
-        saturated=runs.counts[:, 4],
-        peaks=runs.peaks,
-        target=starts.target,
-        near=runs.near,
-        outside=runs.outside,
-        audit=runs.audit,
-        sha=hashes,
-    )
-    return name_metrics(starts.first, ended) | joint_margins(starts.limits, starts.first.joint_names, runs.ranges)
-
-
-def _error(model: Any, runs: RunColumns, i: int) -> str | None:
-    """Return why run i of a model ended before its time."""
-    status, _, _, guard, _ = runs.counts[i].tolist()
+def _error(scene: Scene, runs: RunColumns, i: int) -> str | None:
+    """Return why the run of scene i ended before its time; None for one that did not."""
+    status, done, _, guard, _ = runs.counts[i].tolist()
+    if done == scene.steps:
+        return None
     stopped = Integration(0.0, None, float(runs.reached[i]), None, 0.0, status=status, terminal_guard=guard)
     try:
-        check_status(stopped, model)
+        check_status(stopped, scene.model)
     except SimulationError as error:
         return str(error)
     return None

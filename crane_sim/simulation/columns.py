@@ -74,5 +74,5 @@ def _form(tree: Any) -> str:
 def kind_of(tree: Any) -> Any:
     """Return what decides on the compiled type of a tree: two trees of one kind can be columns of one."""
     if isinstance(tree, tuple):
-        return type(tree), *map(kind_of, tree)
+        return type(tree), *[float if type(part) is float else kind_of(part) for part in tree]
     return tree.shape if isinstance(tree, np.ndarray) else None if tree is None else float

@@ -10,14 +10,14 @@ import numpy.typing as npt
 from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.integrators import apply_pending_events, make_event_log, start
-from crane_sim.numerics.jit import NONE, entry_point, optimisation
+from crane_sim.numerics.jit import entry_point, seldom_called
 from crane_sim.scenes.scene import SceneSource, load_scene
 
 Vector = Sequence[float] | npt.NDArray[np.float64]
 
 
 @entry_point
-@optimisation(NONE)
+@seldom_called
 def joint_acceleration(p, t, q, v, u):
     """Compiled `acceleration`: joints held by friction start to slip first where the efforts exceed static friction."""
     switches = system.switching(p)
@@ -26,7 +26,7 @@ def joint_acceleration(p, t, q, v, u):
 
 
 @entry_point
-@optimisation(NONE)
+@seldom_called
 def energy_at(p, t, q, v):
     """Return (energy relative to the base, difference of the energy in the world from it) [J]."""
     x = system.state(p, t, q, v)

@@ -7,8 +7,8 @@ import numpy.typing as npt
 
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.schema.flexibility import DEFLECTION
+from crane_sim.simulation.derived import in_base, world_points
 from crane_sim.simulation.linearisation import equilibrium, hanging_positions, without_dry_friction
-from crane_sim.simulation.metrics import in_base, world_points
 from crane_sim.trajectories.trajectory import sample_trajectory
 
 Array = npt.NDArray[np.float64]

@@ -203,9 +203,9 @@ class HardwareRun:
             return source
         return (0.0,) * len(self.state.drives) if source is None else system.compute_command(source, t, q, v)
 
-    def step(self, method: Any, model: Any, inputs: Any, command: tuple[float, ...], *step_args: Any) -> Any:
-        """Integrate over a period; arguments and results of `hardware_step`."""
-        return self._step(method, model, self.state, inputs, command, *step_args)
+    def step(self, run: Any, inputs: Any, command: tuple[float, ...], k: int) -> Any:
+        """Integrate over period k; arguments and results of `hardware_step`."""
+        return self._step(run, self.state, inputs, command, k)
 
     @property
     def saturated(self) -> int:

@@ -11,7 +11,7 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.hardware.settings import HardwareConfig
-from crane_sim.numerics.jit import NONE, entry_point, optimisation
+from crane_sim.numerics.jit import entry_point, seldom_called
 from crane_sim.scenes.scene import Scene
 
 STEP = 1e-3
@@ -19,7 +19,7 @@ STEP = 1e-3
 
 
 @entry_point
-@optimisation(NONE)
+@seldom_called
 def potential_at(p, q):
     """Return the potential energy [J] at joint positions q (nq,), as if the base were level."""
     return system.potential(p, system.state(p, 0.0, q, 0.0 * q))

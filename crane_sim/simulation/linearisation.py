@@ -7,7 +7,7 @@ or gust.
 from collections.abc import Sequence
 from dataclasses import replace
 from math import sin
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,6 @@ from scipy.linalg import block_diag, null_space
 
 from crane_sim import system
 from crane_sim.files.errors import SceneError
-from crane_sim.numerics.column import NotVectorisable, arrays_of, as_float
 from crane_sim.numerics.derivatives import DIRECTIONS, directional_derivatives
 from crane_sim.numerics.jit import LIGHT, entry_point, optimisation
 from crane_sim.numerics.lanes import take_entry
@@ -112,14 +111,9 @@ class Accelerations(NamedTuple):
 
 def accelerations(scenes: Sequence[Scene], points: Array, directions: Array) -> Accelerations:
     """Return the accelerations of scenes of one kind at points (c, 2 nq + nu), along directions (c, k, 2 nq + nu)."""
-    models = stack_columns([scene.model for scene in scenes])
-    return accelerations_of(models, points, directions, len(scenes[0].joint_names))
-
-
-def accelerations_of(models: Any, points: Array, directions: Array, nq: int) -> Accelerations:
-    """Return the accelerations of columns of models, as `accelerations` does."""
+    nq = len(scenes[0].joint_names)
     found = Accelerations(np.empty((len(points), nq)), np.empty((*directions.shape[:2], nq)))
-    fill_accelerations(models, points, directions, *found)
+    fill_accelerations(stack_columns([scene.model for scene in scenes]), points, directions, *found)
     return found
 
 
@@ -194,7 +188,7 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
 def hanging_positions(scene: Scene, reference: tuple[float, ...]) -> Array:
     """Return the joint positions (nq,) at the reference with the cable straight down, or those that the file gives."""
     if (rest := scene.file.rest_positions(reference)) is not None:
-        return np.array([as_float(x) for x in rest])
+        return np.array(rest, np.float64)
     down = {"rad": 0.0}
     start = zip(scene.joint_names, scene.joint_units, scene.initial_q, strict=True)
     upright = {"_z": -1.0, "qw": 1.0}
@@ -266,7 +260,12 @@ def _points(q: Sequence[Array], u: Sequence[Array]) -> Array:
 
 def _directions(bases: Sequence[Array], nu: int) -> Array:
     """Return the directions (c, 2 n + nu, 2 nq + nu) of deviations in tangent bases, of their rates and of efforts."""
-    return np.array([block_diag(basis, basis, np.eye(nu)).T for basis in bases], np.float64)
+    across = np.swapaxes(bases, 1, 2)
+    count, n, nq = across.shape
+    directions = np.zeros((count, 2 * n + nu, 2 * nq + nu))
+    directions[:, :n, :nq] = directions[:, n : 2 * n, nq : 2 * nq] = across
+    directions[:, 2 * n :, 2 * nq :] = np.eye(nu)
+    return directions
 
 
 def _to_state_matrices(slopes: Array, bases: Sequence[Array]) -> tuple[Array, Array]:
@@ -278,37 +277,9 @@ def _to_state_matrices(slopes: Array, bases: Sequence[Array]) -> tuple[Array, Ar
     return a, b
 
 
-class RestingColumns(NamedTuple):
-    """Many scenes that hang at rest without efforts, linearised there: n of them, nq joints, none a unit vector."""
-
-    q: Array  # (n, nq)
-    a: Array  # (n, 2 nq, 2 nq)
-    b: Array  # (n, 2 nq, nu)
-
-
-def linearise_columns(scene: Scene, covered: npt.NDArray[np.bool_]) -> RestingColumns:
-    """Return what `equilibrium` and `state_matrices` return for each scene of columns; unmark those not at rest.
-
-    Args:
-        scene: with a `Column` for each number that varies, and a target of actuated joints.
-        covered: marks (n,) of the scenes that columns cover.
-
-    Raises:
-        NotVectorisable: the scenes have dry friction, or unit vectors among their joints.
-    """
-    if scene.document.keys() & DISSIPATIVE or _unit_vectors(scene) or scene.reference is None or not scene.actuated:
-        raise NotVectorisable("scenes that are linearised one by one")
-    n, nq, nu = len(covered), len(scene.joint_names), len(scene.actuated)
-    models, q = arrays_of((average_scene(scene).model, hanging_positions(scene, scene.reference)), n)
-    bases = [np.eye(nq)] * n
-    points = np.concatenate([q, np.zeros((n, nq + nu))], axis=1)
-    found = accelerations_of(models, points, _directions(bases, nu), nq)
-    covered &= np.abs(found.values).max(axis=1) < ZERO_ACCELERATION
-    return RestingColumns(q, *_to_state_matrices(found.slopes, bases))
-
-
 def imposed_rows(a: Array, b: Array) -> npt.NDArray[np.bool_]:
-    """Return which of the n deviations of A (2 n, 2 n), B (2 n, nu) nothing accelerates: those of imposed joints."""
-    slopes = np.abs(np.hstack([a, b])[len(a) // 2 :])
-    sizes = np.maximum(slopes.max(axis=0), REACH * slopes.max())  # a direction may have nothing but rounding
-    return ~np.any(slopes > ROUNDING * sizes, axis=1)
+    """Return which of the n deviations of A (…, 2 n, 2 n), B (…, 2 n, nu) nothing accelerates: of imposed joints."""
+    slopes = np.abs(np.concatenate([a, b], axis=-1)[..., a.shape[-1] // 2 :, :])
+    largest = slopes.max(axis=-2, keepdims=True)
+    sizes = np.maximum(largest, REACH * largest.max(axis=-1, keepdims=True))  # one may have nothing but rounding
+    return ~np.any(slopes > ROUNDING * sizes, axis=-1)

@@ -9,8 +9,9 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten, unknown_key
-from crane_sim.integrators.status import OK
 from crane_sim.scenes.scene import Scene
+from crane_sim.simulation.columns import stack_columns
+from crane_sim.simulation.derived import world_points
 from crane_sim.simulation.hardware import HardwareRun
 from crane_sim.simulation.initial_state import (
     make_initial,
@@ -19,9 +20,9 @@ from crane_sim.simulation.initial_state import (
     resume,
     with_initial,
 )
-from crane_sim.simulation.metrics import Metrics, world_points
+from crane_sim.simulation.metrics import Metrics
 from crane_sim.simulation.status import SimulationError, check_status, events_of, noted_events
-from crane_sim.stepping.periods import continuous_step, zero_order_hold_step
+from crane_sim.stepping.periods import RunUnderWay, StoredIntegration, continuous_step, entries, zero_order_hold_step
 from crane_sim.stepping.rows import row_width
 
 __all__ = ["Plant", "SimulationError", "check_status", "events_of", "noted_events"]
@@ -72,17 +73,24 @@ class Plant:
         Raises:
             SceneError: the crane cannot be in that state; the plant is unchanged.
         """
-        self._start = with_initial(self.scene, q, v)  # the scene with the state that this run began in
-        self.model = self.scene.model
+        self._start = scene = with_initial(self.scene, q, v)  # the scene with the state that this run began in
         self.seen: tuple[tuple[float, ...], tuple[float, ...]]
-        integration, self.q, self.v, self.seen, self._hardware = make_initial(self._start)
-        self._take_integration(integration)
+        integration, self.q, self.v, self.seen, self._hardware = make_initial(scene)
         self._failed: Any = None  # the integration that ended within the period that begins, until one succeeds
         self.rates_before = self.v
-        self.k, self._filled, self._saturated, self._still, self._braking = 0, 0, 0, 0, False
-        self.applied: tuple[float, ...] = (0.0,) * len(self.scene.actuated)
-        self._rows = np.empty((BLOCK, row_width(self.model, len(self.q), len(self.applied))))
-        self._metrics = Metrics(self._start, self.model, self._integration.x, self._picklable)
+        self.k, self._flushed, self._saturated, self._still, self._braking = 0, 0, 0, 0, False
+        self._has_followed = False  # the last step was one under the scene's own source: it may have passed the period
+        self.applied: tuple[float, ...] = (0.0,) * len(scene.actuated)
+        rows = np.empty((BLOCK, row_width(scene.model, len(self.q), len(self.applied))))
+        self._run = RunUnderWay(
+            scene.method, scene.model, _stored(integration), scene.period, scene.steps, rows, scene.initial_q
+        )
+        self._metrics = Metrics(scene, scene.model, integration.x, self._picklable)
+
+    @property
+    def model(self) -> Any:
+        """The crane's parameters at present."""
+        return self._run.p
 
     @property
     def t(self) -> float:
@@ -98,11 +106,7 @@ class Plant:
     @property
     def integration(self) -> Any:
         """The integration under way, with its counters of evaluations and steps."""
-        return self._integration._replace(scratch=self._scratch)
-
-    def _take_integration(self, integration: Any) -> None:
-        """Go on with an integration, whose work arrays stay apart: they are not passed again in every period."""
-        self._integration, self._scratch = integration._replace(scratch=None), integration.scratch
+        return self._run.integration.load(self.k)
 
     @property
     def saturated(self) -> int:
@@ -133,8 +137,8 @@ class Plant:
         if self.model.energy_meter is None:
             self._flush()
             metered = system.with_meter(self.model, False)
-            self._take_integration(resume(metered, self._integration, self.t, self.q, self.v))
-            self.model = metered
+            integration = resume(metered, self.integration, self.t, self.q, self.v)
+            self._run = self._run._replace(p=metered, integration=_stored(integration))
             self._change_metrics(self._hardware)
         return self._hardware
 
@@ -178,18 +182,15 @@ class Plant:
             ValueError: there are not nu efforts, or none for a scene without a source; the message is one line.
             SimulationError: the integration failed; the plant stays at the start of the period.
         """
-        end = (self.k + 1) * self.scene.period
-        integration, joints, measured, applied = self._integrate(self._take_efforts(u), end)
-        if integration.status != OK and integration.t < end:
-            self._failed = integration
-            check_status(integration, self.model)
-        self.rates_before = self.v
-        self._integration, self.q, self.v, self.seen, self.applied = integration, *joints, measured, applied
-        self._failed = None
+        reached, (q, v), measured, applied = self._integrate(self._take_efforts(u))
+        if not reached:
+            self._failed = self._run.integration.load(self.k + 1)
+            check_status(self._failed, self.model)
+        self._failed, self._has_followed = None, u is None
+        self.rates_before, self.q, self.v, self.seen, self.applied = self.v, q, v, measured, applied
         self.k += 1
-        self._filled += 1
         self._still = self._still + 1 if self._braking and self._rests() else 0
-        if self._filled == BLOCK:
+        if self.k % BLOCK == 0:
             self._flush()
 
     def _take_efforts(self, u: Sequence[float] | None) -> tuple[float, ...] | None:
@@ -207,65 +208,68 @@ class Plant:
             raise ValueError(f"u = {shorten(u)}: has {count} values; joints that take efforts: {driven}")
         return tuple(map(float, u))
 
-    def _integrate(self, u: tuple[float, ...] | None, end: float) -> tuple[Any, Any, Any, tuple[float, ...]]:
-        """Return (integration, (q, v), (q, v) as seen, efforts applied) at the end [s] of the period."""
+    def _integrate(self, u: tuple[float, ...] | None) -> tuple[bool, Any, Any, tuple[float, ...]]:
+        """Return (whether the period's end was reached, (q, v), (q, v) as seen, efforts applied)."""
         if self._hardware is not None:
             return self._integrate_with_hardware(self._hardware, u)
-        scene, like = self.scene, self.scene.initial_q
         if u is None:
-            step_args = (self._integration, self._scratch, self.k, scene.steps, scene.period, self._rows, self._filled)
-            integration, q, v, applied, u = self._follow_step(scene.method, self.model, scene.source, *step_args, like)
+            reached, joints, applied, u = self._follow_step(self._run, self.scene.source, self.k)
         else:
-            step_args = (self._restart_at_period(None), self._scratch, end, self._rows, self._filled, like)
-            integration, q, v, applied = self._hold_step(scene.method, self.model, u, *step_args)
+            if self._has_followed:
+                self._restart_at_period()
+            reached, joints, applied = self._hold_step(self._run, u, self.k)
         self._saturated += applied != u
-        joints = q, v
-        return integration, joints, joints, applied
+        return reached, joints, joints, applied
 
-    def _restart_at_period(self, mass: float | None) -> Any:
-        """Return the integration at the start of the period, which a step of the scene's own source may have passed.
+    def _restart_at_period(self, mass: float = 0.0) -> None:
+        """Restart the integration at the start of the period, if a step of the scene's own source has passed it.
 
         Args:
-            mass: of the payload in that step [kg]; None without hardware.
+            mass: of the payload in that step [kg], where a fault may change it.
         """
-        if self._integration.t <= self.t:
-            return self._integration
         method, integration = self.scene.method, self.integration
-        if self._hardware is not None and mass is not None:
-            crane, drives = self._hardware.model_with_payload(self.model, mass), self._hardware
-            step_args = (drives.state, drives.inputs, integration, self.t)
-            restarted = restart_under_drives(method, crane, *step_args)
-        else:
+        if integration.t <= self.t:
+            return
+        if (drives := self._hardware) is None:
             restarted = restart_within_step(method, self.model, self.scene.source, integration, self.t)
-        return restarted._replace(scratch=None)
+        else:
+            crane = drives.model_with_payload(self.model, mass)
+            restarted = restart_under_drives(method, crane, drives.state, drives.inputs, integration, self.t)
+        self._run.integration.store(self.k, restarted)
 
     def _integrate_with_hardware(
         self, hardware: HardwareRun, u: tuple[float, ...] | None
-    ) -> tuple[Any, Any, Any, tuple[float, ...]]:
+    ) -> tuple[bool, Any, Any, tuple[float, ...]]:
         driven = (None, u) if u is not None else (hardware.inputs, hardware.open_loop_command(self.t, self.q, self.v))
-        mass, energy, scene = hardware.payload_mass, hardware.payload_energy, self.scene
-        start = self._integration if u is None else self._restart_at_period(mass)
-        step_args = (start, self._scratch, self.k, scene.steps, scene.period, self._rows, self._filled, scene.initial_q)
-        integration, joints, measured, applied = hardware.step(scene.method, self.model, *driven, *step_args)
+        mass, energy = hardware.payload_mass, hardware.payload_energy
+        if self._has_followed and u is not None:
+            self._restart_at_period(mass)
+        reached, joints, measured, applied = hardware.step(self._run, *driven, self.k)
         if hardware.payload_mass != mass:
-            if integration.status != OK:  # the next attempt begins with the other payload
-                self._integration = self._restart_at_period(mass)
-            row = self._rows[self._filled].copy()  # of this period, which begins with the other payload
+            if not reached:  # the next attempt begins with the other payload
+                self._restart_at_period(mass)
             self._flush()
-            self._rows[0] = row
             self._change_metrics(hardware, hardware.payload_energy - energy)
-        return integration, joints, measured if scene.hardware is not None else joints, applied
+        return reached, joints, measured if self.scene.hardware is not None else joints, applied
 
     def _flush(self) -> None:
-        start = self.k - self._filled
-        t = np.arange(start, self.k, dtype=np.float64) * self.scene.period
-        self._metrics.extend(t, self._rows[: self._filled])
-        self._filled = 0
+        """Let the metrics take the periods that have passed since the last time."""
+        t = np.arange(self._flushed, self.k, dtype=np.float64) * self.scene.period
+        first = self._flushed % BLOCK
+        self._metrics.extend(t, self._run.rows[first : first + len(t)])
+        self._flushed = self.k
 
     def summary(self) -> dict[str, Any]:
         """Return the run's metrics up to now: keys and meanings of `Metrics.summary`."""
         self._flush()
-        ended = self._integration if self._failed is None else self._failed
+        ended = self.integration if self._failed is None else self._failed
         metrics = self._metrics.summary(self.t, self.q, self.v, ended, self.saturated)
         further = self._hardware.summary() if self._hardware is not None else {}
         return metrics | noted_events(ended, self.model, self.t, self._failed is not None) | further
+
+
+def _stored(integration: Any) -> StoredIntegration:
+    """Return an integration at its start, in arrays."""
+    log = integration.event_log
+    columns = stack_columns([entries(integration)] * 2)
+    return StoredIntegration(columns, None if log is None else log.rows, integration.scratch)

@@ -1,4 +1,4 @@
-"""Tensions of the falls of a rope that is reeved over sheaves, and their largest ones of a run."""
+"""Tensions of the falls of a rope that is reeved over sheaves."""
 
 from typing import Any
 
@@ -32,26 +32,3 @@ def fall_tensions(model: Any, t: Array, q: Array, v: Array, u: Array) -> Array:
     if falls:
         fill_falls(model, *(np.ascontiguousarray(part, dtype=np.float64) for part in (t, q, v, u)), out)
     return out
-
-
-class FallPeaks:
-    """The largest tensions of falls and lead line, and the drum's largest torque."""
-
-    def __init__(self) -> None:
-        """Begin with nothing seen."""
-        self._peaks: Array | None = None
-
-    def extend(self, falls: Array) -> None:
-        """Take K instants (K, n + 2) of `fall_tensions`."""
-        if falls.size:
-            peaks = np.abs(falls).max(axis=0)
-            self._peaks = peaks if self._peaks is None else np.maximum(self._peaks, peaks)
-
-    def summary(self) -> dict[str, Any]:
-        """Return the metrics, at the start of every period; none without falls."""
-        if self._peaks is None:
-            return {}
-        lead, *falls, torque = map(float, self._peaks)
-        return {"max_lead_line_tension": lead, "max_fall_tensions": falls} | (
-            {"max_drum_torque": torque} if torque else {}
-        )

@@ -17,8 +17,9 @@ from crane_sim.files.errors import SceneError, shorten
 from crane_sim.files.extensions import find_view
 from crane_sim.laws import evaluate_law, with_initial_state
 from crane_sim.scenes.scene import Scene, SceneSource, load_scene
+from crane_sim.simulation.derived import Derived, derive
 from crane_sim.simulation.hardware import HardwareRun
-from crane_sim.simulation.metrics import Derived, Metrics, derive
+from crane_sim.simulation.metrics import Metrics
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.status import SimulationError, check_status, events_of, noted_events
 from crane_sim.stepping.hardware_periods import hardware_rollout

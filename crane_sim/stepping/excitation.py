@@ -7,6 +7,7 @@ import numpy as np
 from crane_sim import system
 from crane_sim.hardware.drives import Drives, accept_command, effort_at, latch_efforts, next_breakpoint
 from crane_sim.integrators import OK, apply_pending_events, integrate_to, make_event_log, start
+from crane_sim.numerics.derivatives import directional_derivatives
 from crane_sim.numerics.jit import entry_point, routine
 
 MEAN_STEPS = 1000  # from instant to instant, above which an integration is given up: it is near a singularity
@@ -65,6 +66,19 @@ def integrate_held(method, p, excitation, q, v, out):
         if not write_positions(excitation, p, integration, out, i + 1):
             return i
     return excitation.last
+
+
+@entry_point
+def differentiate_held(method, p, excitation, q, v, out, directions):
+    """Integrate as `integrate_held` does, and fill derivatives of what it fills.
+
+    Args:
+        method, p, excitation, q, v, out: of `integrate_held`.
+        directions: of p, q and v, see `directional_derivatives`, and (n, nq, DIRECTIONS) to fill.
+    """
+    of_model, of_q, of_v, slopes = directions
+    given, seeds = (method, p, excitation, q, v, out), (None, of_model, None, of_q, of_v, slopes)
+    directional_derivatives(integrate_held, given, seeds)
 
 
 @entry_point

@@ -40,6 +40,7 @@ from crane_sim.stepping.periods import (
     integrate_period,
     integrate_source_to,
     integrate_to_breakpoints,
+    reaches,
     write,
 )
 from crane_sim.trajectories.breakpoints import PiecewiseSource
@@ -205,22 +206,23 @@ def end_period(p, hardware, u, x, k, period):
 
 
 @entry_point
-def hardware_step(method, p, hardware, inputs, command, integration, scratch, k, steps, period, rows, i, like):
-    """Write row i, then integrate over period k of `steps`.
+def hardware_step(run, hardware, inputs, command, k):
+    """Integrate over period k.
 
     Args:
-        method, p, hardware, inputs, command, k, steps, period, rows, i: see `hardware_period`.
-        integration, scratch, like: see `stepping.periods.zero_order_hold_step`.
+        run: `stepping.periods.RunUnderWay`.
+        hardware, inputs, command, k: see `hardware_period`.
 
     Returns:
-        (integration without its work arrays, (q, v), measured (q, v), effort applied), q and v tuples
+        (whether the period's end was reached, (q, v), measured (q, v), effort applied), q and v tuples
     """
-    under_way = integration._replace(scratch=scratch)
-    passed = hardware_period(method, p, hardware, inputs, command, under_way, k, steps, period, rows, i)
-    integration, (q, v), (measured_q, measured_v), applied = passed
-    joints = as_floats(like, q), as_floats(like, v)
-    measured = as_floats(like, measured_q), as_floats(like, measured_v)
-    return integration._replace(scratch=None), joints, measured, applied
+    method, p, steps, period, rows = run.method, run.p, run.steps, run.period, run.rows
+    step_args = (inputs, command, run.integration.load(k), k, steps, period, rows, k % len(rows))
+    integration, (q, v), (measured_q, measured_v), applied = hardware_period(method, p, hardware, *step_args)
+    run.integration.store(k + 1, integration)
+    joints = as_floats(run.like, q), as_floats(run.like, v)
+    measured = as_floats(run.like, measured_q), as_floats(run.like, measured_v)
+    return reaches(integration, (k + 1) * period), joints, measured, applied
 
 
 def hardware_period(method, p, hardware, inputs, command, integration, k, steps, period, rows, i):
@@ -246,7 +248,7 @@ def hardware_period(method, p, hardware, inputs, command, integration, k, steps,
         last = latest if break_time == end else break_time
         integration = integrate_source_to(u, method, crane, integration, break_time, last)
     x = integration.x
-    if integration.status == OK or integration.t >= end:
+    if reaches(integration, end):
         x = state_at(inputs, method, crane, u, integration, end)
         end_period(crane, hardware, u, x, k, period)
     return integration, system.joints(crane, x), read_measurements(crane, hardware, x), applied

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from crane_sim import system
 from crane_sim.integrators import (
     OK,
+    EventLog,
     apply_pending_events,
     dense_output,
     integrate_to,
@@ -21,6 +22,7 @@ from crane_sim.integrators import (
 from crane_sim.integrators.step_control import MAX_FACTOR
 from crane_sim.numerics.arrays import store
 from crane_sim.numerics.jit import NONE, entry_point, generic, optimisation, routine
+from crane_sim.numerics.lanes import put_entry, take_entry
 from crane_sim.trajectories.breakpoints import PiecewiseSource, last_instant_before, next_breakpoint
 
 
@@ -47,6 +49,46 @@ class Output(NamedTuple):
     samples: Any  # (m, width), rows at these times
 
 
+class StoredIntegration(NamedTuple):
+    """An integration that stays in arrays from period to period.
+
+    That at the start of period k is in entries k % 2: a period that fails leaves what it began with.
+    """
+
+    columns: Any  # two entries of each of its numbers and states
+    event_rows: Any  # of its log, None for a model that does not switch
+    scratch: Any  # its work arrays
+
+    def load(self, k):
+        """Return the integration at the start of period k."""
+        integration, log = take_entry(self.columns, k % 2), None
+        if self.event_rows is not None:
+            log = EventLog(integration.event_log, self.event_rows)
+        return integration._replace(event_log=log, scratch=self.scratch)
+
+    def store(self, k, integration):
+        """Keep the integration at the start of period k."""
+        put_entry(self.columns, k % 2, entries(integration))
+
+
+def entries(integration):
+    """Return the integration with its numbers and states only: of its log the number of events."""
+    log = integration.event_log
+    return integration._replace(event_log=None if log is None else log.total, scratch=None)
+
+
+class RunUnderWay(NamedTuple):
+    """What stays from period to period, so that a call passes it once."""
+
+    method: Any
+    p: Any  # parameters
+    integration: Any  # `StoredIntegration`
+    period: float  # s
+    steps: int  # periods of the run
+    rows: Any  # (K, width), of which row k % K is that of period k
+    like: Any  # (nq,), any tuple of as many floats as there are joints
+
+
 @entry_point
 @optimisation(NONE)
 def begin(p, q, v):
@@ -70,12 +112,6 @@ def write(rows, i, p, t, x, u):
     after = 2 * len(q) + len(tau)
     rows[i, after] = system.energy_supplied(p, x)
     system.tensions(p, t, x, tau, rows, i, after + 1)
-
-
-@generic
-def write_instant(out, i, p, t, x, u):
-    """Write instant i of an output, the start of a period or the end: state x at t under the source u."""
-    write(out.rows, i, p, t, x, u)
 
 
 @generic
@@ -123,20 +159,26 @@ def integrate_period(method, p, u, integration, end, latest, times, samples, i):
 
 
 @entry_point
-def zero_order_hold_step(method, p, command, integration, scratch, end, rows, i, like):
-    """Write row i, then integrate over one period with the efforts of `command` after limits.
+def zero_order_hold_step(run, command, k):
+    """Integrate over period k with the efforts of `command` after limits.
 
     Args:
-        method, p, command, end, rows, i: see `hold_period`.
-        integration, scratch: the integration under way, and its work arrays, which stay the same.
-        like: (nq,), any tuple of as many floats as there are joints.
+        run: `RunUnderWay`.
+        command: (nu,).
+        k: period.
 
     Returns:
-        (integration without its work arrays, q, v, effort applied), q and v tuples
+        (whether the period's end was reached, (q, v), effort applied), q and v tuples
     """
-    held = hold_period(method, p, command, integration._replace(scratch=scratch), end, rows, i)
-    integration, q, v, u = held
-    return integration._replace(scratch=None), as_floats(like, q), as_floats(like, v), u
+    end, i = (k + 1) * run.period, k % len(run.rows)
+    integration, q, v, u = hold_period(run.method, run.p, command, run.integration.load(k), end, run.rows, i)
+    run.integration.store(k + 1, integration)
+    return reaches(integration, end), (as_floats(run.like, q), as_floats(run.like, v)), u
+
+
+def reaches(integration, end):
+    """Return whether an integration came to the end [s] of a period."""
+    return integration.status == OK or integration.t >= end
 
 
 def hold_period(method, p, command, integration, end, rows, i):
@@ -159,29 +201,30 @@ def as_floats(like, vector):
 
 
 @entry_point
-def continuous_step(method, p, source, integration, scratch, k, steps, period, rows, i, like):
-    """Write row i, then integrate over period k of `steps` [s] with the source in the equations.
+def continuous_step(run, source, k):
+    """Integrate over period k with the source in the equations; arguments of `zero_order_hold_step`.
 
     Returns:
-        (integration, q, v, effort applied, effort demanded), as of `zero_order_hold_step`
+        (whether the period's end was reached, (q, v), effort applied, effort demanded), as of `zero_order_hold_step`
     """
-    integration = integration._replace(scratch=scratch)
+    method, p, period, integration = run.method, run.p, run.period, run.integration.load(k)
     t, end = k * period, (k + 1) * period
     integration = apply_pending_events(system.switching(p), p, source, integration)
     x = dense_output(method, p, source, integration, t)
     u, demanded = system.effort(source, p, t, x), system.demand(source, p, t, x)
-    write(rows, i, p, t, x, u)
-    latest = latest_step_end(method, k, steps, period)
+    write(run.rows, k % len(run.rows), p, t, x, u)
+    latest = latest_step_end(method, k, run.steps, period)
     integration = integrate_source_to(source, method, p, integration, end, latest)
     q, v = system.joints(p, dense_output(method, p, source, integration, end))
-    return integration._replace(scratch=None), as_floats(like, q), as_floats(like, v), u, demanded
+    run.integration.store(k + 1, integration)
+    return reaches(integration, end), (as_floats(run.like, q), as_floats(run.like, v)), u, demanded
 
 
 @routine
 def finish(method, p, u, integration, end, out, i):
     """Write the row and the samples at the very end of a run."""
     x = dense_output(method, p, u, integration, end)
-    write_instant(out, len(out.rows) - 1, p, end, x, u)
+    write(out.rows, len(out.rows) - 1, p, end, x, u)
     while i < len(out.times):
         write(out.samples, i, p, end, x, u)
         i += 1
@@ -213,7 +256,7 @@ def hold_each_period(method, p, law, integration, period, out):
         store(out.commands, k, 0, command)
         u = system.saturate(p, command)
         integration = apply_pending_events(system.switching(p), p, u, integration)
-        write_instant(out, k, p, integration.t, integration.x, u)
+        write(out.rows, k, p, integration.t, integration.x, u)
         end = (k + 1) * period
         integration, i = integrate_period(method, p, u, integration, end, end, out.times, out.samples, i)
         if integration.status != OK and integration.t < end:
@@ -239,7 +282,7 @@ def pass_each_period(method, p, source, integration, period, out):
         t, end = k * period, (k + 1) * period
         x = dense_output(method, p, source, integration, t)
         store(out.commands, k, 0, system.demand(source, p, t, x))
-        write_instant(out, k, p, t, x, source)
+        write(out.rows, k, p, t, x, source)
         latest = latest_step_end(method, k, steps, period)
         integration, i = integrate_period(method, p, source, integration, end, latest, out.times, out.samples, i)
         if integration.status != OK and integration.t < end:

@@ -26,17 +26,6 @@ class Case(NamedTuple):
     changes: dict[str, Any]  # of the scene: the parameters, the variant's, seed and duration
 
 
-class CaseColumns(NamedTuple):
-    """Runs of one variant: samples that follow one another."""
-
-    numbers: list[int]  # of the runs
-    samples: range
-    variant: str
-    parameters: dict[str, list[Any]]  # values of each sample by dotted key
-    always: dict[str, Any]  # changes of the scene in all of these runs
-    seeds: list[int]  # of the scenes, unless `always` has one
-
-
 class CaseList:
     """The cases of a study, made when they are asked for: variants of one sample follow one another."""
 
@@ -87,17 +76,6 @@ class CaseList:
     def __iter__(self) -> Iterator[Case]:
         """Yield all cases in order."""
         return (self[i] for i in range(len(self)))
-
-    def columns(self, first: int, end: int) -> Iterator[CaseColumns]:
-        """Yield the runs `first` to `end` (excluded) of each variant."""
-        count = len(self.variants)
-        per_sample = {s: self._parameters(s) for s in range(first // count, -(-end // count))}
-        for i, variant in enumerate(self.variants):
-            samples = range(-(-(first - i) // count), -(-(end - i) // count))
-            parameters = {key: [per_sample[s][key] for s in samples] for key in self.study.parameters}
-            always = self._always(variant)
-            seeds = [self._seed(sample) for sample in samples]
-            yield CaseColumns([s * count + i for s in samples], samples, variant, parameters, always, seeds)
 
     def _parameters(self, sample: int) -> dict[str, Any]:
         chosen = self.study.parameters

@@ -1,5 +1,6 @@
 """Workers of a study: processes of this machine, or those of a Dask cluster, behind one interface."""
 
+import gc
 import multiprocessing
 import os
 import signal
@@ -161,6 +162,7 @@ def _begin_worker(parent: int, sender: Any) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     end_with_parent(parent)
+    gc.freeze()  # what is imported stays: collections look at the scenes of a block only
     _at_work.enter_context(watch_compiling(partial(sender.send_bytes, b"compiling")))
 
 

@@ -120,11 +120,18 @@ def _to_python(x: Any, kind: Kind) -> Any:
 
 def common_kind(*numbers: Any) -> Kind:
     """Return the kind that numbers have in common after conversion."""
-    return max((number_kind(x) for x in numbers), key=RANK.__getitem__)
+    common = number_kind(numbers[0])
+    for x in numbers[1:]:
+        kind = number_kind(x)
+        if RANK[kind] > RANK[common]:
+            common = kind
+    return common
 
 
 def number_kind(x: Any) -> Kind:
     """Return the kind of a number, NumPy's words included."""
+    if isinstance(x, Value):
+        return x.kind
     if isinstance(x, _WORDS):
         return Kind.WORD
     return kind_of(x.item()) if isinstance(x, _SCALARS) else kind_of(x)

@@ -7,6 +7,7 @@ import itertools
 import types
 from collections.abc import Iterator
 from functools import cache
+from operator import is_
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -189,7 +190,8 @@ class Calls:
     def as_argument(self, graph: Graph, x: Any) -> Any:
         """Return an argument of tuples, with constant arrays in memory."""
         if isinstance(x, tuple):
-            return rebuilt(x, [self.as_argument(graph, part) for part in x])
+            parts = [self.as_argument(graph, part) for part in x]
+            return x if all(map(is_, parts, x)) else rebuilt(x, parts)
         if isinstance(x, list):
             return tuple([self.as_argument(graph, part) for part in x])
         return self.array_of(graph, x) if isinstance(x, np.ndarray) else x
@@ -272,10 +274,11 @@ def take_apart(tree: Any, graph: Graph, integers: bool) -> tuple[list[Value], An
         integers: so are integers.
     """
     if isinstance(tree, tuple):
-        parts = [take_apart(part, graph, integers) for part in tree]
-        leaves = [leaf for part, _, _ in parts for leaf in part]
-        key = type(tree), *(part_key for _, part_key, _ in parts)
-        return leaves, key, lambda it: rebuilt(tree, [rebuild(it) for _, _, rebuild in parts])
+        place = id(tree), integers
+        known = graph.taken_apart.get(place)
+        if known is None or not graph.are_defined(known[1][0]):
+            known = graph.taken_apart[place] = tree, _take_tuple_apart(tree, graph, integers)
+        return known[1]
     if isinstance(tree, ArraySymbol | RecordSymbol):
         leaves = [base_address(graph, tree), *sizes_of(tree)]
         sizes = () if isinstance(tree, RecordSymbol) else (*tree.shape, *tree.strides)
@@ -288,6 +291,13 @@ def take_apart(tree: Any, graph: Graph, integers: bool) -> tuple[list[Value], An
         value, natural = graph.constant(tree, arithmetic.number_kind(tree)), type(tree) is int and tree >= 0
         return [value], (value.kind, natural), _take_natural if natural else next
     return [], (type(tree), tree), lambda it: tree
+
+
+def _take_tuple_apart(tree: tuple[Any, ...], graph: Graph, integers: bool) -> tuple[list[Value], Any, Rebuild]:
+    parts = [take_apart(part, graph, integers) for part in tree]
+    leaves = [leaf for part, _, _ in parts for leaf in part]
+    key = type(tree), *(part_key for _, part_key, _ in parts)
+    return leaves, key, lambda it: rebuilt(tree, [rebuild(it) for _, _, rebuild in parts])
 
 
 def _take_natural(leaves: Iterator[Value]) -> Value:

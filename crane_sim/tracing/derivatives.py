@@ -42,10 +42,10 @@ def directional_derivatives(f: Any, arguments: Any, directions: Any) -> Any:
     whole = f, key
     if whole not in _IN_PYTHON:
         traced = trace_tree(key, lambda calls, graph, tree: trace_derivatives(calls, graph, f, *tree))
-        _IN_PYTHON[whole] = traced.function, make_builder(traced.structure, traced.function.result_kinds)[0]
+        _IN_PYTHON[whole] = traced.function, make_builder(traced.structure)
     function, build = _IN_PYTHON[whole]
     memory = Memory(FLOATS)  # which results are copied from
-    return build(evaluate(function, leaves, FLOATS, memory), {0: arrays}, [])
+    return build(evaluate(function, leaves, FLOATS, memory), {0: arrays})
 
 
 _IN_PYTHON: dict[Any, tuple[Function, Any]] = {}

@@ -4,10 +4,15 @@ The code of a structure is kept in a folder of the user's (`code_cache`). It is 
 function as it stands instead: with CRANE_SIM_INTERPRETED=1 it does.
 """
 
+import gc
 import os
 import types
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from math import inf
 from typing import Any
+
+import numpy as np
 
 from crane_sim.files.errors import SceneError
 from crane_sim.tracing.arguments import describe, kinds_of, rebuild_symbols
@@ -19,9 +24,9 @@ from crane_sim.tracing.frame import read_leaves, write_leaves
 from crane_sim.tracing.function import Function
 from crane_sim.tracing.graph import Graph, Value
 from crane_sim.tracing.instructions import Kind
-from crane_sim.tracing.llvm import module_text
+from crane_sim.tracing.llvm import module_text, module_texts
 from crane_sim.tracing.machine_code import Optimisation, compile_text
-from crane_sim.tracing.memory import allocates
+from crane_sim.tracing.memory import RELEASE, allocates
 from crane_sim.tracing.results import take_result
 from crane_sim.tracing.trace_error import TraceError
 
@@ -50,17 +55,31 @@ def compile_entry(function: types.FunctionType, key: Any) -> tuple[Code, set[typ
 
     block = graph.trace_block(run, (Kind.ARRAY,))
     graph.has_allocations = True
-    text = module_text(Function("entry", function, graph, block, None, False, False)) + _RUN
-    machine_code = compile_text(text, getattr(function, "optimisation", Optimisation.FULL))
+    entry = Function("entry", function, graph, block, None, False, False)
+    optimisation = getattr(function, "optimisation", Optimisation.FULL)
+    text, loops = module_texts(entry) if optimisation is Optimisation.FULL else (module_text(entry), "")
+    machine_code = compile_text(text + _RUN, optimisation, loops)
     return Code(machine_code, tuple(results), structure[0], allocates(block)), calls.functions
 
 
-_RUN = """
-define void @run(ptr %memory) nounwind {
+_RUN = f"""{RELEASE}
+define void @run(ptr %memory) nounwind {{
  call void @entry(ptr %memory, ptr %memory)
  ret void
-}
+}}
 """
+
+
+@contextmanager
+def _without_collection() -> Iterator[None]:
+    """Collect no garbage within the block: most of what a trace makes lives on, and looking through it takes long."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
 
 
 class EntryPoint:
@@ -72,6 +91,7 @@ class EntryPoint:
         self.__name__, self.__doc__, self.__module__ = function.__name__, function.__doc__, function.__module__
         self.__qualname__ = function.__qualname__
         self._loaded: dict[Any, LoadedEntry] = {}
+        self._plain_calls: dict[Any, int] = {}  # that ran as plain Python
         self._shared: EntryPoint | None = None  # the one that this is of with calls of its own
         self._count, self._defaults = function.__code__.co_argcount, function.__defaults__ or ()
         self._calls: list[Call] = []  # that are not under way; several threads may call
@@ -92,7 +112,7 @@ class EntryPoint:
         except IndexError:
             call = None
         if call is None or not call.take(arguments):
-            call = self._new_call(arguments)
+            return self._call_anew(arguments)
         result = call.run()
         self._calls.append(call)
         return result
@@ -107,21 +127,36 @@ class EntryPoint:
         """Return the name that another process finds it by."""
         return self.__qualname__ if self._shared is None else (EntryPoint.with_own_calls, (self._shared,))
 
-    def _new_call(self, arguments: tuple[Any, ...]) -> Call:
+    def _call_anew(self, arguments: tuple[Any, ...]) -> Any:
+        """Return the result of a call with arguments of another structure than those of the call before."""
         key = describe(arguments, [], {})
-        loaded = self._loaded.get(key)
+        loaded = self._loaded.get(key) or self._load(key)
         if loaded is None:
-            loaded = self._loaded[key] = LoadedEntry(self._find_code(key), key[1:])
+            with suppress(Exception), np.errstate(all="ignore"):  # where Python raises an error, code computes
+                return self.py_func(*arguments)
+            loaded = self._load(key, True)
+            assert loaded is not None
         call = Call(loaded, _KEPT if self._shared is None else inf)
         call.take(arguments)
-        return call
+        result = call.run()
+        self._calls.append(call)
+        return result
 
-    def _find_code(self, key: Any) -> Code:
-        code = read_entry(self.py_func, key)
-        if isinstance(code, Code):
-            return code
+    def _load(self, key: Any, at_once: bool = False) -> LoadedEntry | None:
+        """Return loaded code, None where a function that is seldom called is not compiled yet."""
+        calls = self._plain_calls.get(key, 0)
+        code = None if calls else read_entry(self.py_func, key)
+        if not isinstance(code, Code):
+            if not at_once and calls < getattr(self.py_func, "plain_calls", 0):
+                self._plain_calls[key] = calls + 1
+                return None
+            code = self._compile(key)
+        self._loaded[key] = LoadedEntry(code, key[1:])
+        return self._loaded[key]
+
+    def _compile(self, key: Any) -> Code:
         try:
-            with COMPILE_TIMER:
+            with COMPILE_TIMER, _without_collection():
                 code, functions = compile_entry(self.py_func, key)
         except (TraceError, RecursionError) as error:  # of a law of the user's
             raise SceneError(f"cannot be compiled: {error}") from error

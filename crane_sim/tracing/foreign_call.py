@@ -1,11 +1,10 @@
-"""Calls of machine code from Python: memory for arguments and results, which keeps what did not change since the last.
+"""Calls of machine code from Python: memory for arguments, which keeps what did not change since the last, and results.
 
 A call's memory has the address of what the code allocates, then the leaves of the arguments, then those of the result,
 eight bytes each.
 """
 
 import ctypes
-import struct
 from itertools import compress
 from operator import is_not
 from typing import Any, NamedTuple
@@ -22,7 +21,6 @@ FIRST = 8
 
 _UNKNOWN = object()
 _NOTHING = bytes(8)  # the address of no memory
-_ADDRESS = struct.Struct("=Q")
 _NUMBER_TYPES = {Kind.REAL: float, Kind.INTEGER: int}
 _REALS = {float}
 
@@ -55,10 +53,7 @@ class LoadedEntry:
             self.places.append(self.places[-1] + 8 * len(each))
         results = struct_of(code.results)
         self.unpack, self.size = results.unpack_from, self.places[-1] + results.size
-        self.build, parts = make_builder(code.structure, code.results)
-        begin, count = self.places[-1], len(code.structure) if isinstance(code.structure, tuple) else 0
-        self.no_result = (_UNKNOWN,) * count
-        self.carried = [[(i, begin + a, begin + b) for i, k, a, b in parts if k == key] for key in keys]
+        self.build = make_builder(code.structure)
         self._library = LoadedCode(code.object_file)
         prototype = ctypes.CFUNCTYPE(None, ctypes.c_void_p)
         self.run: Any = prototype(self._library.address("run"))
@@ -66,7 +61,7 @@ class LoadedEntry:
 
 
 class Call:
-    """Memory of one call at a time, with the arguments of the call before and its results."""
+    """Memory of one call at a time, with the arguments of the call before."""
 
     def __init__(self, entry: LoadedEntry, limit: float) -> None:
         """Begin without arguments; those with more than `limit` bytes of arrays are not kept for the next call."""
@@ -77,8 +72,6 @@ class Call:
         self._arguments: list[Any] = [_UNKNOWN] * count
         self._shapes = {i: None for i, key in enumerate(entry.keys) if _is_array(key)}  # of arrays, which may be set
         self._arrays: dict[int, dict[int, Any]] = {}  # of each argument, by address
-        self._result: Any = entry.no_result  # of the call before
-        self._result_arrays: dict[int, Any] = {}
         self._large: list[int] = []  # arguments whose arrays would take much memory until the next call
 
     def take(self, arguments: tuple[Any, ...]) -> bool:
@@ -102,11 +95,6 @@ class Call:
         elif kind is tuple and len(argument) == entry.vector_sizes[i] and {*map(type, argument)} == _REALS:
             entry.pack[i](self._memory, place, *argument)
         else:
-            for index, begin, end in entry.carried[i]:
-                if self._result[index] is argument:
-                    self._memory[place : entry.places[i + 1]] = self._memory[begin:end]
-                    self._remember(i, argument, self._result_arrays)
-                    return True
             return self._describe(i, argument)
         self._arguments[i] = argument
         return True
@@ -119,48 +107,28 @@ class Call:
         entry.pack[i](self._memory, entry.places[i], *leaves)
         if i in self._shapes:
             self._shapes[i] = argument.shape
-        self._remember(i, argument, arrays)
-        return True
-
-    def _remember(self, i: int, argument: Any, arrays: dict[int, Any]) -> None:
         self._arguments[i] = argument
         if arrays or i in self._arrays:
             self._arrays[i] = arrays
-            if self._is_large(arrays):
+            if sum([array.nbytes for array in arrays.values()]) > self._limit:
                 self._large.append(i)
+        return True
 
     def run(self) -> Any:
         """Return the result."""
         entry, memory = self.entry, self._memory
         entry.run(self._address)
-        taken: list[Any] = []
-        result = entry.build(entry.unpack(memory, entry.places[-1]), self._arrays, taken)
+        result = entry.build(entry.unpack(memory, entry.places[-1]), self._arrays)
         if entry.allocates and memory[:FIRST] != _NOTHING:
             entry.release(self._address)
-        self._result, self._result_arrays = result, {}
-        if taken:
-            self._keep_arrays(taken)
         if self._large:
             self._forget_large_arrays()
         return result
-
-    def _keep_arrays(self, taken: list[Any]) -> None:
-        arrays = {address: array for _, address, array, _ in taken}
-        if self._is_large(arrays) or not all([dense for *_, dense in taken]):
-            self._result = self.entry.no_result
-            return
-        begin = self.entry.places[-1]
-        for index, address, *_ in taken:
-            _ADDRESS.pack_into(self._memory, begin + 8 * index, address)
-        self._result_arrays = arrays
 
     def _forget_large_arrays(self) -> None:
         for i in self._large:
             self._arguments[i], self._arrays[i] = _UNKNOWN, {}
         self._large.clear()
-
-    def _is_large(self, arrays: dict[int, Any]) -> bool:
-        return sum([array.nbytes for array in arrays.values()]) > self._limit
 
 
 def _is_array(key: Any) -> bool:

@@ -164,7 +164,11 @@ class _Transformation:
         operands = [self._duals[i] for i in instruction.arguments]
         self._duals[number] = dual
         operation = instruction.operation
-        if dual.value.kind is not Kind.REAL or operation in FLAT or all(x.tangent is None for x in operands):
+        if all(x.tangent is None for x in operands):
+            return
+        if dual.value.kind is Kind.TANGENT:
+            raise TraceError("the derivative of a derivative is not known")
+        if dual.value.kind is not Kind.REAL or operation in FLAT:
             return
         if operation not in RULES:
             raise TraceError(f"the derivative of {operation} is not known")

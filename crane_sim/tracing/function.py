@@ -85,31 +85,39 @@ def call_address(function: Any, arguments: tuple[Any, ...], result: tuple[Kind, 
     return results[0] if result else None
 
 
-def functions_with_callees(*functions: Function) -> list[Function]:
+def functions_with_callees(
+    *functions: Function, follows: Callable[[Function], bool] = lambda function: True
+) -> list[Function]:
     """Return functions and all that they call, each after what it calls.
+
+    Args:
+        functions: where the calls begin.
+        follows: whether what is called is one of them.
 
     Raises:
         TraceError: two of them have one name.
     """
     found: dict[str, Function] = {}
     for function in functions:
-        _collect(function, found)
+        _collect(function, follows, found)
     return list(found.values())
 
 
-def _collect(function: Function, found: dict[str, Function]) -> None:
+def _collect(function: Function, follows: Callable[[Function], bool], found: dict[str, Function]) -> None:
     if function.name not in found:
-        for callee in _callees(function.block):
-            _collect(callee, found)
+        for callee in callees(function.block):
+            if follows(callee):
+                _collect(callee, follows, found)
         found[function.name] = function
     elif found[function.name] is not function:
         raise TraceError(f"two functions are called {function.name}")
 
 
-def _callees(block: Block) -> Iterator[Function]:
+def callees(block: Block) -> Iterator[Function]:
+    """Yield what a block calls, once for each call."""
     for instruction in block.instructions:
         if instruction.operation == "call":
             yield instruction.literal
         elif instruction.operation in ("branch", "loop"):
             for inner in instruction.literal:
-                yield from _callees(inner)
+                yield from callees(inner)

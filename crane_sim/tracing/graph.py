@@ -55,6 +55,7 @@ class Graph:
         self.has_wide_vectors = False  # the widest of the processor
         self.simd_loops: set[int] = set()  # whose turns are independent, by their first results
         self.least: dict[int, int] = {}  # what integers are known not to be less than
+        self.taken_apart: dict[Any, Any] = {}  # tuples with what they consist of, see `calls`
         self.structural = False  # the integers 0 and 1 are structure where they meet a real, see `arithmetic`
 
     @property
@@ -105,6 +106,11 @@ class Graph:
         if operation not in IMPURE:
             self._known[-1][key] = numbers
         return values
+
+    def are_defined(self, values: list["Value"]) -> bool:
+        """Return whether values exist where it is recorded now."""
+        owners, opened = self._owners, self._open
+        return all([owners[value.number] in opened for value in values])
 
     def check_operands(self, operation: str, arguments: tuple[int, ...]) -> None:
         """Raise a TraceError where an operation may not have these arguments."""

@@ -8,12 +8,23 @@ Arrays of one call are distinct memory: where they overlap, an element that is w
 """
 
 import itertools
+from collections import Counter
 from collections.abc import Iterator
 
-from crane_sim.tracing.function import Function, functions_with_callees
+from crane_sim.tracing.function import Function, callees, functions_with_callees
 from crane_sim.tracing.instructions import Kind
 from crane_sim.tracing.llvm_control import ControlText
-from crane_sim.tracing.llvm_types import TYPES, all_lanes, argument_type, declarations, result_type, symbol_of, type_of
+from crane_sim.tracing.llvm_types import (
+    TYPES,
+    all_lanes,
+    argument_type,
+    declaration,
+    declarations,
+    result_definition,
+    result_type,
+    symbol_of,
+    type_of,
+)
 from crane_sim.tracing.trace_error import TraceError
 
 
@@ -21,12 +32,62 @@ def module_text(*functions: Function, width: int = 1) -> str:
     """Return a module in which these functions can be called from outside.
 
     In lanes they take a real as one for all lanes, and return nothing.
+
+    Raises:
+        TraceError: two functions have one name, or one returns what a caller outside could not take.
     """
-    exported = {function.name for function in functions}
-    nodes = itertools.count()  # of metadata
-    texts = [_FunctionText(f, f.name in exported, width, nodes).text for f in functions_with_callees(*functions)]
+    for function in functions:
+        if len(function.block.results) > 1:
+            raise TraceError(f"{function.name} returns several numbers, which no caller outside could take")
+    everything = functions_with_callees(*functions)
     entries = [_entry(f, width) for f in functions if width > 1]
-    return "\n".join((*declarations(width), *texts, *entries, ""))
+    return _module(everything, {f.name for f in functions}, [], width) + "\n".join((*entries, ""))
+
+
+def module_texts(entry: Function) -> tuple[str, str]:
+    """Return (the module of a function, that of its loops that are to become lanes), which are linked.
+
+    LLVM makes lanes in a sequence of passes that takes three times as long as those that other code needs.
+    """
+    loops = functions_with_callees(*_functions_with_lanes(entry), follows=_is_with_loops)
+    outer = [f for loop in loops for f in callees(loop.block) if not _is_with_loops(f)]
+    rest = functions_with_callees(entry, *outer, follows=lambda f: not f.graph.simd_loops)
+    inner = [f for f in loops if f.graph.simd_loops]
+    main = _module(rest, {entry.name, *(f.name for f in outer)}, inner)
+    return main, _module(loops, {f.name for f in inner}, outer) if loops else ""
+
+
+def _functions_with_lanes(entry: Function) -> list[Function]:
+    return [f for f in functions_with_callees(entry) if f.graph.simd_loops]
+
+
+def _is_with_loops(function: Function) -> bool:
+    """Return whether a function that one with lanes calls is part of their module."""
+    return function.inlined or bool(function.graph.simd_loops)
+
+
+def _module(functions: list[Function], exported: set[str], outer: list[Function], width: int = 1) -> str:
+    """Return the module of functions, each after those that it calls; `outer` are those of another module."""
+    nodes = itertools.count()  # of metadata
+    inlined = _inlined_names(functions, exported)
+    others = {f.name: f for f in outer}
+    texts = [_FunctionText(f, f.name in exported, f.name in inlined, width, nodes).text for f in functions]
+    heads = [declaration(f) for f in others.values()]
+    types = [result_definition(f, width) for f in (*others.values(), *functions) if len(f.block.results) > 1]
+    return "\n".join((*declarations(width), *types, *heads, *texts, ""))
+
+
+def _inlined_names(functions: list[Function], exported: set[str]) -> set[str]:
+    """Return the functions that are inlined: those that are marked, and those that are called at one place then."""
+    calls, names = Counter[str](), set[str]()
+    for function in reversed(functions):
+        copies = 1
+        if function.name not in exported and (function.inlined or calls[function.name] == 1):
+            names.add(function.name)
+            copies = calls[function.name]
+        for callee in callees(function.block):
+            calls[callee.name] += copies
+    return names
 
 
 def _entry(function: Function, width: int) -> str:
@@ -49,22 +110,17 @@ def _entry(function: Function, width: int) -> str:
 class _FunctionText(ControlText):
     """Writes one function."""
 
-    def __init__(self, function: Function, exported: bool, width: int, nodes: Iterator[int]) -> None:
+    def __init__(self, function: Function, exported: bool, inlined: bool, width: int, nodes: Iterator[int]) -> None:
         super().__init__(function, width, nodes)
-        self.text = self._text(exported)
+        body, head = self._body(), self._head(exported, inlined)
+        self.text = "\n".join((*self.tables, head, "entry:", *self._slots, *body, "}", *self._metadata))
 
-    def _text(self, exported: bool) -> str:
-        body = self._body()
-        return "\n".join((*self.tables, self._head(exported), "entry:", *self._slots, *body, "}", *self._metadata))
-
-    def _head(self, exported: bool) -> str:
+    def _head(self, exported: bool, inlined: bool) -> str:
         function, internal = self._function, not exported or self._width > 1
         parameters = [self._parameter(number) for number in function.block.parameters]
         parameters += ["ptr %memory"] if function.graph.has_allocations else []
-        if not internal and len(function.block.results) > 1:
-            raise TraceError(f"{function.name} returns several numbers, which no caller outside could take")
         lanes = [f"<{self._width} x i1> %lanes"] if self._width > 1 else []
-        linkage, inlining = "internal " if internal else "", " alwaysinline" if function.inlined and internal else ""
+        linkage, inlining = "internal " if internal else "", " alwaysinline" if inlined else ""
         zeroext = "zeroext " if self._result == "i1" else ""
         signature = f"{self._result} @{symbol_of(function, self._width)}({', '.join([*lanes, *parameters])})"
         vectors = ' "prefer-vector-width"="512"' if function.graph.has_wide_vectors else ""
@@ -78,7 +134,7 @@ class _FunctionText(ControlText):
 
     @property
     def _result(self) -> str:
-        return result_type(self._function.result_kinds, self._width)
+        return result_type(self._function, self._width)
 
     def _body(self) -> list[str]:
         self._write_block(self._function.block)

@@ -28,23 +28,23 @@ class ControlText(MemoryText):
         callee: Function = instruction.literal
         memory = "ptr %memory" if callee.graph.has_allocations else ""
         symbol = f"@{symbol_of(callee, self._width)}"
-        self._write_call_of(instruction, symbol, callee.result_kinds, instruction.arguments, memory)
+        self._write_call_of(instruction, symbol, result_type(callee, self._width), instruction.arguments, memory)
 
     def _write_call_address(self, instruction: Instruction) -> None:
         address, *arguments = instruction.arguments
         if self._width > 1:
             raise TraceError(f"{self._function.name}: a function at an address has no lanes")
-        self._write_call_of(instruction, self._name(address), instruction.literal, tuple(arguments))
+        kind = type_of(instruction.literal[0], 1) if instruction.literal else "void"
+        self._write_call_of(instruction, self._name(address), kind, tuple(arguments))
 
     def _write_call_of(
         self,
         instruction: Instruction,
         callee: str,
-        result: tuple[Kind, ...],
+        kind: str,
         arguments: tuple[int, ...],
         memory: str = "",
     ) -> None:
-        kind = result_type(result, self._width)
         lanes = [f"<{self._width} x i1> {self._lanes}"] if self._width > 1 else []
         passed = [f"{argument_type(self._kind(number), self._width)} {self._name(number)}" for number in arguments]
         passed += [memory] if memory else []

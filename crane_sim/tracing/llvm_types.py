@@ -71,11 +71,26 @@ def type_of(kind: Kind, width: int) -> str:
     return scalar if width == 1 or scalar == "ptr" else f"<{width} x {scalar}>"
 
 
-def result_type(kinds: tuple[Kind, ...], width: int) -> str:
+def result_type(function: Function, width: int) -> str:
     """Return the type of what a function returns."""
-    if len(kinds) == 1:
-        return type_of(kinds[0], width)
-    return "{" + ", ".join(type_of(kind, width) for kind in kinds) + "}" if kinds else "void"
+    kinds = function.result_kinds
+    if len(kinds) > 1:
+        return f"%{symbol_of(function, width)}.result"
+    return type_of(kinds[0], width) if kinds else "void"
+
+
+def result_definition(function: Function, width: int) -> str:
+    """Return the definition of the type of what a function returns, several numbers."""
+    parts = ", ".join(type_of(kind, width) for kind in function.result_kinds)
+    return f"{result_type(function, width)} = type {{{parts}}}"
+
+
+def declaration(function: Function) -> str:
+    """Return the declaration of a function of another module."""
+    parameters = [argument_type(kind, 1) for kind in function.parameter_kinds]
+    parameters += ["ptr"] if function.graph.has_allocations else []
+    result = result_type(function, 1)
+    return f"declare {'zeroext ' if result == 'i1' else ''}{result} @{function.name}({', '.join(parameters)}) nounwind"
 
 
 def literal_text(number: float | int, kind: Kind, width: int) -> str:

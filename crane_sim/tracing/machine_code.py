@@ -65,7 +65,7 @@ class Library:
             functions: that are called from outside.
             width: number of lanes.
         """
-        self._loaded = LoadedCode(compile_text(module_text(*functions, width=width)))
+        self._loaded = LoadedCode(compile_text(module_text(*functions, width=width), LIGHT))
 
     def address(self, function: Function) -> int:
         """Return the address of a compiled function."""
@@ -81,16 +81,60 @@ class Library:
         return compiled
 
 
-def compile_text(text: str, optimisation: Optimisation = Optimisation.FULL) -> bytes:
-    """Return the object file of a module's text."""
+def compile_text(text: str, optimisation: Optimisation = Optimisation.FULL, loops: str = "") -> bytes:
+    """Return the object file of a module's text.
+
+    Args:
+        text: of the module.
+        optimisation: of its code.
+        loops: the module of its functions with loops that are to become lanes.
+    """
     passes, generation = optimisation.value
     machine = _target_machine(generation)
+    module = _parse(text, machine)
+    builder = llvm.create_pass_builder(machine, _tuning(passes))
+    if loops:
+        lanes = _parse(loops, machine)
+        builder.getModulePassManager().run(lanes, builder)
+        module.link_in(lanes)
+    if passes:
+        _hide_functions(module)
+        _run_passes(module, builder)
+    else:
+        builder.getModulePassManager().run(module, builder)
+    return machine.emit_object(module)
+
+
+def _parse(text: str, machine: Any) -> Any:
     module = llvm.parse_assembly(text)
     module.verify()
     module.triple, module.data_layout = machine.triple, str(machine.target_data)
-    builder = llvm.create_pass_builder(machine, _tuning(passes))
-    builder.getModulePassManager().run(module, builder)
-    return machine.emit_object(module)
+    return module
+
+
+def _hide_functions(module: Any) -> None:
+    for function in module.functions:
+        if not function.is_declaration and function.name not in _CALLED_FROM_OUTSIDE:
+            function.linkage = "internal"
+
+
+_CALLED_FROM_OUTSIDE = {"run", "release"}
+_PASSES = (
+    *("always_inliner", "sroa", "instruction_combine", "simplify_cfg", "global_dead_code_eliminate"),
+    *("post_order_function_attributes", "dead_arg_elimination"),
+)
+
+
+def _run_passes(module: Any, builder: Any) -> None:
+    """Run what matters to code without lanes: LLVM's own sequence for a module takes three times as long."""
+    passes = llvm.create_new_module_pass_manager()
+    for name in _PASSES:
+        getattr(passes, f"add_{name}_pass")()
+    passes.run(module, builder)
+    of_functions = builder.getFunctionPassManager()
+    for function in module.functions:
+        if not function.is_declaration:
+            of_functions.run(function, builder)
 
 
 @cache

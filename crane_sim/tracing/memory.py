@@ -61,8 +61,9 @@ drop:
  br label %head
 end:
  ret void
-}
+}"""
 
+RELEASE = """
 define void @release(ptr %list) nounwind {
 entry:
  %first = load ptr, ptr %list, align 8

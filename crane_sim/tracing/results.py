@@ -1,7 +1,7 @@
 """What an entry point returns: its structure, and the result made of the numbers and addresses of a call."""
 
 import ctypes
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -43,40 +43,22 @@ def take_result(tree: Any, leaves: list[Value], graph: Graph) -> Any:
     return tree
 
 
-Part = tuple[int, Any, int, int]
-"""A part of a result: its index, its structure as `arguments.describe` has it, and where its bytes begin and end."""
+def make_builder(structure: Any) -> Callable[..., Any]:
+    """Return a function that makes the result of a call.
 
-
-def make_builder(structure: Any, kinds: Sequence[Kind]) -> tuple[Callable[..., Any], list[Part]]:
-    """Return (a function that makes the result of a call, the parts of the result that are numbers and arrays).
-
-    Its arguments are the numbers of the result, for each argument of the call the arrays by their addresses, and a
-    list to which it appends (index of an array's address, address, array, whether its elements stand one behind the
-    other) of the arrays of the result.
-    The function is one expression of Python: a call for each tuple would take longer than the code that is called.
+    Its arguments are the numbers of the result and, for each argument of the call, the arrays by their addresses.
+    It is one expression of Python: a call for each tuple would take longer than the code that is called.
     """
-    builder = _Builder(kinds)
-    parts: list[Part] = []
-    if type(structure) is tuple:
-        texts = []
-        for i, part in enumerate(structure):
-            begin = builder.place
-            texts.append(builder.expression(part))
-            key = builder.key(part, begin)
-            if isinstance(part, tuple) and key is not None:
-                parts.append((i, key, 8 * begin, 8 * builder.place))
-        text = "".join(f"{each}, " for each in texts)
-        text = f"({text})"
-    else:
-        text = builder.expression(structure)
-    return eval(f"lambda v, arrays, taken: {text}", builder.names), parts
+    builder = _Builder()
+    text = builder.expression(structure)
+    return eval(f"lambda v, arrays: {text}", builder.names)
 
 
 class _Builder:
     """Writes the expression of a result."""
 
-    def __init__(self, kinds: Sequence[Kind]) -> None:
-        self.kinds, self.place = kinds, 0  # of the next number
+    def __init__(self) -> None:
+        self.place = 0  # of the next number
         self.names: dict[str, Any] = {"new": tuple.__new__, "take": _take_array}
 
     def expression(self, structure: Any) -> str:
@@ -89,34 +71,12 @@ class _Builder:
             sizes = [f"v[{first + 1 + i}], " for i in range(2 * n)]
             self.place += 1 + len(sizes)
             shape, strides = "".join(sizes[:n]), "".join(sizes[n:])
-            return f"take(arrays, taken, {first}, {self._name(structure.dtype)}, v[{first}], ({shape}), ({strides}))"
+            return f"take(arrays, {self._name(structure.dtype)}, v[{first}], ({shape}), ({strides}))"
         if isinstance(structure, tuple):
             inner = "".join(f"{self.expression(part)}, " for part in structure)
             plain = f"({inner})"
             return plain if type(structure) is tuple else f"new({self._name(type(structure))}, {plain})"
         return self._name(structure)
-
-    def key(self, structure: Any, begin: int) -> Any:
-        """Return a part's structure as that of an argument, None where it has another object."""
-        key, _ = self._key(structure, begin)
-        return None if key is _NO_KEY else key
-
-    def _key(self, structure: Any, place: int) -> tuple[Any, int]:
-        if structure is _Number:
-            return self.kinds[place], place + 1
-        if structure is None:
-            return None, place
-        if isinstance(structure, _Array):
-            return (np.ndarray, structure.dtype, structure.dimensions, True), place + 1 + 2 * structure.dimensions
-        if not isinstance(structure, tuple):
-            return _NO_KEY, place
-        keys = []
-        for part in structure:
-            key, place = self._key(part, place)
-            if key is _NO_KEY:
-                return _NO_KEY, place
-            keys.append(key)
-        return (type(structure), *keys), place
 
     def _name(self, value: Any) -> str:
         name = f"n{len(self.names)}"
@@ -124,27 +84,23 @@ class _Builder:
         return name
 
 
-_NO_KEY = object()
-
-
 def _take_array(
-    arguments: dict[int, dict[int, Any]], taken: list[Any], index: int, dtype: np.dtype, address: int,
-    shape: tuple[int, ...], strides: tuple[int, ...],
-) -> Any:  # fmt: skip
+    arguments: dict[int, dict[int, Any]],
+    dtype: np.dtype,
+    address: int,
+    shape: tuple[int, ...],
+    strides: tuple[int, ...],
+) -> Any:
     """Return the array at an address: one of the arguments', or a new one with a copy of what is there."""
     for arrays in arguments.values():
         found = arrays.get(address)
         if found is not None and found.shape == shape and found.strides == strides and found.dtype == dtype:
-            taken.append((index, address, found, found.flags.c_contiguous))
             return found
     array = np.empty(shape, dtype)
-    dense = array.strides == strides
-    copied = _address(array)
-    if dense:
-        ctypes.memmove(copied, address, array.nbytes)
+    if array.strides == strides:
+        ctypes.memmove(_address(array), address, array.nbytes)
     else:
         array[...] = _view(dtype, address, shape, strides)
-    taken.append((index, copied, array, dense))
     return array
 
 

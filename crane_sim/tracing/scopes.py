@@ -149,10 +149,14 @@ def _functions_of(file: str, time_stamp: int) -> dict[tuple[str, int], list[Any]
 
 def _statements(node: ast.AST) -> Iterator[ast.AST]:
     """Yield the statements that a module or a statement consists of, but not their expressions."""
+    for part in _inner_statements(node):
+        yield part
+        yield from _statements(part)
+
+
+def _inner_statements(node: ast.AST) -> Iterator[ast.AST]:
     for name in ("body", "orelse", "finalbody", "handlers"):
-        for part in getattr(node, name, ()):
-            yield part
-            yield from _statements(part)
+        yield from getattr(node, name, ())
 
 
 @cache
@@ -210,7 +214,7 @@ def assigned_names(node: ast.AST) -> tuple[str, ...]:
 @cache
 def has_return(node: ast.AST) -> bool:
     """Return whether a statement may leave the function."""
-    return any(isinstance(part, ast.Return) for part in ast.walk(node))
+    return isinstance(node, ast.Return) or any(isinstance(part, ast.Return) for part in _statements(node))
 
 
 @cache
@@ -227,11 +231,11 @@ def has_exit(statement: ast.stmt) -> bool:
 
 
 def _parts_of_turn(statement: ast.AST) -> Iterator[ast.AST]:
-    """Yield a statement and its parts without loops."""
+    """Yield a statement and those inside it, without loops."""
     if isinstance(statement, ast.For | ast.While):
         return
     yield statement
-    for part in ast.iter_child_nodes(statement):
+    for part in _inner_statements(statement):
         yield from _parts_of_turn(part)
 
 

@@ -72,7 +72,7 @@ def with_breakpoints(source: Any, model: Any) -> Any:
 
 
 def _collect(tree: Any) -> list[Any]:
-    """Return the breakpoints [s] of all functions of time in a tree of tuples."""
+    """Return the breakpoints [s] of all functions of time in a tree of tuples; none of what is no tuple."""
     if isinstance(tree, Motion | Trajectory):
         return [np.asarray(tree.starts, dtype=float)[1:]]
     if isinstance(tree, Delayed):
@@ -81,4 +81,4 @@ def _collect(tree: Any) -> list[Any]:
         return [np.asarray(tree.times, dtype=float)]
     if isinstance(tree, SplineBase):
         return [np.arange(tree.knots[0], tree.knots[-1], _BASE_INTERVAL)]
-    return [instants for part in tree for instants in _collect(part)] if isinstance(tree, tuple) else []
+    return [instants for part in tree if isinstance(part, tuple) for instants in _collect(part)]

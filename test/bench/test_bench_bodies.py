@@ -25,7 +25,7 @@ from crane_bench.speed.results import read_points
 from crane_bench.speed.sweep import angle_between
 from crane_sim.integrators.dop853 import RK8
 from crane_sim.scenes.scene import load_scene
-from crane_sim.simulation.metrics import world_points
+from crane_sim.simulation.derived import world_points
 
 pytestmark = pytest.mark.interpreted
 

@@ -10,7 +10,7 @@ import pytest
 from crane_control.anti_swing import swing_gains, swing_geometry
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import Scene, load_scene
-from crane_sim.simulation.metrics import derive_instant
+from crane_sim.simulation.derived import derive_instant
 from crane_sim.simulation.rollout import simulate
 
 LENGTH = 4.0  # m

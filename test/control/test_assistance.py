@@ -11,7 +11,7 @@ from crane_sim import load_scene
 from crane_sim.files.errors import SceneError
 from crane_sim.operator.drives import with_operator_drives
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.metrics import derive_instant
+from crane_sim.simulation.derived import derive_instant
 
 GRAVITY = 9.81
 PERIOD = 0.01

@@ -14,7 +14,7 @@ from crane_sim.description import urdf
 from crane_sim.description.cables import SuspendedCable, add_cable
 from crane_sim.description.workspace import BoundingBox
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.metrics import world_points
+from crane_sim.simulation.derived import world_points
 
 pytestmark = pytest.mark.interpreted
 

@@ -10,7 +10,7 @@ from crane_sim.description import urdf
 from crane_sim.description.frame_motion import FrameMotion, frame_accelerations, frame_motions
 from crane_sim.description.transforms import TransformTree
 from crane_sim.scenes.schema.rigging import ATTITUDE
-from crane_sim.simulation.metrics import world_points
+from crane_sim.simulation.derived import world_points
 
 pytestmark = pytest.mark.interpreted
 

@@ -21,7 +21,7 @@ from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.schema.rigging import ATTITUDE
 from crane_sim.simulation.base_state import base_state
-from crane_sim.simulation.metrics import world_points
+from crane_sim.simulation.derived import world_points
 
 pytestmark = pytest.mark.interpreted
 

@@ -20,16 +20,6 @@ TIMEOUT = 0.3  # s without a command until `make_lockstep` reports that the run 
 STEPS_TO_REST = 20
 
 
-class FakeHandle(SimpleNamespace):
-    """A subscription's handle, which is a context manager."""
-
-    def __enter__(self) -> None:
-        """Lock nothing."""
-
-    def __exit__(self, *_: Any) -> None:
-        """Unlock nothing."""
-
-
 class FakeHost:
     """A host without middleware.
 
@@ -41,8 +31,8 @@ class FakeHost:
         """Create it without subscriptions."""
         self.stop_reason, self.brake_reason = "", ""
         self.queues: dict[str, deque[tuple[bytes, None]]] = {}
+        self._callbacks: dict[str, Callable[..., Any]] = {}
         self.node: Any = SimpleNamespace(
-            create_subscription=self._subscribe,
             create_publisher=lambda *_: SimpleNamespace(get_subscription_count=lambda: 0),
             get_publishers_info_by_topic=lambda _topic: [],
         )
@@ -54,27 +44,18 @@ class FakeHost:
         def take() -> MessageWithSender | None:
             return MessageWithSender(queue.popleft()[0], b"controller") if queue else None
 
-        def take_all() -> None:
-            while message := take():
-                callback([message])
-
-        def wait(seconds: float) -> None:
-            self.spin(seconds)
-
-        taking = {"take": take, "take_all": take_all, "wait": wait}
-        return SimpleNamespace(topic=topic, count_publishers=lambda: 1, polled=False, **taking)
+        self._callbacks[topic] = callback
+        return SimpleNamespace(topic=topic, count_publishers=lambda: 1, take=take)
 
     def spin(self, timeout: float = 0.01) -> None:
-        """Let time pass."""
+        """Deliver what has come, and let time pass."""
+        for topic, queue in self.queues.items():
+            while queue:
+                self._callbacks[topic]([MessageWithSender(queue.popleft()[0], b"controller")])
         time.sleep(timeout)
 
     def poll(self) -> None:
         """Read no orders."""
-
-    def _subscribe(self, _kind: type, topic: str, *_: Any, **__: Any) -> Any:
-        queue = self.queues.setdefault(topic, deque())
-        handle = FakeHandle(get_publisher_count=lambda: 1, take_message=lambda *_: queue.popleft() if queue else None)
-        return SimpleNamespace(topic_name=topic, handle=handle, get_publisher_count=lambda: 1)
 
 
 class FakeTopics:

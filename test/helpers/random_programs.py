@@ -227,7 +227,7 @@ def load(file: Path) -> Any:
 def compiled(function: Any) -> Any:
     """Return a function as machine code that is kept nowhere."""
     entry = EntryPoint(function)
-    entry._find_code = lambda key: compile_entry(function, key)[0]  # type: ignore[method-assign]
+    entry._compile = lambda key: compile_entry(function, key)[0]  # type: ignore[method-assign]
     return entry
 
 

@@ -78,7 +78,7 @@ def fake_subscription(topic: str, publishers: int, queue: deque[tuple[bytes, Non
     def take() -> MessageWithSender | None:
         return MessageWithSender(queue.popleft()[0], SENDER) if queue else None
 
-    return SimpleNamespace(topic=topic, count_publishers=lambda: publishers, take=take, polled=False)
+    return SimpleNamespace(topic=topic, count_publishers=lambda: publishers, take=take)
 
 
 def deliver_to(callback: Any) -> Callable[[bytes], None]:

@@ -54,15 +54,16 @@ def complex_step(data: Measurements, segment: Any) -> Any:
 
 
 def test_sensitivities_are_complex_steps_of_the_equations() -> None:
-    """Derivatives of 3 s are the complex step of the crane's equations, written anew here, to 1e-8.
+    """Derivatives of 3 s are the complex step of the crane's equations, written anew here, to rounding.
 
-    That is the demand; the method of order 8 with steps of 10 ms has errors of 1e-13, and so has the complex step.
+    Those by parameters have that of the differences of the model's numbers, 1e-12; those by states 1e-13.
     """
     data = from_rollout(crane_sim.simulate(SCENE, duration=3.0), NOISE)
     shooting = Shooting(crane_sim.load_scene(SCENE), data, [*MASSES], 3.0)
     expected = complex_step(data, shooting.segments[0])
     for i, column in enumerate(np.concatenate(shooting.sensitivities(shooting.start), axis=2).transpose(2, 0, 1)):
-        assert np.abs(column - expected[:, :, i]).max() < 1e-8 * np.abs(expected[:, :, i]).max()
+        rounding = 2e-12 if i < len(MASSES) else 1e-13
+        assert np.abs(column - expected[:, :, i]).max() < rounding * np.abs(expected[:, :, i]).max()
 
 
 def test_sensitivities_are_extrapolated_differences() -> None:
@@ -81,9 +82,9 @@ def test_sensitivities_are_extrapolated_differences() -> None:
 
 
 def test_the_search_has_nearly_the_same_derivatives() -> None:
-    """Differences of order 2, of which the search has enough, are those of order 6 to 1e-4 of the largest one."""
-    data = from_rollout(crane_sim.simulate(SCENE, duration=3.0), NOISE)
-    shooting = Shooting(crane_sim.load_scene(SCENE), data, [*MASSES], 3.0)
+    """With a drive, differences of order 2, of which the search has enough, are those of order 6 to 1e-4 of them."""
+    scene = crane_sim.load_scene(SCENE, {"actuators": {"trolley": {"lag": 0.05}}})
+    shooting = Shooting(scene, from_rollout(crane_sim.simulate(scene, duration=3.0), NOISE), [*MASSES], 3.0)
     found = (shooting.sensitivities(shooting.start, weights) for weights in (ORDER_6, ORDER_2))
     for fine, rough in zip(*found, strict=True):
         difference = np.abs(rough - fine).max(axis=(0, 1))

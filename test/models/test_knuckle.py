@@ -14,7 +14,7 @@ import crane_sim
 from crane_sim import system
 from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.states import add_scaled
-from crane_sim.simulation.metrics import derive
+from crane_sim.simulation.derived import derive
 
 pytestmark = pytest.mark.interpreted
 REFERENCE = json.loads((Path(__file__).parents[1] / "data" / "knuckle.json").read_text())

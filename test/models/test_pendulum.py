@@ -16,7 +16,7 @@ from urdf_kinematics import link_position
 import crane_sim
 from crane_sim.description import urdf
 from crane_sim.files.errors import SceneError
-from crane_sim.simulation.metrics import derive
+from crane_sim.simulation.derived import derive
 from crane_sim.trajectories.base_motion import AXES, SplineBase
 
 pytestmark = pytest.mark.interpreted

@@ -8,7 +8,7 @@ import pytest
 import crane_sim
 from crane_sim.cli.report import print_summary
 from crane_sim.recording.layout import layout_of_scene
-from crane_sim.simulation.metrics import derive
+from crane_sim.simulation.derived import derive
 
 pytestmark = pytest.mark.interpreted
 

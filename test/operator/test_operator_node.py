@@ -12,7 +12,7 @@ from crane_sim import load_scene
 from crane_sim.operator.drives import with_operator_drives
 from crane_sim.ros.common.serialization import STATE, JointStateCodec
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.metrics import derive_instant
+from crane_sim.simulation.derived import derive_instant
 
 __all__ = ["fake_sources"]
 

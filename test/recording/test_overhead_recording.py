@@ -23,7 +23,7 @@ from crane_sim.recording.rerun.viewer import NO_DRAWING, PictureError
 from crane_sim.recording.step_assembler import Row
 from crane_sim.recording.suspension import Suspension, hanging_still
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.metrics import derive
+from crane_sim.simulation.derived import derive
 
 pytestmark = pytest.mark.interpreted
 

@@ -16,7 +16,7 @@ from crane_sim.recording.rerun.reader import read_curves, read_summary
 from crane_sim.recording.rerun.screenshot import picture
 from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.rerun.viewer import NO_DRAWING, PictureError
-from crane_sim.simulation.metrics import derive
+from crane_sim.simulation.derived import derive
 
 
 class Run(NamedTuple):

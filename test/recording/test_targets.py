@@ -12,7 +12,7 @@ from crane_sim.recording.blocks import MOST_REFERENCES, block_of
 from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.step_assembler import Row
 from crane_sim.report.page_data import page_data
-from crane_sim.simulation.metrics import world_points
+from crane_sim.simulation.derived import world_points
 
 pytestmark = pytest.mark.interpreted
 

@@ -24,10 +24,11 @@ from solution import store
 
 sys.path.insert(0, str(Path(__file__).parents[2]))  # for a tree that is not installed
 
+
 from crane_bench.speed.cases import CASES, Case, case_scene
 from crane_bench.speed.peers.heyoka_taylor import load_heyoka, start_and_outputs, state_equations
 from crane_bench.speed.problem import Chain, KnuckleCrane, problem_of
-from crane_sim.simulation.metrics import world_points
+from crane_sim.simulation.derived import world_points
 
 DATA = Path(__file__).parents[1] / "data"
 QUADRUPLE, EXTENDED = ("1e-24", "1e-21"), ("1e-18", "1e-17")  # tolerances

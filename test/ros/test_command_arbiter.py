@@ -32,7 +32,6 @@ class ArbiterFixture:
         suspended: whether the lease is suspended.
         passed_on: messages that the arbiter has passed on.
         warnings: those that differ from the one before.
-        polls: whether messages were left to the arbiter each time that it took all.
     """
 
     def __init__(self, exclusive: bool = False, commander: str = "") -> None:
@@ -41,7 +40,6 @@ class ArbiterFixture:
         self.graph = [publisher(A), publisher(B)]
         self.passed_on: list[bytes] = []
         self.warnings: list[str] = []
-        self.polls: list[bool] = []
         node = SimpleNamespace(get_namespace=lambda: "/", get_publishers_info_by_topic=lambda _: self.graph)
         host: Any = SimpleNamespace(node=node, notify=lambda _: None, subscribe_with_sender=self._subscribe)
         validator = SimpleNamespace(reject=lambda *_: None)
@@ -62,9 +60,8 @@ class ArbiterFixture:
 
     def _subscribe(self, _kind: type, topic: str, callback: Any, *_: Any) -> Any:
         self._deliver = callback
-        self.subscription = SimpleNamespace(topic=topic, polled=False)
+        self.subscription = SimpleNamespace(topic=topic)
         self.subscription.count_publishers = lambda: len(self.matched)
-        self.subscription.take_all = lambda: self.polls.append(self.subscription.polled)
         return self.subscription
 
     def _on_message(self, data: bytes) -> bool:
@@ -318,17 +315,3 @@ def test_a_publisher_that_is_not_matched_takes_no_lease_away(bench: ArbiterFixtu
     bench.arbiter.update()
     bench.send(B, b"second")
     assert bench.passed_on == [b"first"]
-
-
-def test_messages_are_polled_with_several_publishers_or_on_request(bench: ArbiterFixture, clock: list[float]) -> None:
-    """What came while they were polled is taken before the executor has them again, once neither reason is left."""
-    bench.arbiter.poll(True)
-    assert bench.subscription.polled
-    for gids in ((A, B), (A,)):
-        bench.set_publishers(*gids)
-        clock[0] += LEASE
-        bench.arbiter.update()
-        assert bench.arbiter.contested == (len(gids) > 1) and bench.subscription.polled
-    assert not bench.polls
-    bench.arbiter.poll(False)
-    assert bench.polls == [True] and not bench.subscription.polled

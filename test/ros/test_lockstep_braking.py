@@ -28,9 +28,7 @@ def test_waiting_is_reported_after_the_timeout(
     """Whether states are sent again at the usual rate or, with several publishers, faster: the time-out is the same."""
     host = FakeHost()
     lockstep = make_lockstep(host, simulation)
-    arbiter = SimpleNamespace(start=lambda: None, update=lambda: None, take_all=lambda: None, wait=time.sleep)
-    arbiter.contested = arbiter.polled = contested
-    arbiter.poll = lambda _: None
+    arbiter = SimpleNamespace(start=lambda: None, update=lambda: None, contested=contested)
     monkeypatch.setattr(lockstep, "_commands", arbiter)
     waits: list[tuple[float, str]] = []
 
@@ -71,14 +69,23 @@ def test_the_clock_goes_on_for_a_newcomer(topics: FakeTopics, monkeypatch: pytes
     host, simulation = FakeHost(), make_simulation(topics, clock_leads=True)
     lockstep = make_lockstep(host, simulation, stamps="ros")
     arbiter = SimpleNamespace(start=lambda: None, update=lambda: None, contested=False, has_newcomer=False)
-    arbiter.polled, arbiter.poll = False, lambda _: None
     monkeypatch.setattr(lockstep, "_commands", arbiter)
     topics.acknowledged = True
     codec = JointStateCodec(SCENE.actuated, EFFORT)
 
-    def run_until(condition: Callable[[], bool]) -> None:
+    answers: list[int] = []  # stamps of commands that were taken
+
+    def answer(stamp: int) -> bool:
+        taken = lockstep._on_command(codec.encode(stamp, ZERO))
+        answers.extend([stamp] * taken)
+        return taken
+
+    def run_until(condition: Callable[[], bool], answered: Callable[[], int] | None = None) -> None:
         def spin(timeout: float = 0.01) -> None:
-            host.stop_reason = "enough" if condition() else ""
+            if condition():
+                host.stop_reason = "enough"
+                if answered:
+                    answer(answered())
             time.sleep(timeout)
 
         monkeypatch.setattr(host, "spin", spin)
@@ -88,15 +95,15 @@ def test_the_clock_goes_on_for_a_newcomer(topics: FakeTopics, monkeypatch: pytes
     run_until(lambda: bool(simulation.waiting) and topics.states > 8)
     assert topics.clocks[-1] <= 2 * PERIOD
     arbiter.has_newcomer = True
-    run_until(lambda: topics.clocks[-1] > 4 * PERIOD)
-    woken = topics.clocks[-2]
-    assert lockstep._on_command(codec.encode(woken, ZERO)) and simulation.plant.k == 1
-    reading = topics.clocks[-1]
-    assert not lockstep._on_command(codec.encode(reading, ZERO)), "it may have been computed from the state before"
+    run_until(lambda: topics.clocks[-1] > 4 * PERIOD, lambda: topics.clocks[-2])
+    woken = topics.clocks.index(answers[-1])
+    assert simulation.plant.k == 1
+    reading = topics.clocks[woken + 1]
+    assert not answer(reading), "it may have been computed from the state before"
     arbiter.has_newcomer = False
-    run_until(lambda: topics.clocks[-1] > reading)
-    assert topics.clocks[-1] - reading == PERIOD
-    assert lockstep._on_command(codec.encode(topics.clocks[-1], ZERO)) and simulation.plant.k == 2
+    run_until(lambda: topics.clocks[-1] > reading, lambda: topics.clocks[-1])
+    assert answers[-1] - reading == PERIOD
+    assert simulation.plant.k == 2
 
 
 @pytest.mark.usefixtures("stepped_clock")
@@ -190,43 +197,22 @@ def test_two_pauses_end_one_by_one(simulation: SimulationRun, topics: FakeTopics
 
 @pytest.mark.usefixtures("stepped_clock")
 @pytest.mark.parametrize("paused", [False, True])
-def test_services_have_their_turn_between_commands(
-    paused: bool, simulation: SimulationRun, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Commands that follow each other are taken without the executor, which has its turn every 5 ms; a pause is its."""
+def test_commands_move_the_crane_in_the_run_alone(paused: bool, simulation: SimulationRun) -> None:
+    """Each command that comes in the run is a step, unless it is paused; one that comes after it moves nothing."""
     host = FakeHost()
     lockstep, codec = make_lockstep(host, simulation), JointStateCodec(SCENE.actuated, EFFORT)
-    spins: list[float] = []
-    turns = 10 if paused else 40  # four callbacks in each of ten polls
 
-    def spin(timeout: float = 0.05) -> None:
-        spins.append(timeout)
-        time.sleep(timeout)
-        host.stop_reason = "finish" if len(spins) >= turns else ""
+    def serve() -> bool:
+        host.stop_reason = "finish" if len(commands) == 10 else ""
+        commands.append(simulation.stamp)
+        return lockstep._on_command(codec.encode(simulation.stamp, ZERO))
 
-    def wait(_seconds: float) -> None:
-        time.sleep(1e-3)
-
-    def take_all() -> None:
-        lockstep._on_command(codec.encode(simulation.stamp, ZERO))
-
-    monkeypatch.setattr(host, "spin", spin)
-    arbiter = SimpleNamespace(
-        start=lambda: None, update=lambda: None, contested=False, has_newcomer=False, polled=False
-    )
-
-    def poll(on: bool) -> None:
-        before, stops = simulation.plant.k, arbiter.polled and not on
-        if stops:
-            take_all()
-        assert not stops or simulation.plant.k == before  # a command that comes as the run stops moves nothing
-        arbiter.polled = on
-
-    arbiter.poll, arbiter.wait, arbiter.take_all = poll, wait, take_all
-    monkeypatch.setattr(lockstep, "_commands", arbiter)
+    commands: list[int] = []
+    host.spin = lambda timeout=0.01: (serve(), time.sleep(timeout))  # type: ignore[method-assign]
     if paused:
         simulation.pause(True, "user")
     lockstep.run()
-    assert spins == [0.05 if paused else 0.0] * turns
-    assert (0 if paused else 9 * 4) <= simulation.plant.k <= (0 if paused else 9 * 5 + 1)
-    assert not arbiter.polled
+    assert simulation.plant.k == (0 if paused else 11)
+    simulation.resume()
+    assert serve() != paused
+    assert simulation.plant.k == (0 if paused else 11)

@@ -19,7 +19,7 @@ from crane_sim.ros.controller.coordinate_motion import VelocityErrorDifferentiat
 from crane_sim.ros.controller.states import State
 from crane_sim.ros.controller.trajectory_goal import Goal, GoalCode, GoalError, Tolerances, read_goal
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.metrics import in_base
+from crane_sim.simulation.derived import in_base
 from crane_sim.simulation.rollout import simulate
 from crane_sim.trajectories.minimum_jerk import MinimumJerk
 from crane_sim.trajectories.polynomials import Array, evaluate, max_derivatives

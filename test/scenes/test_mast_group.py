@@ -4,15 +4,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from metric_rows import metrics_of
 from urdf_kinematics import link_position
 
 import crane_sim
 from crane_sim import system
 from crane_sim.description import urdf
 from crane_sim.scenes.scene import load_scene
-from crane_sim.simulation.extremes import Extremes
+from crane_sim.simulation.derived import world_points
 from crane_sim.simulation.hardware import joint_mechanics
-from crane_sim.simulation.metrics import world_points
 
 pytestmark = pytest.mark.interpreted
 
@@ -62,7 +62,7 @@ def test_laws_and_brakes_take_the_crane_for_rigid() -> None:
     assert bent.joint_names == (*rigid.joint_names, "mast_x_deflection", "mast_y_deflection")
     for got, expected in zip(joint_mechanics(bent), joint_mechanics(rigid), strict=True):
         np.testing.assert_allclose(got[:2], expected[:2], rtol=0.05, atol=500.0)  # N, of weights on a slope of 0.01
-    metrics = Extremes(bent).summary(np.array(bent.initial_q))
+    metrics = metrics_of(bent, np.array([bent.initial_q]))
     assert {"peak_mast_x_deflection_deg", "peak_mast_y_deflection_deg"} <= metrics.keys()
 
 

@@ -18,7 +18,7 @@ from crane_sim import load_scene
 from crane_sim.laws import law_names, law_of
 from crane_sim.scenes.registry import ALL_SCHEMAS
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.metrics import world_points
+from crane_sim.simulation.derived import world_points
 
 pytestmark = pytest.mark.interpreted
 

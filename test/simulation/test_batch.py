@@ -7,11 +7,8 @@ import pytest
 
 from crane_sim import SceneError, SimulationError, load_scene, simulate, simulate_batch
 from crane_sim.scenes.scene import Scene
-from crane_sim.scenes.varied import load_columns
-from crane_sim.simulation import batch_metrics
-from crane_sim.simulation.batch_metrics import has_compiled_metrics, run_all, run_columns
+from crane_sim.simulation.batch_metrics import has_compiled_metrics, run_all
 from crane_sim.simulation.flat_summary import flatten
-from crane_sim.simulation.metric_lanes import LaneBuffers
 
 N = 19  # one whole block of lanes and a part of one
 TIMES = (0.0, 0.0123, 0.1, 0.25)  # at the start, within a step, between two periods, at the end
@@ -71,6 +68,8 @@ def test_metrics_and_events_are_those_of_single_runs() -> None:
 COMPILED: dict[str, tuple[str, dict[str, Any], dict[str, list[Any]]]] = {
     "law": ("overhead_energy", {"control.law": "lqr"}, {"cable.lengths.0": [1.5, 2.0, 3.0]}),
     "open loop, metered": ("knuckle_springs", {}, {"payload.mass": [0.5, 1.0, 2.0]}),
+    "path of the payload": ("offshore_resonant", {}, {"payload.mass": [0.5, 1.0, 2.0]}),
+    "path of the joints": ("overhead_shaped", {}, {"cable.lengths.0": [1.5, 2.0, 3.0]}),
 }
 
 
@@ -91,41 +90,18 @@ def test_compiled_metrics_of_a_failed_run_are_its_own() -> None:
     check_metrics([load_scene(document, {"inputs.trolley": {"kind": "constant", "value": x}}) for x in (0.0, 1e200)])
 
 
-@pytest.mark.parametrize("duration", [0.05, 0.16, 0.37])  # periods of a part of the lanes, of all, of both
-def test_metrics_in_lanes_are_those_of_single_runs(duration: float) -> None:
-    """A rod that swings above its trolley and pushes it has, gathered in lanes, the metrics of `simulate`."""
+def test_compiled_metrics_of_a_rod_are_those_of_single_runs() -> None:
+    """A rod that swings above its trolley and pushes it has, run beside another one, the metrics of `simulate`."""
     start = {"angles": [2.2], "rates": [1.5]}
-    scenes = [load_scene("overhead_energy", {"duration": duration, "initial": start, MASS: m}) for m in (5.0, 10.0)]
+    scenes = [load_scene("overhead_energy", {"duration": 0.37, "initial": start, MASS: m}) for m in (5.0, 10.0)]
     check_metrics(scenes)
     assert all(end.metrics["negative_tension_steps"] > 0 for end in run_all(scenes))
 
 
-@pytest.mark.long(cases=["pushed"])
-@pytest.mark.parametrize("inputs", [{}, {"inputs.trolley": {"kind": "constant", "value": 3.0}}], ids=["free", "pushed"])
-def test_metrics_in_lanes_are_of_this_run_only(inputs: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    """What stood in the buffers of lanes before a run does not show in its metrics."""
-    make = batch_metrics.lane_buffers
-
-    def used(nq: int, nu: int) -> LaneBuffers:
-        buffers = make(nq, nu)
-        for buffer in buffers:
-            buffer[:] = 1e3
-        return buffers
-
-    monkeypatch.setattr(batch_metrics, "lane_buffers", used)
-    check_metrics([load_scene("overhead_swing", FIXED | {"duration": 0.3} | inputs)])
-
-
 @pytest.mark.long
 def test_metrics_of_other_cranes_compile() -> None:
-    """Metrics of a crane that is not watched in lanes are gathered by compiled code, too, and are those of its run."""
+    """Metrics of a crane without commands are gathered by compiled code, too, and are those of its run."""
     check_metrics([load_scene("pendulum_free", {"duration": 0.1})])
-
-
-def test_columns_of_which_no_scene_is_possible_do_not_run() -> None:
-    """Where every scene of columns has to be made alone, nothing runs."""
-    found = load_columns("overhead_swing", {}, {"payload.mass": [1.0, 2.0]})
-    assert found is not None and run_columns(found._replace(covered=np.zeros(2, bool))) is None
 
 
 def check_metrics(scenes: list[Scene]) -> None:

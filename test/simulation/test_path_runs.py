@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from metric_rows import metrics_of
 from process_helpers import next_line, started_program
 from scipy.spatial.transform import Rotation
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -16,7 +17,7 @@ from crane_sim import orchestration
 from crane_sim.laws import with_initial_state
 from crane_sim.ros.common.messages import reference_message
 from crane_sim.ros.controller.trajectory_input import TrajectoryInput
-from crane_sim.simulation.metrics import TrackingError, in_base
+from crane_sim.simulation.derived import in_base
 from crane_sim.simulation.plant import Plant
 from crane_sim.trajectories.base_motion import Base
 from crane_sim.trajectories.joint_trajectory import Point, Waypoints
@@ -46,14 +47,8 @@ def test_metrics_are_their_definitions(run: crane_sim.Rollout) -> None:
 
 def test_metrics_do_not_depend_on_blocks(run: crane_sim.Rollout) -> None:
     """One block or many give the same bits."""
-    columns = (run.t, run.q, run.v, run.u, run.payload)
-    actual = []
-    for cuts in ([], [1, 2, 700, 3000]):
-        tracking = TrackingError(SCENE)
-        for block in zip(*(np.split(column[:-1], cuts) for column in columns), strict=True):
-            tracking.extend(*block)
-        actual.append(tracking.summary(run.t[-1:], run.q[-1:], run.payload[-1:]))
-    assert actual[0] == actual[1] == {name: run.summary[name] for name in TRACKING_METRICS}
+    found = [metrics_of(SCENE, run.q, cuts) for cuts in ((), (1, 2, 700, 3000))]
+    assert found[0] == found[1]
 
 
 def test_stepping_gives_the_same_metrics(run: crane_sim.Rollout) -> None:

@@ -4,13 +4,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from metric_rows import metrics_of
 
 from crane_sim.scenes.scene import load_scene
-from crane_sim.simulation.energy_balance import EnergyBalance
+from crane_sim.simulation.energy_balance import add_energies, add_work, empty_balance, relative_errors
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.rollout import simulate
-from crane_sim.simulation.settling import RESOLUTION, STAY, Settling
+from crane_sim.simulation.settling import RESOLUTION, STAY
 from crane_sim.simulation.status import SimulationError, list_kinds
+from crane_sim.simulation.totals import watched_of
 
 PERIOD = 0.01
 PUSHED: dict[str, Any] = {
@@ -27,10 +29,9 @@ T = np.arange(1000) * PERIOD
 
 def settling_time(error: np.ndarray, initial: float, cuts: tuple[int, ...] = ()) -> float | None:
     """Return when a joint settled, 10 s long, whose target is 0, from errors (1000,), its initial one, and blocks."""
-    settling = Settling(np.zeros(1), np.array([initial]))
-    for t, q in zip(np.split(T, cuts), np.split(error, cuts), strict=True):
-        settling.extend(t, q[:, None])
-    return settling.times(10.0, error[-1:], PERIOD)[0]
+    still = {"inputs": None, "trolley.limits": None, "duration": 10.0, "reference.q": [0.0], "initial.x": initial}
+    q = np.column_stack([np.append(error, error[-1]), np.zeros(1001)])
+    return metrics_of(load_scene(PUSHED, still), q, cuts)["settling_time"]["trolley"]
 
 
 def test_a_joint_that_begins_at_its_target_settles() -> None:
@@ -59,28 +60,21 @@ def test_settling_knows_no_blocks() -> None:
     assert settling_time(np.exp(-T), 1.0, (1, 2, 513, 700)) == settling_time(np.exp(-T), 1.0)
 
 
-def errors(energy: np.ndarray, cuts: tuple[int, ...] = ()) -> tuple[float, float]:
-    """Return the balance of a run of 1000 periods whose kinetic energies are (1000,), under held random efforts."""
-    rng = np.random.default_rng(1)
-    q, u = np.cumsum(rng.normal(0.0, 1.0, (1000, 2)), axis=0), rng.normal(0.0, 1e3, (1000, 2))
-    balance, nothing = EnergyBalance(0.0, metered=False, nu=2), np.zeros(1000)
-    for parts in zip(*(np.split(part, cuts) for part in (q, u, nothing, energy, nothing)), strict=True):
-        balance.extend(*parts)
-    return balance.errors(q[-1] + 1.0, float(energy[-1]), 0.0)
-
-
-def test_the_balance_knows_no_blocks() -> None:
-    """However many instants come at once, the work adds up to the same bits."""
-    energy = np.random.default_rng(2).uniform(0.0, 1.0, 1000)
-    assert errors(energy) == errors(energy, (1, 2, 3, 514, 900)) == errors(energy, tuple(range(1, 1000)))
+def test_metrics_know_no_blocks() -> None:
+    """However many instants come at once, sums, largest values and the hash are the same bits."""
+    q, scene = np.random.default_rng(1).normal(0.0, 1.0, (1001, 2)), load_scene(PUSHED)
+    assert metrics_of(scene, q) == metrics_of(scene, q, (1, 2, 3, 514, 900)) == metrics_of(scene, q, tuple(range(1000)))
 
 
 def test_the_largest_error_of_the_balance_is_kept() -> None:
     """Energy that comes and goes again is in the largest error, and not in the one at the end."""
-    balance, none = EnergyBalance(1.0, metered=True, nu=0), np.zeros((3, 0))
-    balance.extend(none, none, np.array([0.0, 0.5, 0.5]), np.array([1.0, 2.0, 1.5]), np.zeros(3))
-    end, largest = balance.errors(np.zeros(0), 1.5, 0.5)
-    assert (end, largest) == (0.0, 0.5 / 2.0)  # J, of the 2 J that were in play
+    balance, watched = empty_balance(0), watched_of(load_scene("pendulum_free"), metered=True)
+    balance.start[0], none = 1.0, np.zeros(0)
+    for supplied, kinetic in ((0.0, 1.0), (0.5, 2.0), (0.5, 1.5)):
+        add_work(balance, watched._replace(driven=none), none, none, supplied)
+        add_energies(balance, kinetic, 0.0)
+    relative_errors(balance, watched._replace(driven=none), none, 1.5, 0.5)
+    assert balance.errors.tolist() == [0.0, 0.5 / 2.0]  # J, of the 2 J that were in play
 
 
 def test_looking_at_a_run_does_not_change_its_metrics() -> None:

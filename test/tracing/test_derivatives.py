@@ -205,6 +205,22 @@ def test_a_store_where_nothing_moves_is_refused() -> None:
         store_derivative(np.ones(1), np.ones(1), np.ones((1, DIRECTIONS)))
 
 
+def cube(x):
+    """Return the cube."""
+    return x * x * x
+
+
+def slope_of_cube(x):
+    """Return the derivative of the cube."""
+    return directional_derivatives(cube, (x,), (np.ones(DIRECTIONS),))[1][0]
+
+
+def test_a_derivative_of_a_derivative_is_refused() -> None:
+    """It is not computed, and is an error, no zero."""
+    with pytest.raises(SceneError, match="derivative of a derivative is not known"):
+        entry_point(lambda x, seeds: directional_derivatives(slope_of_cube, (x,), (seeds,)))(2.0, np.ones(DIRECTIONS))
+
+
 def root_by_power(x):
     """Return the square root as a power."""
     return x**0.5

@@ -2,6 +2,7 @@
 
 import copy
 import importlib
+import math
 import os
 import pickle
 import shutil
@@ -17,11 +18,15 @@ from process_helpers import run_to_completion
 
 from crane_sim.files.errors import SceneError
 from crane_sim.hardware.instruments import fill_standard_normals
-from crane_sim.numerics.jit import entry_point
+from crane_sim.numerics.jit import entry_point, seldom_called
 from crane_sim.simulation.rollout import simulate
+from crane_sim.tracing.compile_time import watch_compiling
 
 ROOT = Path(__file__).parents[2]
-PROBE = "import crane_sim; print(crane_sim.energy('knuckle_setpoint', [0, 0, 0, 1, 0, 0], [0] * 6))"
+PROBE = """
+import crane_sim
+print([crane_sim.energy('knuckle_setpoint', [0, 0, 0, 1, 0, 0], [0] * 6) for _ in range(10)][-1])
+"""  # compiled, as it is called so often
 
 
 def probe(tree: Path, cache: Path, code: str = PROBE) -> str:
@@ -77,10 +82,7 @@ def test_processes_share_a_cache(tmp_path: Path) -> None:
         energies = set(pool.map(lambda _: probe(ROOT, tmp_path), range(3)))
     assert len(energies) == 1
     assert {file.suffix for file in tmp_path.rglob("*") if file.is_file()} == {".code"}
-    compiled = (
-        "import crane_sim; from crane_sim.tracing.compile_time import compile_time;"
-        f"{PROBE.partition('; ')[2]}; print(compile_time())"
-    )
+    compiled = f"from crane_sim.tracing.compile_time import compile_time{PROBE}print(compile_time())"
     assert probe(ROOT, tmp_path, compiled).split()[-1] == "0.0"
 
 
@@ -314,3 +316,27 @@ def test_callers_with_calls_of_their_own_share_the_code_alone() -> None:
     assert [state.x.tolist() for state in states] == [[0.0] * 3, [3.0] * 3, [6.0] * 3]
     assert all(call.signatures == moved.signatures for call in callers)
     assert pickle.loads(pickle.dumps(callers[2])).signatures == moved.signatures
+
+
+@entry_point
+@seldom_called
+def quotient(x, y):
+    """Return x / y, which in Python is an error where y is 0."""
+    return x / y
+
+
+def test_a_function_that_is_seldom_called_is_compiled_late(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its first calls run as plain Python, with the same results; where that raises an error it is compiled at once."""
+    monkeypatch.setenv("CRANE_SIM_CACHE", str(tmp_path))
+    function, compilations = entry_point(quotient.py_func), list[None]()
+    with watch_compiling(lambda: compilations.append(None)):
+        first = [function(1.0, 3.0) for _ in range(function.py_func.plain_calls)]
+        assert not compilations and function(1.0, 3.0) == first[0] and len(compilations) == 1
+        assert quotient(1.0, 0.0) == math.inf and len(compilations) == 1  # loaded: another process has compiled it
+        assert entry_point(quotient.py_func)(1.0, 3.0) == first[0] and len(compilations) == 1
+
+
+def test_where_plain_python_raises_an_error_code_is_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A division by zero has the result of compiled code from the first call on."""
+    monkeypatch.setenv("CRANE_SIM_CACHE", str(tmp_path))
+    assert entry_point(quotient.py_func)(1.0, 0.0) == math.inf

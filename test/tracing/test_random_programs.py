@@ -9,6 +9,7 @@ import pytest
 from random_programs import arguments, compiled, run, write_programs
 
 from crane_sim.tracing import entry_point, machine_code
+from crane_sim.tracing.llvm import module_text
 from crane_sim.tracing.machine_code import LIGHT, NONE
 
 CASES = 30  # arguments of each program
@@ -45,7 +46,8 @@ def test_programs_have_the_bits_of_python(
     optimisation: Any, seeds: range, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Branches, loops, returns and arithmetic in any combination; optimising fully takes most of the time."""
-    monkeypatch.setattr(entry_point, "compile_text", lambda text, _: machine_code.compile_text(text, optimisation))
+    monkeypatch.setattr(entry_point, "module_texts", lambda entry: (module_text(entry), ""))
+    monkeypatch.setattr(entry_point, "compile_text", lambda text, *_: machine_code.compile_text(text, optimisation))
     check_all(seeds, tmp_path)
 
 

@@ -131,7 +131,6 @@ def _middle(x: float) -> float:
 def test_the_innermost_places_are_named() -> None:
     """Three functions, each once, from the inside out; Python gets it as the error that a user's input has."""
     entry = EntryPoint(_outermost)
-    entry._interpreted = False
     with pytest.raises(SceneError, match="cannot be compiled: `try:` is not traced") as raised:
         entry(1.0)
     places = str(raised.value).partition(", in ")[2].split(", called by ")

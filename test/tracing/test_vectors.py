@@ -117,7 +117,9 @@ def test_memory_does_not_grow_with_the_turns_of_a_loop() -> None:
 def text_of(function: Any, monkeypatch: pytest.MonkeyPatch, *arguments: Any) -> str:
     """Return the text that an entry point is compiled from."""
     texts: list[str] = []
-    monkeypatch.setattr("crane_sim.tracing.entry_point.compile_text", lambda text, _: texts.append(text) or b"")
+    monkeypatch.setattr(
+        "crane_sim.tracing.entry_point.compile_text", lambda text, _, loops: texts.append(text + loops) or b""
+    )
     compile_entry(function.py_func, describe(arguments, [], {}))
     return texts[0]
 
@@ -174,6 +176,6 @@ def test_code_is_optimised_as_its_function_says(
 ) -> None:
     """What runs for a few instants is compiled quickly, what says nothing to fast code."""
     levels: list[Optimisation] = []
-    monkeypatch.setattr("crane_sim.tracing.entry_point.compile_text", lambda _, level: levels.append(level) or b"")
+    monkeypatch.setattr("crane_sim.tracing.entry_point.compile_text", lambda _, level, *__: levels.append(level) or b"")
     compile_entry(function.py_func, describe((np.ones(2),), [], {}))
     assert levels == [level]

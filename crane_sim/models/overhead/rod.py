@@ -211,16 +211,6 @@ def write_points(p, t, x, out):
         out[i + 1, 0], out[i + 1, 1], out[i + 1, 2] = x[0] + r * s, 0.0, -r * c
 
 
-@system.observe.register(RodCrane)
-def observe(p, t, q, v, u):
-    """Return energies, tension and ends of a single link."""
-    x = system.state(p, t, q, v)
-    swing, (length, _) = solve_swing(p, t, x, u), hoisted_rod(p, x)
-    reach = length + p.cable.reach
-    payload = x[0] + reach * swing.s, 0.0, -reach * swing.c
-    return (system.kinetic(p, x), system.potential(p, x)), swing.tension, (x[0], 0.0, 0.0), payload
-
-
 @system.guard.register(RodCrane)
 def smallest_guard(p, t, x, u, work):
     """Return the smallest guard, of drives, payload and a line that must stay taut."""

@@ -16,6 +16,7 @@ class CommandCodec:
 
     Attributes:
         kind: what all drives are commanded, `effort`, `velocity` or `position`; empty where they differ.
+        decode: that of `JointStateCodec`.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -25,6 +26,7 @@ class CommandCodec:
         self._fields = tuple(field for field in STATE if field in kinds) or ("effort",)
         self.kind = self._fields[0] if len(self._fields) == 1 else ""
         self._codec = JointStateCodec(scene.actuated, self._fields)
+        self.decode = self._codec.decode
 
     def encode(self, stamp: int, command: Sequence[float]) -> bytes:
         """Return the message of a command (nu,) with `stamp`, ns."""
@@ -33,10 +35,6 @@ class CommandCodec:
         named = list(zip(self._kinds.values(), command, strict=True))
         vectors = [[value if kind == field else nan for kind, value in named] for field in self._fields]
         return self._codec.encode(stamp, *vectors)
-
-    def decode(self, data: bytes) -> DecodedJointState:
-        """Return the content of a message of any layout; raises ValueError for bytes that are none."""
-        return self._codec.decode(data)
 
     def values(self, decoded: DecodedJointState) -> Sequence[float]:
         """Return the commands in a message, one for each of its names; fewer where fields are not filled."""

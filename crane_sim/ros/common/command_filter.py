@@ -7,14 +7,14 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from enum import StrEnum
 from math import isfinite, isnan
-from operator import gt
+from operator import le
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from crane_sim.ros.common.command_stamps import StampRange
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.metrics import derive
+from crane_sim.simulation.derived import derive
 
 _ACCELERATION = 1e5  # rad/s² or m/s² of a joint with its load; the bound itself, in units other than N m and N
 _LOAD_FACTOR = 1e3  # times the effort that holds a joint against gravity
@@ -215,9 +215,9 @@ class CommandValidator:
         if len(efforts) != len(self._actuated):
             line = f"command with {len(efforts)} efforts for {len(self._actuated)} joints"
             return self.refuse(Refusal.LENGTH, line)
+        if all(map(le, map(abs, efforts), self._largest)):
+            return tuple(efforts)
         if not all(map(isfinite, efforts)):
             return self.refuse(Refusal.NOT_FINITE, f"command with efforts {list(efforts)}")
-        if any(map(gt, map(abs, efforts), self._largest)):
-            most = [float(f"{largest:.3g}") for largest in self._largest]
-            return self.refuse(Refusal.HUGE, f"command with efforts {list(efforts)}, the largest are {most}")
-        return tuple(efforts)
+        most = [float(f"{largest:.3g}") for largest in self._largest]
+        return self.refuse(Refusal.HUGE, f"command with efforts {list(efforts)}, the largest are {most}")

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 
-from crane_sim.ros.common.guarded_services import ServiceGuard
+from crane_sim.ros.common.guarded_services import ServingNode
 from crane_sim.ros.common.parameters import Option
 
 MANAGED = {"autostart": Option(True, "activate itself; if not, wait, inactive, for an activation or the request go")}
@@ -13,7 +13,7 @@ ENDINGS = ("cleanup", "shutdown")
 """Transitions that end the node, and are no fault."""
 
 
-class ManagedNode(ServiceGuard, LifecycleNode):
+class ManagedNode(ServingNode, LifecycleNode):
     """A lifecycle node that is configured as soon as it is built: only its activation is left to a manager.
 
     Publishers are plain ones: the owner of the node does not publish while it is inactive.

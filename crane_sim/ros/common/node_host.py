@@ -23,13 +23,12 @@ from rclpy.exceptions import InvalidParameterValueException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
-from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
 
 from crane_sim.process_signals import ignore_signals
-from crane_sim.ros.common.guarded_services import GuardedNode
+from crane_sim.ros.common.guarded_services import GuardedNode, ServingNode
 from crane_sim.ros.common.lifecycle import MANAGED, ManagedNode
 from crane_sim.ros.common.parameters import Option, common_parameters, declare_parameters
 from crane_sim.ros.common.sender_subscription import MessageWithSender
@@ -39,6 +38,8 @@ RCLError: type[Exception] = rclpy_implementation.RCLError
 QUIT = "quit"
 """Order that ends a run before its time, on purpose: no fault."""
 _POLL = 0.05  # s between two reads of the control pipe
+_TURN_PERIOD = 0.01  # s between two turns of the executor of a node with served subscriptions
+_CALLS = 20  # of services and other subscriptions in such a turn
 _MAX_NOTICES = 100  # lines: there may be thousands of publishers
 
 
@@ -93,14 +94,15 @@ class NodeHost:
         stop_reason: why the node is to end ("interrupted", "orphaned", "finish …", "quit", "shutdown"), or empty.
     """
 
-    def __init__(self, node: Node, pipes: Pipes, executor: str = "events") -> None:
+    def __init__(self, node: ServingNode, pipes: Pipes, executor: str = "events") -> None:
         """Serve `node` with the `executor` of that parameter; from now on SIGINT and SIGTERM request its end."""
         self.node, self.pipes = node, pipes
         self.started = not pipes.attached
         self.resume_state = self.brake_reason = self.stop_reason = ""
         self._executor = SingleThreadedExecutor() if executor == "single" else EventsExecutor()
         self._executor.add_node(node)
-        self._next_poll, self._notices = 0.0, set[str]()
+        self._next_poll = self._next_turn = 0.0
+        self._notices = set[str]()
         self.requests: dict[str, Callable[[str], object]] = {}
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: self.stop("interrupted"))
@@ -121,7 +123,7 @@ class NodeHost:
         topic: str,
         callback: Callable[[Sequence[MessageWithSender]], object],
         qos: QoSProfile,
-        on_incompatible: Callable[[Any], None],
+        on_incompatible: Callable[[Any], None] | None = None,
     ) -> ServedSubscription:
         """Return a subscription of the node; arguments: see `ServedSubscription`."""
         return ServedSubscription(self.node, kind, topic, callback, qos, on_incompatible)
@@ -137,14 +139,35 @@ class NodeHost:
         self.pipes.report("ready")
 
     def spin(self, timeout: float = _POLL) -> None:
-        """Serve callbacks for at most about `timeout` seconds, and read the control pipe every 50 ms."""
+        """Serve messages and callbacks for at most about `timeout` seconds, and read the control pipe every 50 ms."""
+        if self.node.served:
+            self._serve_messages(min(timeout, _TURN_PERIOD))
+        else:
+            self._spin_executor(timeout)
+        if (now := time.monotonic()) >= self._next_poll:
+            self._next_poll = now + _POLL
+            self.poll()
+
+    def _serve_messages(self, timeout: float) -> None:
+        """Deliver the messages of served subscriptions, and let the executor have its turn when that is due.
+
+        A call of it takes 0.1 ms, also where it has nothing to do: as long as a step in lockstep.
+        """
+        for subscription in select.select(self.node.served, [], [], timeout)[0]:
+            subscription.deliver()
+        if (now := time.monotonic()) >= self._next_turn:
+            self._next_turn = now + _TURN_PERIOD
+            for _ in range(_CALLS):
+                calls = self.node.calls
+                self._spin_executor(0.0)
+                if self.node.calls == calls:
+                    return
+
+    def _spin_executor(self, timeout: float) -> None:
         try:
             self._executor.spin_once(timeout_sec=timeout)  # never spin(): it does not return on a signal
         except RCLError as error:  # of a message or a request that the middleware cannot read
             self.node.get_logger().warning(str(error), throttle_duration_sec=1.0)
-        if (now := time.monotonic()) >= self._next_poll:
-            self._next_poll = now + _POLL
-            self.poll()
 
     def notify(self, line: str) -> None:
         """Say a line once, at the terminal of the supervisor, and in the log."""
@@ -199,7 +222,7 @@ class NodeHost:
         self.stop_reason = self.stop_reason or reason
 
 
-def _make_node(name: str, managed: bool) -> Node:
+def _make_node(name: str, managed: bool) -> ServingNode:
     if managed:
         return ManagedNode(name)
     return GuardedNode(name, automatically_declare_parameters_from_overrides=True)

@@ -1,31 +1,29 @@
-"""Subscriptions with senders that an executor serves: to the messages of all publishers, and to those of one node."""
+"""Subscriptions with senders that a node's host serves: to the messages of all publishers, and to those of one node."""
 
+import os
 from collections.abc import Callable, Sequence
-from itertools import islice
 from typing import Any
 
 from rclpy.event_handler import SubscriptionEventCallbacks
-from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from rclpy.waitable import NumberOfEntities, Waitable
 
+from crane_sim.ros.common.guarded_services import ServingNode
 from crane_sim.ros.common.sender_subscription import MessageWithSender, SenderSubscription
 from crane_sim.ros.common.source_filter import PLANT, SourceFilter
 
-_BATCH = 1000  # messages that are taken at a time: a flood costs little, and holds up nothing else
+_BATCH = 1000  # messages that are delivered at a time: a flood holds up nothing else
 
 
-class ServedSubscription(Waitable):
-    """A subscription that delivers serialized messages with their senders, some at a time.
+class ServedSubscription:
+    """A subscription that delivers serialized messages with their senders when the host of its node spins.
 
     Attributes:
         topic: its name with the namespace.
-        polled: the executor leaves messages alone, its owner takes them: in a flood that costs a tenth.
     """
 
     def __init__(
         self,
-        node: Node,
+        node: ServingNode,
         kind: Any,
         topic: str,
         callback: Callable[[Sequence[MessageWithSender]], object],
@@ -33,66 +31,33 @@ class ServedSubscription(Waitable):
         on_incompatible: Callable[[Any], None] | None = None,
     ) -> None:
         """Subscribe; `on_incompatible` is called with the middleware's event on a publisher that is not matched."""
-        super().__init__(node.default_callback_group)
-        self._subscription, self._callback, self._index = SenderSubscription(node, kind, topic, qos), callback, 0
-        self._taken: list[MessageWithSender] = []
-        self.polled = False
+        self._subscription, self._callback = SenderSubscription(node, kind, topic, qos), callback
+        self._arrivals = self._subscription.count_arrivals()
         self.topic = self._subscription.topic
-        node.add_waitable(self)
+        node.served.append(self)
         events = SubscriptionEventCallbacks(incompatible_qos=on_incompatible)
         for handler in events.create_event_handlers(node.default_callback_group, self._subscription.handle, topic):
             node.add_waitable(handler)
+
+    def fileno(self) -> int:
+        """Return the file that can be read when there are messages."""
+        return self._arrivals
 
     def count_publishers(self) -> int:
         """Return the number of publishers that it is matched with."""
         return self._subscription.count_publishers()
 
     def take(self) -> MessageWithSender | None:
-        """Take a message without the executor, None where there is none."""
+        """Take a message that has not been delivered, None where there is none."""
         return self._subscription.take()
 
-    def wait(self, seconds: float) -> None:
-        """Return as soon as there is a message, or after `seconds`."""
-        self._subscription.wait(seconds)
-
-    def take_all(self) -> None:
-        """Deliver the messages that are there without the executor."""
-        while taken := list(islice(iter(self._subscription.take, None), _BATCH)):
+    def deliver(self) -> None:
+        """Deliver the messages that have come, of which there are some."""
+        count = os.eventfd_read(self._arrivals)
+        if count > _BATCH:
+            os.eventfd_write(self._arrivals, count - _BATCH)
+        if taken := [message for _ in range(min(count, _BATCH)) if (message := self._subscription.take())]:
             self._callback(taken)
-            if len(taken) < _BATCH:
-                return
-
-    def __enter__(self) -> None:
-        """Keep the handle while the executor waits."""
-        self._subscription.handle.__enter__()
-
-    def __exit__(self, *error: object) -> None:
-        """Release the handle."""
-        self._subscription.handle.__exit__(*error)
-
-    def get_num_entities(self) -> NumberOfEntities:
-        """Return what the executor waits for."""
-        return NumberOfEntities(num_subs=1)
-
-    def add_to_wait_set(self, wait_set: Any) -> None:
-        """Let the executor wait for messages."""
-        self._index = wait_set.add_subscription(self._subscription.handle)
-
-    def is_ready(self, wait_set: Any) -> bool:
-        """Take messages, and return whether there were any: an earlier call may have taken those of this event."""
-        if not self.polled and wait_set.is_ready("subscription", self._index):
-            while len(self._taken) < _BATCH and (message := self._subscription.take()):
-                self._taken.append(message)
-        return bool(self._taken)
-
-    def take_data(self) -> list[MessageWithSender]:
-        """Return the messages that were taken."""
-        taken, self._taken = self._taken, []
-        return taken
-
-    async def execute(self, taken_data: list[MessageWithSender]) -> None:
-        """Deliver messages."""
-        self._callback(taken_data)
 
 
 class SourceSubscription(ServedSubscription):
@@ -106,7 +71,7 @@ class SourceSubscription(ServedSubscription):
 
     def __init__(
         self,
-        node: Node,
+        node: ServingNode,
         kind: Any,
         topic: str,
         callback: Callable[[bytes], object],

@@ -5,13 +5,13 @@ from collections.abc import Callable, Mapping
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
-from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 
 from crane_sim import load_scene
 from crane_sim.laws import Law, LawError
 from crane_sim.ros.common import messages
+from crane_sim.ros.common.guarded_services import ServingNode
 from crane_sim.ros.common.served_subscription import SourceSubscription
 from crane_sim.ros.controller.responder import ActivationBuffer, missing_peers
 from crane_sim.ros.controller.states import ExecutionTime, State, StateReader
@@ -44,7 +44,11 @@ class LawNode:
     """
 
     def __init__(
-        self, node: Node, settings: SimpleNamespace, make_law: Callable[[SimpleNamespace], Any], output: OutputTopic
+        self,
+        node: ServingNode,
+        settings: SimpleNamespace,
+        make_law: Callable[[SimpleNamespace], Any],
+        output: OutputTopic,
     ) -> None:
         """Build the law and evaluate a second one once, so that the first answer is as quick as the others."""
         self.fault = ""

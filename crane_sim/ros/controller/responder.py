@@ -1,5 +1,6 @@
 """Nodes that publish commands or setpoints in answer to states: their life from matching with peers to the summary."""
 
+import time
 from collections import Counter
 from collections.abc import Callable
 from typing import Any, Protocol
@@ -9,6 +10,8 @@ from rclpy.publisher import Publisher
 from crane_sim.ros.common.node_host import Fault, NodeHost
 from crane_sim.ros.common.refused_messages import refused_entry
 from crane_sim.ros.common.served_subscription import SourceSubscription
+
+_CHECK_PERIOD = 0.02  # s between two turns of what need not be done after every message
 
 
 class Responder(Protocol):
@@ -29,7 +32,7 @@ class Responder(Protocol):
         ...
 
     def on_spin(self) -> None:
-        """Do the periodic work, after every spin: publish diagnostics when they are due."""
+        """Do the periodic work, every 20 ms: publish diagnostics when they are due."""
         ...
 
     def refused(self) -> Counter[str]:
@@ -84,10 +87,13 @@ def serve_responder(host: NodeHost, node: Responder, autostart: bool) -> None:
     host.manage(autostart, set_active)
     host.wait(node.missing)
     host.report_ready()
+    next_check = 0.0
     while not host.stop_reason:
         host.spin()
-        node.on_spin()
-        host.notify_refused(node.refused())
         if node.fault:
             raise Fault(node.fault)
+        if (now := time.monotonic()) >= next_check:
+            next_check = now + _CHECK_PERIOD
+            node.on_spin()
+            host.notify_refused(node.refused())
     host.pipes.report("done", summary=node.finish() | refused_entry(node.refused()))

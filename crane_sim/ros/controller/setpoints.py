@@ -5,11 +5,11 @@ from collections.abc import Callable, Sequence
 from math import isfinite
 from typing import Any, NamedTuple, cast
 
-from rclpy.node import Node
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from crane_sim.laws import OuterLoop
 from crane_sim.ros.common import messages
+from crane_sim.ros.common.guarded_services import ServingNode
 from crane_sim.ros.common.messages import MalformedMessage
 from crane_sim.ros.common.served_subscription import SourceSubscription
 from crane_sim.ros.controller.states import State
@@ -28,7 +28,9 @@ class Setpoints:
     A setpoint is late when it misses the control step after the one that it was made for.
     """
 
-    def __init__(self, node: Node, names: Sequence[str], lockstep: bool, answer: Callable[[State], None]) -> None:
+    def __init__(
+        self, node: ServingNode, names: Sequence[str], lockstep: bool, answer: Callable[[State], None]
+    ) -> None:
         """Subscribe to the topic.
 
         Args:

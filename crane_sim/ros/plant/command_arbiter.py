@@ -97,7 +97,7 @@ class CommandArbiter:
         """
         self._host, self._node, self._simulation, self._topics = host, host.node, simulation, topics
         self._lease, self._lease_expiry_suspended = CommandLease(lease), lease_expiry_suspended
-        self._exclusive, self.contested, self._is_polled_alone = exclusive, False, False
+        self._exclusive, self.contested = exclusive, False
         self._commander = f"{self._node.get_namespace().rstrip('/')}/{commander}" if commander else ""
         self._commanders = re.compile(rf"{re.escape(self._commander)}(_\d+)?" if commander else ".*")
         self._subscriptions: dict[str, ServedSubscription] = {
@@ -137,21 +137,12 @@ class CommandArbiter:
         return set(self._list_publishers().values())
 
     def take_one(self) -> bool:
-        """Take and pass on a message without the executor; False where there is none."""
+        """Take and pass on a message at once; False where there is none."""
         for name, subscription in self._subscriptions.items():
             if message := subscription.take():
                 self._on_messages(name, [message])
                 return True
         return False
-
-    def wait(self, seconds: float) -> None:
-        """Wait for a message on the first topic, or for `seconds`."""
-        next(iter(self._subscriptions.values())).wait(seconds)
-
-    def take_all(self) -> None:
-        """Take and pass on all messages without the executor."""
-        for subscription in self._subscriptions.values():
-            subscription.take_all()
 
     def start(self) -> None:
         """Update the publishers at the start of the run."""
@@ -167,39 +158,16 @@ class CommandArbiter:
         if self._lease.owner in self._publisher_names.keys() - names.keys():
             self._lease.owner = b""  # it has left the graph: its lease is over
         self._publisher_names = names
-        self._set_contested(self.count_publishers() > 1)
+        self.contested = self.count_publishers() > 1
         if self.contested and self._lease_expiry_suspended():
             self._lease.renew(now)
         self._refused = {sender: last for sender, last in self._refused.items() if now - last < _WARNING_TIME}
         self._update_warning()
 
-    @property
-    def polled(self) -> bool:
-        """Whether its user waits for messages and takes them, as with several publishers it does in any case."""
-        return self.contested or self._is_polled_alone
-
-    def poll(self, on: bool) -> None:
-        """Leave the messages of a single publisher to `take_all`, or to the executor."""
-        if on != self._is_polled_alone:
-            self._is_polled_alone = on
-            self._change_polling()
-
-    def _set_contested(self, contested: bool) -> None:
-        self.contested = contested
-        self._change_polling()
-
-    def _change_polling(self) -> None:
-        """Leave messages to `take_all`, or to the executor; what has come so far has had its turn at that."""
-        for subscription in self._subscriptions.values():
-            if subscription.polled and not self.polled:
-                subscription.take_all()
-            subscription.polled = self.polled
-
     def _on_messages(self, topic: str, taken: Sequence[MessageWithSender]) -> None:
         """Pass the owner's messages on, and refuse the rest, all of a sender at once: there may be thousands."""
         refused: dict[bytes, int] = {}  # a Counter takes 1.5 us to make, at every command
         for data, sender, _ in taken:
-            self._look_up(sender)
             if not self._may_command(sender):
                 refused[sender] = refused.get(sender, 0) + 1
             elif self._topics[topic].on_message(data):
@@ -213,10 +181,13 @@ class CommandArbiter:
             self._publisher_names |= self._list_publishers()
 
     def _may_command(self, sender: bytes) -> bool:
+        if sender == self._lease.owner:
+            return True
+        self._look_up(sender)
         now, owner, names = time.monotonic(), self._lease.owner, self._publisher_names
         if not self._commanders.fullmatch(names.get(sender, GONE)):
             return False
-        if owner and sender != owner:
+        if owner:
             if self._exclusive and names.get(sender) != names.get(owner, GONE):
                 return False
             if self._lease.expired(now) and self._lease_expiry_suspended():

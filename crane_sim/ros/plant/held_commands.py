@@ -24,8 +24,13 @@ class HeldCommands:
         """Create the publisher."""
         self._publisher = node.create_publisher(JointState, HELD, messages.DEEP_STREAM_QOS)
         self._codec, self._braked = CommandCodec(scene), (nan,) * len(scene.actuated)
+        self._subscribed = False
+
+    def update_subscribers(self) -> None:
+        """Update whether there are subscribers."""
+        self._subscribed = self._publisher.get_subscription_count() > 0
 
     def publish(self, stamp: int, command: Sequence[float], braking: bool) -> None:
         """Publish the command (nu,) of the period that begins at a stamp [ns], if there are subscribers."""
-        if self._publisher.get_subscription_count():
+        if self._subscribed:
             self._publisher.publish(self._codec.encode(stamp, self._braked if braking else command))

@@ -29,8 +29,7 @@ from crane_sim.ros.plant.simulation_run import SimulationRun
 
 _RESEND = 0.05  # s between two messages of the same state while the run waits, or there are several publishers
 _RESEND_TO_PEERS = 0.5  # s between two messages of the same state while another crane on the same clock is behind
-_POLL = 0.005  # s between two polls of services while messages are taken without the executor
-_TURNS = 4  # callbacks that are served in such a poll
+_CHECK_PERIOD = 0.005  # s between two looks at what need not be done after every command
 _ACKNOWLEDGEMENT = 0.001  # s of a wait for acknowledgements, in which no callbacks are served
 _STANDING = (
     0.35  # s for which a leading clock stands still, published ten times a second, after all peers are connected
@@ -52,11 +51,11 @@ class Lockstep:
         self._host, self._simulation, self._settings = host, simulation, settings
         self._codec = CommandCodec(simulation.scene)
         self._should_stop = partial(should_stop, host)
-        self._peers = ClockPeers(host.node, settings.beside)
+        self._peers = ClockPeers(host, settings.beside)
         self._effort: tuple[float, ...] | None = None  # that answers the present state, until the step is taken
         self._first_sent = self._last_sent = 0.0  # s, when the present state was published
-        self._next_spin = 0.0  # s, when services are polled again
-        self._runs = True
+        self._next_check = 0.0  # s, when progress is checked again
+        self._runs = False  # a command that comes before or after the run moves nothing
         topics = {"joint_commands": CommandTopic(JointState, self._on_command)}
         lease = settings.command_lease
         suspended = self._is_lease_expiry_suspended
@@ -79,7 +78,7 @@ class Lockstep:
 
     def run(self) -> None:
         """See `StepScheduler`; a state without a valid answer is sent again and again, and nothing moves."""
-        simulation = self._simulation
+        simulation, self._runs = self._simulation, True
         self._commands.start()
         if self._clock_leads:
             self._announce_clock()
@@ -88,13 +87,10 @@ class Lockstep:
         while simulation.running and not self._host.stop_reason and not self._host.brake_reason:
             self._serve()
             self._step_if_possible()
-            simulation.heartbeat()
-            if time.monotonic() - self._last_sent > self._resend_period():
-                self._report_waiting()
-                self._resend()
-        self._runs = False  # what is taken now comes too late for a step
-        self._commands.poll(False)
-        self._runs = True
+            if (now := time.monotonic()) >= self._next_check:
+                self._next_check = now + _CHECK_PERIOD
+                self._check_progress(now)
+        self._runs = False
 
     def in_sync(self) -> bool:
         """See `StepScheduler`; the present state is sent again to a crane that is behind and may have missed it."""
@@ -154,34 +150,19 @@ class Lockstep:
 
     def _serve(self) -> None:
         """Serve callbacks until a message has come; commands move the crane on the way."""
-        self._commands.update()
-        self._commands.poll(self._is_moved_by_commands_alone())
         if self._clock_due:
             self._host.spin(0.0)
             self._advance_clock_if_due()
-        elif self._commands.polled:
-            self._commands.wait(_POLL)
-            self._commands.take_all()
-            self._serve_others()
         else:
             self._host.spin()
 
-    def _is_moved_by_commands_alone(self) -> bool:
-        """Return whether nothing else than a command is waited for: taken without the executor it costs a third."""
-        simulation = self._simulation
-        return not (self._clock_leads or self._peers.names or simulation.paused or simulation.waiting)
-
-    def _serve_others(self) -> None:
-        """Serve what is left to the executor: of a single publisher now and then, which costs as much as a command.
-
-        Beside several publishers there may be floods on other topics too, which would keep services waiting.
-        """
-        if self._commands.contested:
-            self._host.spin(0.0)
-        elif (now := time.monotonic()) >= self._next_spin:
-            self._next_spin = now + _POLL
-            for _ in range(_TURNS):
-                self._host.spin(0.0)
+    def _check_progress(self, now: float) -> None:
+        """Do at `now` [s] what need not be done after every command: reports, and states that are sent again."""
+        self._commands.update()
+        self._simulation.heartbeat()
+        if now - self._last_sent > self._resend_period():
+            self._report_waiting()
+            self._resend()
 
     def _step_if_possible(self) -> None:
         """Take the step that is commanded, unless the run is paused or a crane on the same clock is behind."""
@@ -192,7 +173,7 @@ class Lockstep:
         """Return why the present step cannot be taken, empty where it can."""
         if self._effort is None:
             return f"the command for state {self._simulation.plant.k + 1} has not come yet"
-        behind = self._peers.behind(self._simulation.stamp)
+        behind = self._peers.names and self._peers.behind(self._simulation.stamp)
         return f"{behind}, on the same clock, is behind" if behind else ""
 
     def _step(self) -> None:

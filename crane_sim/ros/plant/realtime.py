@@ -20,7 +20,6 @@ from crane_sim.ros.plant.simulation_run import SimulationRun
 from crane_sim.ros.plant.watchdog import CommandTimeoutAction, Watchdog
 
 _UPDATE_PERIOD = 0.05  # s between two updates of the publishers of commands
-_POLL = 0.001  # s between two polls of commands while there are several publishers
 _MARGIN = 0.0004  # s; spin_once comes back up to 0.3 ms late, a plain sleep does not
 _BATCH = 100  # messages taken before a single step: a flood on the topic does not hold it up
 _STEP_POLL = 1e-4  # s between two polls for the answer to a single step
@@ -124,22 +123,16 @@ class Realtime:
 
     def _serve_until_due(self) -> None:
         self._host.spin(0.0)
-        poll = self._take_commands()
+        self._update_publishers()
         while (remaining := self._due - time.monotonic()) > _MARGIN and not self._host.stop_reason:
-            self._host.spin(min(remaining - _MARGIN, poll))
-            poll = self._take_commands()
+            self._host.spin(min(remaining - _MARGIN, _UPDATE_PERIOD))
+            self._update_publishers()
         if remaining > 0.0 and not self._host.stop_reason:
             time.sleep(remaining)
 
-    def _take_commands(self) -> float:
-        """Take the commands of several publishers; return the time [s] until that is due again."""
-        if self._commands is None:
-            return _UPDATE_PERIOD
-        self._commands.update()
-        if not self._commands.contested:
-            return _UPDATE_PERIOD
-        self._commands.take_all()
-        return _POLL
+    def _update_publishers(self) -> None:
+        if self._commands:
+            self._commands.update()
 
     def _wait_for_answer(self, commands: CommandArbiter) -> None:
         """Take the pending commands; if none has come since the last step, wait for one for a period."""

@@ -142,7 +142,7 @@ class SimulationRun:
         """Publish the first state."""
         self._publish_mode()
         self._start_time = time.monotonic()
-        self._topics.update_subscribers()
+        self._update_subscribers()
         for publisher in self._further:
             publisher.update_subscribers()
         self.publish_state()
@@ -212,7 +212,7 @@ class SimulationRun:
         if now < self._next_progress:
             return
         self._next_progress = now + _PROGRESS_PERIOD
-        if self._topics.update_subscribers() and self.paused and self.stamp:
+        if self._update_subscribers() and self.paused and self.stamp:
             self.publish_state()
         stands = self._clock == self._last_clock or not self.stamp
         if stands:
@@ -221,6 +221,12 @@ class SimulationRun:
             if publisher.update_subscribers() and stands:  # it would wait for the next step
                 publisher.publish(self.stamp or self.scene.period_ns, self.plant)
         self._last_clock = self._clock
+
+    def _update_subscribers(self) -> bool:
+        """Update which topics of every step have subscribers; return whether the joint states have more than before."""
+        if self._held_commands:
+            self._held_commands.update_subscribers()
+        return self._topics.update_subscribers()
 
     def end(self) -> None:
         """Publish the end of the run, with zero effort where it ends early."""

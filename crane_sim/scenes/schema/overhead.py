@@ -2,7 +2,7 @@
 
 from itertools import accumulate
 from math import cos, inf
-from typing import Any, ClassVar
+from typing import Any
 
 from crane_sim.models.wind_load import AnyWindage
 from crane_sim.scenes.schema.integrator import MethodRequirements
@@ -24,8 +24,6 @@ from crane_sim.trajectories.trajectory import Trajectory
 
 class OverheadFile(OverheadCrane):
     """A scene with an overhead crane: a trolley, on a bridge in 3 dimensions, and a cable of one or many links."""
-
-    takes_columns: ClassVar[bool] = True
 
     @property
     def joint_names(self) -> tuple[str, ...]:

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from crane_sim.files.errors import SceneError, shorten
-from crane_sim.numerics.column import as_float
 from crane_sim.scenes.schema.overhead_groups import OverheadGroups
 from crane_sim.trajectories.profiles import Shape
 
@@ -160,7 +159,7 @@ def compute_initial_state(file: "OverheadCrane") -> tuple[Vector, Vector]:
         positions.append(length)
         velocities.append(rate)
     q, v = _link_states(file, positions, velocities)
-    return (*map(as_float, positions), *q), (*map(as_float, velocities), *v)
+    return (*map(float, positions), *q), (*map(float, velocities), *v)
 
 
 def hoist_at_start(file: "OverheadCrane") -> tuple[float, float]:
@@ -189,7 +188,7 @@ def _link_states(file: "OverheadCrane", top: list[float], rates: list[float]) ->
     if file.cable_model == "straight" and not _is_straight(cable):
         raise SceneError("cable.model = 'straight': the links start with different angles or rates; take model: rigid")
     n = 1 if file.cable_model == "straight" else len(cable.turns)
-    return tuple(map(as_float, cable.turns[:n])), tuple(map(as_float, cable.rates[:n]))
+    return tuple(map(float, cable.turns[:n])), tuple(map(float, cable.rates[:n]))
 
 
 def _node_states(file: "OverheadCrane", top: list[float], rates: list[float]) -> tuple[Vector, Vector]:

@@ -1,5 +1,6 @@
 """The model of an overhead scene: which one `crane_of` chooses, its parameters, and the base that it stands on."""
 
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,6 @@ from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.hoist import ForceHoist, Hoist, MasslessHoist, PrescribedHoist
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.supports.rails import Axis, FixedAxis, ForceAxis, PrescribedAxis
-from crane_sim.numerics.column import as_float
 from crane_sim.scenes.schema.base_motion import Mount
 from crane_sim.scenes.schema.friction_checks import check_friction
 from crane_sim.scenes.schema.integrator import MethodRequirements, implicit, needs_frequency
@@ -93,8 +93,8 @@ def _rod_crane(file: OverheadCrane) -> RodCrane:
     distances = np.cumsum(lengths) - lengths[0]
     light = masses[:-1]
     mass, first, second = (float(np.sum(light * distances[:-1] ** k)) for k in range(3)) if len(light) else (0.0,) * 3
-    nodes, payload = np.array([masses, distances]), as_float(masses[-1])
-    cable = Line(as_float(lengths[0]), mass, first, second, payload, as_float(distances[-1]), nodes)
+    nodes, payload = np.array([masses, distances]), float(masses[-1])
+    cable = Line(float(lengths[0]), mass, first, second, payload, float(distances[-1]), nodes)
     trolley = axis_of(file, "trolley")
     return RodCrane(trolley, cable, hoist_of(file), file.gravity, make_event_limits(file))
 
@@ -131,7 +131,7 @@ def _elastic_crane(file: OverheadCrane) -> ElasticCrane | SpringCrane:
     plain = not (file.base_motion or file.is_windy)
     if alone and plain and not implicit(file.integrator, method_requirements_of(file, sampled=False)):
         cable = (springs.masses, springs.lengths, springs.stiffness, springs.damping)
-        return SpringCrane(trolley, Spring(*(as_float(part[0]) for part in cable)), file.gravity)
+        return SpringCrane(trolley, Spring(*(float(part[0]) for part in cable)), file.gravity)
     return ElasticCrane(trolley, bridge, springs, hoist, file.gravity, forces, limits)
 
 
@@ -357,5 +357,5 @@ def method_requirements_of(file: OverheadCrane, sampled: bool) -> MethodRequirem
     smooth = not sampled and make_event_limits(file) is None
     continuous = file.control is not None and file.control.period == "continuous"
     frequency = stiffest(file) if needs_frequency(file.integrator) else None
-    swing_angle = as_float(file.duration * np.sqrt(file.gravity / sum(file.parts.lengths)))
+    swing_angle = file.duration * sqrt(file.gravity / sum(file.parts.lengths))
     return MethodRequirements(frequency, swing_angle, file.cable_model == "elastic", smooth, file.duration, continuous)

@@ -27,7 +27,7 @@ def stiffest(file: OverheadCrane) -> float:
 
 def _stiffest_with(file: OverheadCrane, masses: Array) -> float:
     """Return what `stiffest` does, of the cable with nodes of these masses (N,) [kg]."""
-    gravity, lengths = float(file.gravity), np.array(file.parts.lengths, dtype=float)  # of columns: one by one
+    gravity, lengths = float(file.gravity), np.array(file.parts.lengths, dtype=float)
     lengths[0] = _shortest_first(file)
     rates = max((float(np.linalg.norm(rate)) for rate in file.parts.rates), default=0.0)
     if file.cable_model == "straight":

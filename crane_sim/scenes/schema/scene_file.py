@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from math import inf
-from typing import Any, ClassVar
+from typing import Any
 
 from crane_sim.files.types import Name, Positive, Seed
 from crane_sim.integrators.dop853 import DOP853
@@ -27,9 +27,6 @@ class SceneFile(HardwareGroups, ABC):
     A schema also has `crane: Literal["NAME"]`, its name in `scenes.registry.SCHEMAS`. Joints, and the
     actuated ones among them, are in the order of `joint_names`; nq is their number, nu that of the actuated ones.
     """
-
-    takes_columns: ClassVar[bool] = False
-    """Whether the schema's code takes a `Column` for any of its numbers, or raises NotVectorisable."""
 
     name: Name = ""  # of the scene, in one line; left out: the file's
     description: str = ""  # a line for the catalogue

@@ -1,0 +1,164 @@
+"""Quantities that follow from the joint coordinates of a run's instants: positions, energies, tensions."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from crane_sim import system
+from crane_sim.models.moving_base import pose_at, rotate_to_base
+from crane_sim.numerics.jit import LIGHT, NONE, entry_point, optimisation
+from crane_sim.numerics.lanes import take_entry
+from crane_sim.scenes.scene import Scene
+from crane_sim.simulation.reeving import fall_tensions
+
+Array = npt.NDArray[np.float64]
+
+DIFFERENCE_STEP = 1e-3  # s: rounding leaves 1e-8 of an acceleration, what the third power of time does less
+
+
+def tip_acceleration(p, t, q, v, u):
+    """Return the magnitude of the tip's acceleration relative to the base [m/s²] at joints q, v under efforts u.
+
+    Second difference of the tip's position, along a parabola of the joints with the model's accelerations: exact up to
+    the square of its step.
+    """
+    points, tip = np.empty((3, system.point_count(p), 3)), system.tip_index(p)
+    qdd, position = system.acceleration(p, t, system.state(p, t, q, v), u), np.empty(len(q))
+    for k in range(3):
+        s = (k - 1) * DIFFERENCE_STEP
+        for j in range(len(position)):
+            position[j] = q[j] + s * (v[j] + 0.5 * s * qdd[j])
+        system.points(p, t, system.state(p, t, position, v), points[k])
+    squared_norm = 0.0
+    for j in range(3):
+        second = (points[0, tip, j] - 2.0 * points[1, tip, j] + points[2, tip, j]) / (DIFFERENCE_STEP * DIFFERENCE_STEP)
+        squared_norm += second * second
+    return np.sqrt(squared_norm)
+
+
+@entry_point
+@optimisation(LIGHT)
+def tip_accelerations(p, t, q, v, u, out):
+    """Write `tip_acceleration` at times t (K,), joints q, v (K, nq) and efforts u (K, nu) into `out` (K,)."""
+    for i in range(len(q)):
+        out[i] = tip_acceleration(p, t[i], q[i], v[i], system.efforts_from_row(p, u[i]))
+
+
+def to_base(base, t, point):
+    """Return a point of the world (3,) [m] at time t [s] in the axes of the base, from its origin."""
+    pose, (x, y, z) = pose_at(base, t), point
+    return rotate_to_base(pose.rows, (x - pose.origin[0], y - pose.origin[1], z - pose.origin[2]))
+
+
+@entry_point
+@optimisation(LIGHT)
+def in_base(base, t, points):
+    """Return points of the world (K, 3) [m] at times t (K,) [s] in the axes of the base, from its origin."""
+    out = np.empty_like(points)
+    for i in range(len(points)):
+        out[i] = to_base(base, t[i], (points[i, 0], points[i, 1], points[i, 2]))
+    return out
+
+
+@entry_point
+def in_bases(bases, t, points):
+    """Return points of the world (n, 3) [m] at times t (n,), each in the axes of its base; `bases` are columns."""
+    out = np.empty_like(points)
+    for i in range(len(points)):
+        out[i] = to_base(take_entry(bases, i), t[i], (points[i, 0], points[i, 1], points[i, 2]))
+    return out
+
+
+def swing_angles(tips: Array, payloads: Array) -> Array:
+    """Return the angles (K,) [rad] of the ropes between tips and payloads (K, 3) from the vertical of the world."""
+    x, y, z = (payloads - tips).T
+    return np.arctan2(np.hypot(x, y), -z)
+
+
+class Derived(NamedTuple):
+    """Quantities of K instants, world frame unless it says otherwise."""
+
+    nodes: Array  # (K, N, 3) m, base .. tip .. payload
+    tip: Array  # (K, 3) m
+    payload: Array  # (K, 3) m
+    kinetic: Array  # (K,) J
+    potential: Array  # (K,) J, from height 0 of the world
+    kinetic_relative: Array  # (K,) J, relative to the base
+    potential_relative: Array  # (K,) J, as if the base were level at height 0
+    tensions: Array  # (K, L) N, of the links from the top to the payload
+    swing: Array  # (K,) rad, angle of the rope from the vertical
+    falls: Array  # (K, n + 2), of a rope with n falls, see `crane_sim.simulation.reeving`; (K, 0) without one
+
+    @property
+    def energy(self) -> Array:
+        """Total energy (K,) [J]."""
+        return self.kinetic + self.potential
+
+    @property
+    def energy_relative(self) -> Array:
+        """Total energy relative to the base (K,) [J]: the same where the base rests."""
+        return self.kinetic_relative + self.potential_relative
+
+    @property
+    def tension(self) -> Array:
+        """Tension of the uppermost link (K,) [N]."""
+        return self.tensions[:, 0]
+
+
+@entry_point
+@optimisation(LIGHT)
+def fill_derived(p, t, q, v, u, nodes, scalars, tensions):
+    """Fill what follows from joint coordinates at times t (K,).
+
+    Args:
+        p: parameters.
+        t, q, v, u: times, positions, velocities, efforts applied.
+        nodes: (K, N, 3), to fill.
+        scalars: (K, 4), to fill: kinetic and potential energy relative to the base, and what the base adds to each.
+        tensions: (K, L), to fill.
+    """
+    for i in range(len(q)):
+        x = system.state(p, t[i], q[i], v[i])
+        system.points(p, t[i], x, nodes[i])
+        scalars[i, 0] = system.kinetic(p, x)
+        scalars[i, 1] = system.potential(p, x)
+        scalars[i, 2], scalars[i, 3] = system.base_energy(p, t[i], x)
+        system.tensions(p, t[i], x, system.efforts_from_row(p, u[i]), tensions, i, 0)
+
+
+@entry_point
+@optimisation(NONE)
+def world_points(p, t, q, v):
+    """Return (points base .. tip .. payload in the world [m] (N, 3), index of the tip) at t [s] and joints q, v."""
+    points = np.empty((system.point_count(p), 3))
+    system.points(p, t, system.state(p, t, q, v), points)
+    return points, system.tip_index(p)
+
+
+@entry_point
+@optimisation(LIGHT)
+def fill_contact_forces(p, t, q, v, out):
+    """Fill out (K,) with the normal force [N] of a surface on the load at times t (K,) and joints q, v."""
+    for i in range(len(q)):
+        out[i] = system.contact_force(p, t[i], system.state(p, t[i], q[i], v[i]))
+
+
+def derive(scene: Scene, t: Array, q: Array, v: Array, u: Array) -> Derived:
+    """Return what follows from positions q (K, nq), velocities v (K, nq), efforts applied u (K, nu) at times t (K,)."""
+    points, tip_index = world_points(scene.model, 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
+    nodes, scalars = np.empty((len(q), *points.shape)), np.empty((len(q), 4))
+    tensions = np.empty((len(q), system.link_count(scene.model)))
+    rows = (np.ascontiguousarray(part, dtype=np.float64) for part in (t, q, v, u))
+    fill_derived(scene.model, *rows, nodes, scalars, tensions)
+    swing = swing_angles(nodes[:, tip_index], nodes[:, -1])
+    kinetic, potential, more_kinetic, more_potential = scalars.T
+    world = kinetic + more_kinetic, potential + more_potential
+    falls = fall_tensions(scene.model, t, q, v, u)
+    return Derived(nodes, nodes[:, tip_index], nodes[:, -1], *world, kinetic, potential, tensions, swing, falls)
+
+
+def derive_instant(scene: Scene, t: float, q: Sequence[float], v: Sequence[float]) -> Derived:
+    """Return `derive` of one instant, K = 1, without efforts: positions q (nq,), velocities v (nq,), t in s."""
+    return derive(scene, np.array([t]), np.array([q]), np.array([v]), np.zeros((1, len(scene.actuated))))
