@@ -25,7 +25,7 @@ class CommandGroup(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Return name, command and remaining arguments; an unknown command fails with the possible ones."""
         if self.get_command(ctx, args[0]) is None:
-            names = self.list_commands(ctx)
+            names = sorted(self.list_commands(ctx))
             ctx.fail(f"No such command {args[0]!r}{did_you_mean(args[0], names)} (known: {', '.join(names)})")
         return super().resolve_command(ctx, list(args))
 
