@@ -155,7 +155,7 @@ def _support(scene: Scene, support: Any) -> list[Body]:
     """Return the bodies of a bridge crane or a tower crane, the last one the trolley."""
     q, v = scene.initial_q, scene.initial_v
     if isinstance(support, Bridge):
-        bridge = Joint(True, 1, q[1], mass=support.bridge.mass)
+        bridge = Joint(True, 1, q[1], mass=support.axes[1].mass)
         return [Body(bridge, -1, v[1]), Body(Joint(True, 0, q[0], mass=support.trolley.mass), 0, v[0])]
     assert isinstance(support, TowerCrane) and isinstance(support.slew, Slew)
     inertia = support.slew.inertia

@@ -79,7 +79,7 @@ from crane_sim.models.suspended.load_dynamics import (
     wind_on_load,
     write_load_acceleration,
 )
-from crane_sim.models.suspended.swing_friction import pull_first_node, pull_load, swing_pull
+from crane_sim.models.suspended.swing_friction import pull_first_node, pull_load, pull_tip, swing_pull
 from crane_sim.models.suspended.torsion import (
     Torsion,
     add_twist_power,
@@ -92,7 +92,7 @@ from crane_sim.models.suspended.torsion import (
 from crane_sim.models.wind_load import airflow_at
 from crane_sim.multibody import linear
 from crane_sim.multibody.tree import to_tree_axes
-from crane_sim.multibody.vectors import ZERO, add, dot, scale, subtract
+from crane_sim.multibody.vectors import ZERO, add, dot, scale
 from crane_sim.numerics.jit import routine
 from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.inputs import value_at
@@ -271,20 +271,17 @@ def solve_dynamics(p, t, x, tau, work):
     last, upper = row_of(links.units, n - 1), row_of(links.units, 0)
     links.inv_masses[n - 1] = end_mobility(body, load, last)
     twist = twist_of(p.torsion, links, load, yaw(p.support, pose.state.q), pose.yaw_rate)
-    swing = swing_pull(p.swing_friction, pose, links)
+    swing, flow = swing_pull(p.swing_friction, pose, links), airflow_at(p.wind, p.base, t, 0.0)
     push_nodes(twist, links, acc)
     pull_first_node(swing, links, acc)
-    flow = airflow_at(p.wind, p.base, t, 0.0)
     force, moment = load_force(p, body, t, flow, base, load)
     given = add(force, force_on_node(p.forces, values, n)), moment
     force, moment = pull_load(swing, links, body, load, *twist_load(twist, links, body, load, *given))
     free = centre_acceleration(body, base, load, force, p.gravity)
     acc[n, 0], acc[n, 1], acc[n, 2] = end_acceleration_free(body, base, load, free, moment)
-    couple, at_tip = twist_couple(twist), twist_tip(twist, links, ZERO)
-    if swing is not None:
-        couple, at_tip = couple + swing.couple, subtract(at_tip, swing.force)
-    pulled = couple, to_tree_axes(pose.kinematics.turn, at_tip)
-    dynamics, efforts, net, qdd = solve_support(p, t, pose, tau, flow, base, *pulled)
+    couple, push = pull_tip(swing, twist_couple(twist), twist_tip(twist, links, ZERO))
+    pushed = to_tree_axes(pose.kinematics.turn, push)
+    dynamics, efforts, net, qdd = solve_support(p, t, pose, tau, flow, base, couple, pushed)
     acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration(pose, qdd)
     levers = tip_efforts(pose, to_tree_axes(pose.kinematics.turn, upper))
     answer = responses(dynamics, levers)
@@ -295,8 +292,7 @@ def solve_dynamics(p, t, x, tau, work):
     length_acc = hoisted_length_acceleration(links, top, acc, tension)
     net = linear.add(net, linear.scale(tension[0], levers))
     qdd = linear.add(qdd, linear.scale(tension[0], answer))
-    moved = tip_rate(pose, answer)
-    across = end_acceleration_across(body, load, last, tension[n - 1])
+    moved, across = tip_rate(pose, answer), end_acceleration_across(body, load, last, tension[n - 1])
     for i in range(3):
         acc[0, i] += tension[0] * moved[i]
         acc[n, i] += across[i]

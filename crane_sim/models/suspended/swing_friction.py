@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from crane_sim.models.cables.chain_3d import row_of
 from crane_sim.models.moving_base import rotate_to_base
-from crane_sim.multibody.vectors import Vector, add, cross, scale, to_turned_axes
+from crane_sim.multibody.vectors import Vector, add, cross, scale, subtract, to_turned_axes
 
 
 class SwingPull(NamedTuple):
@@ -50,3 +50,8 @@ def pull_load(swing, links, body, load, force, moment):
         return add(force, swing.force), moment
     lever = cross(body.attachment, rotate_to_base(load.rows, swing.force))
     return add(force, swing.force), add(moment, lever)
+
+
+def pull_tip(swing, couple, force):
+    """Return (couple [N m] about the vertical, force (3,) [N]) on the support's tip with those of friction."""
+    return (couple, force) if swing is None else (couple + swing.couple, subtract(force, swing.force))

@@ -98,7 +98,7 @@ def exchange_of(
     return first, exchange
 
 
-def order_of(events: Sequence[ExchangeEvent]) -> list[int]:
+def order_of(events: Sequence[Any]) -> list[int]:
     """Return the numbers of the events in the order of their times."""
     return sorted(range(len(events)), key=lambda i: events[i].at)
 

@@ -80,11 +80,7 @@ def _bends(file: OverheadCrane) -> JointsGroup | None:
 
 def _planar_crane(file: OverheadCrane) -> PlanarCrane:
     n, lengths = len(file.parts.lengths), np.array(file.parts.lengths)
-    bends, inertia, hoist = _bends(file), file.cable.inertia, hoist_of(file)
-    joints = None
-    if bends is not None:
-        parts = (fill_list(getattr(bends, name), n, f"joints.{name}") for name in ("stiffness", "damping"))
-        joints = Joints(*map(np.array, parts))
+    inertia, hoist = file.cable.inertia, hoist_of(file)
     if inertia is not None and isinstance(hoist, MasslessHoist):
         raise SceneError("cable.inertia: links that turn as rods need a hoist with inertia")
     rods = Rods(np.array(fill_list(inertia, n, "cable.inertia"))) if inertia is not None else None
@@ -95,7 +91,7 @@ def _planar_crane(file: OverheadCrane) -> PlanarCrane:
         cable,
         hoist,
         file.gravity,
-        joints,
+        _joints_of(file, n),
         rods,
         forces_of(file),
         make_event_limits(file),
@@ -105,6 +101,15 @@ def _planar_crane(file: OverheadCrane) -> PlanarCrane:
         drag=file.payload_drag,
         force=_force_of(file),
     )
+
+
+def _joints_of(file: OverheadCrane, n: int) -> Joints | None:
+    """Return the joints between n links, None where nothing resists their bending."""
+    bends = _bends(file)
+    if bends is None:
+        return None
+    parts = (fill_list(getattr(bends, name), n, f"joints.{name}") for name in ("stiffness", "damping"))
+    return Joints(*map(np.array, parts))
 
 
 def _rod_crane(file: OverheadCrane) -> RodCrane:
