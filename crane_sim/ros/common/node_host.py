@@ -157,6 +157,8 @@ class NodeHost:
             subscription.deliver()
         if (now := time.monotonic()) >= self._next_turn:
             self._next_turn = now + _TURN_PERIOD
+            for subscription in self.node.served:
+                subscription.deliver_rest()
             for _ in range(_CALLS):
                 calls = self.node.calls
                 self._spin_executor(0.0)

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Sequence
+from itertools import islice
 from typing import Any
 
 from rclpy.event_handler import SubscriptionEventCallbacks
@@ -52,11 +53,21 @@ class ServedSubscription:
         return self._subscription.take()
 
     def deliver(self) -> None:
-        """Deliver the messages that have come, of which there are some."""
+        """Deliver the messages that have been counted since the last time, of which there are some."""
         count = os.eventfd_read(self._arrivals)
         if count > _BATCH:
             os.eventfd_write(self._arrivals, count - _BATCH)
-        if taken := [message for _ in range(min(count, _BATCH)) if (message := self._subscription.take())]:
+        self._deliver_up_to(count)
+
+    def deliver_rest(self) -> None:
+        """Deliver what is there all the same: a message may have been counted before it could be taken.
+
+        One that overtook another, which was lost and sent again, waits for that.
+        """
+        self._deliver_up_to(_BATCH)
+
+    def _deliver_up_to(self, count: int) -> None:
+        if taken := list(islice(iter(self._subscription.take, None), min(count, _BATCH))):
             self._callback(taken)
 
 
