@@ -164,6 +164,8 @@ class _Transformation:
         operands = [self._duals[i] for i in instruction.arguments]
         self._duals[number] = dual
         operation = instruction.operation
+        if dual.value.kind is Kind.TANGENT and any(x.tangent is not None for x in operands):
+            raise TraceError("derivatives of derivatives are not computed")
         if dual.value.kind is not Kind.REAL or operation in FLAT or all(x.tangent is None for x in operands):
             return
         if operation not in RULES:
@@ -230,6 +232,8 @@ class _Transformation:
         (number,), (address,), (offset, code) = instruction.results, instruction.arguments, instruction.literal
         value, place, kind = self._copy(instruction).value, self._duals[address].tangent, self._kind(number)
         tangent = None
+        if kind is Kind.TANGENT and place is not None:
+            raise TraceError("derivatives of derivatives are not computed")
         if kind is Kind.ARRAY:
             origin = (self._origins[address], offset)
             if origin in self._active and place is not None:
