@@ -645,3 +645,31 @@ def test_short_functions_of_known_numbers_raise_no_error() -> None:
     """Where Python would raise one, compiled code has the C library's number."""
     assert compiled(short_with_known_numbers)(2.0) == 8.0
     assert math.isnan(compiled(short_with_known_numbers)(-2.0))
+
+
+CURVES = ([1.0, 2.0, 4.0], ([3.0, 5.0, 6.0], 7.0))
+
+
+def lists_inside_tuples(x, i):
+    """Return elements of lists inside tuples, in a short function, a branch, a loop and a longer function."""
+    chosen = CURVES[0] if x > 0.0 else CURVES[1][0]
+    total = 0.0
+    for part in CURVES[:1]:
+        total += element_of(part, i) * x
+    return short_element((CURVES[0], x), i), element_of(CURVES[1][0], i % 2), total, element_of(chosen, i % 2)
+
+
+def short_element(parts, i):
+    """Return an element of a list inside a tuple."""
+    return parts[0][i] * parts[1]
+
+
+@routine
+def element_of(items, i):
+    """Return an element."""
+    return items[i]
+
+
+def test_lists_inside_tuples_are_tuples() -> None:
+    """A list that is known is one of its elements at any place that is not, wherever it comes from."""
+    check(lists_inside_tuples, (-1.5, 2.0), (0, 1, 2))
