@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from random_programs import bits, compiled, run
 
-from crane_sim.numerics.elementary import fma
+from crane_sim.numerics.elementary import fma, sincos
 from crane_sim.numerics.jit import generic, routine
 from crane_sim.tracing.arithmetic import number_kind
 from crane_sim.tracing.calls import Calls
@@ -673,3 +673,14 @@ def element_of(items, i):
 def test_lists_inside_tuples_are_tuples() -> None:
     """A list that is known is one of its elements at any place that is not, wherever it comes from."""
     check(lists_inside_tuples, (-1.5, 2.0), (0, 1, 2))
+
+
+def sine_and_cosine_of(x):
+    """Return the sine and the cosine of an angle."""
+    return sincos(x)
+
+
+def test_small_angles_have_the_bits_of_their_reduction() -> None:
+    """Code that does not reduce a small angle has the bits of Python, which reduces each, on both sides of the limit."""
+    around = [sign * (0.78 + k * 1e-16) for sign in (-1.0, 1.0) for k in range(-5, 6)]
+    check(sine_and_cosine_of, (*around, 0.0, -0.0, 5e-324, -1e-310, 1e-9, -0.3, math.pi / 4.0, 0.8, -2.0, 1e5, nan))
