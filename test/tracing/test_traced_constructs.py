@@ -681,6 +681,6 @@ def sine_and_cosine_of(x):
 
 
 def test_small_angles_have_the_bits_of_their_reduction() -> None:
-    """Code that does not reduce a small angle has the bits of Python, which reduces each, on both sides of the limit."""
+    """Code that does not reduce a small angle has the bits of Python, which reduces each, near the limit too."""
     around = [sign * (0.78 + k * 1e-16) for sign in (-1.0, 1.0) for k in range(-5, 6)]
     check(sine_and_cosine_of, (*around, 0.0, -0.0, 5e-324, -1e-310, 1e-9, -0.3, math.pi / 4.0, 0.8, -2.0, 1e5, nan))
