@@ -55,6 +55,18 @@ def contiguous_strides(shape: tuple[Any, ...], itemsize: int) -> tuple[Any, ...]
     return tuple(reversed(strides))
 
 
+def is_contiguous(array: ArraySymbol) -> bool:
+    """Return whether an array is known to have its elements one behind the other, the last index varying fastest."""
+    dense = contiguous_strides(array.shape, array.dtype.itemsize)
+    return all(_known_equal(a, b) for a, b in zip(array.strides, dense, strict=True))
+
+
+def _known_equal(a: Any, b: Any) -> bool:
+    if isinstance(a, Value) and isinstance(b, Value):
+        return a.number == b.number
+    return type(a) is type(b) and a == b
+
+
 def allocate(graph: Graph, shape: tuple[Any, ...], dtype: np.dtype) -> ArraySymbol:
     """Return a new array of undefined elements."""
     size = dtype.itemsize

@@ -106,14 +106,15 @@ class Calls:
 
     def function_of(
         self, graph: Graph, function: types.FunctionType, arguments: list[Any]
-    ) -> tuple[tuple[Value, ...], Traced]:
-        """Return (the leaves of arguments of a call, the function as it is traced for such arguments).
+    ) -> tuple[tuple[Any, ...], tuple[Value, ...], Traced]:
+        """Return (arguments of a call with defaults, their leaves, the function as it is traced for such arguments).
 
         Raises:
             TraceError: it does what is not traced, or calls itself.
         """
         source = source_of(function)
-        return self._find_traced(graph, source, source.bind(arguments, {}), False)
+        variables = source.bind(arguments, {})
+        return tuple(variables.values()), *self._find_traced(graph, source, variables, False)
 
     def _find_traced(
         self, graph: Graph, source: Source, variables: dict[str, Any], inlined: bool

@@ -21,6 +21,7 @@ import numpy as np
 from crane_sim.tracing.arguments import text_of
 from crane_sim.tracing.cache import SOURCES_AT_IMPORT, cache_folder
 from crane_sim.tracing.machine_code import compiler_name
+from crane_sim.tracing.scopes import source_of
 
 _DIGEST = hashlib.sha256().digest_size
 _OTHER_IMPLEMENTATIONS: set[str] = set()
@@ -85,7 +86,7 @@ def note_implementation(function: Any, cls: Any, implementation: Any) -> None:
 
 
 def _file(function: Any, key: Any) -> Path:
-    text = text_of(key)
+    text = f"{text_of(key)} {sorted(_states_of_types(key))}"
     if function.__closure__ or " at 0x" in text:
         raise _Unknown  # two functions of one name, and objects that have no text of their own
     name = function.__module__, function.__qualname__, function.__code__.co_filename, text, *compiler_name()
@@ -93,11 +94,24 @@ def _file(function: Any, key: Any) -> Path:
     return cache_folder() / f"{function.__name__}-{digest[:24]}.code"
 
 
+def _states_of_types(key: Any) -> Iterator[str]:
+    """Yield the states of the types of a structure that other files than the packages' define."""
+    if isinstance(key, tuple):
+        for part in key:
+            yield from _states_of_types(part)
+    elif isinstance(key, type) and hasattr(key, "_fields") and not SOURCES_AT_IMPORT.includes(_file_of(key) or ""):
+        yield _state_of(key)
+
+
+def _file_of(x: Any) -> str | None:
+    return getattr(sys.modules.get(getattr(x, "__module__", None) or ""), "__file__", None)
+
+
 def _dependencies(functions: Iterable[types.FunctionType]) -> tuple[list[tuple[str, str]], list[_OuterValue]]:
     """Return (other files with their digests, outer values) that code of functions depends on."""
     others = [f for f in functions if not SOURCES_AT_IMPORT.includes(f.__code__.co_filename)]
-    if any(f.__closure__ for f in others):
-        raise _Unknown
+    if any(f.__closure__ or os.stat(f.__code__.co_filename).st_mtime_ns != source_of(f).time_stamp for f in others):
+        raise _Unknown  # a file that has changed since has other code
     files = sorted({f.__code__.co_filename for f in others})
     values = {
         _OuterValue(f.__module__, name, _state_of(f.__globals__[name]))
@@ -121,7 +135,7 @@ def _is_current(value: _OuterValue) -> bool:
 
 
 def _state_of(x: Any) -> str:
-    """Return a text that tells an outer value from others; of a module, class or function, the state of its file."""
+    """Return a text that tells an outer value from others: of a module, class or function its file and its defaults."""
     if x is None or isinstance(x, bool | int | float | str):
         return repr(x)
     if isinstance(x, tuple | list):
@@ -133,7 +147,10 @@ def _state_of(x: Any) -> str:
     if module is None or name is None:
         raise _Unknown
     file = getattr(module, "__file__", None)
-    return f"{module.__name__} {name} {_digest_of(file) if file and not SOURCES_AT_IMPORT.includes(file) else ''}"
+    if not file or SOURCES_AT_IMPORT.includes(file):
+        return f"{module.__name__} {name}"
+    defaults = tuple(getattr(x, "_field_defaults", {}).values()) or getattr(x, "__defaults__", None)
+    return f"{module.__name__} {name} {_digest_of(file)} {_state_of(defaults)}"
 
 
 def _digest_of(file: str) -> str:

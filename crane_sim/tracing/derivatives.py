@@ -8,13 +8,14 @@ contiguous, None for what does not move. So is a derivative like the value; what
 moves, is itself there.
 """
 
+import types
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from crane_sim.tracing.arithmetic import combine
-from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol, allocate
+from crane_sim.tracing.arithmetic import combine, number_kind
+from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol, allocate, is_contiguous
 from crane_sim.tracing.calls import Calls, resolve
 from crane_sim.tracing.entry_point import EntryPoint
 from crane_sim.tracing.forward_mode import ArgumentsNeeded
@@ -32,7 +33,8 @@ def directional_derivatives(f: Any, arguments: Any, directions: Any) -> Any:
     """Return (f(*arguments), its derivatives along directions of the arguments).
 
     Raises:
-        TraceError: f has an operation whose derivative is not known, or stores what moves where nothing does.
+        TraceError: f has an operation whose derivative is not known, as derivatives have, or stores what moves where
+            nothing does; a direction is that of an integer, or of an array that is not contiguous.
     """
     return _IN_PYTHON.run(f, arguments, directions)
 
@@ -48,8 +50,11 @@ _IN_PYTHON = EntryPoint(_derive)
 def trace_derivatives(calls: Calls, graph: Graph, f: Any, arguments: Any, directions: Any) -> tuple[Any, Any]:
     """Note a call of `directional_derivatives`; return its result."""
     given, seeds = (calls.as_argument(graph, tuple(x)) for x in (arguments, directions))
-    leaves, traced = calls.function_of(graph, resolve(f, given)[0], list(given))
-    tangents = list(_tangents_of(graph, given, seeds))
+    if isinstance(f, types.MethodType):
+        f, given, seeds = f.__func__, (f.__self__, *given), (None, *seeds)
+    variables, leaves, traced = calls.function_of(graph, resolve(f, given)[0], list(given))
+    rest = variables[len(given) :]  # defaults
+    tangents = list(_tangents_of(graph, (*given, *rest), (*seeds, *[None] * len(rest))))
     moved = tuple(tangent is not None for tangent in tangents)
     addresses = frozenset(i for i, kind in enumerate(traced.function.result_kinds) if kind is Kind.ARRAY)
     try:
@@ -74,10 +79,19 @@ def _tangents_of(graph: Graph, tree: Any, direction: Any) -> Iterator[Value | No
         for i, part in enumerate(tree):
             yield from _tangents_of(graph, part, None if direction is None else direction[i])
     elif isinstance(tree, ArraySymbol | RecordSymbol):
-        yield None if direction is None else base_address(graph, direction)
+        yield None if direction is None else _address_of_tangents(graph, tree, direction)
         yield from [None] * len(sizes_of(tree))
     elif isinstance(tree, Value | float) or type(tree) is int:
+        if direction is not None and number_kind(tree) is not Kind.REAL:
+            raise TraceError("a direction of an integer: derivatives are by reals")
         yield None if direction is None else _read(direction)
+
+
+def _address_of_tangents(graph: Graph, array: Any, direction: ArraySymbol) -> Value:
+    for part in (array, direction):
+        if isinstance(part, ArraySymbol) and not is_contiguous(part):
+            raise TraceError("derivatives by an array, or a direction, whose elements are apart: give a copy of it")
+    return base_address(graph, direction)
 
 
 def _read(direction: ArraySymbol) -> Value:

@@ -8,7 +8,7 @@ from typing import Any
 
 from crane_sim.tracing.function import trace
 from crane_sim.tracing.instructions import Kind
-from crane_sim.tracing.operations import fma, select, to_integer
+from crane_sim.tracing.operations import branch, fma, select, to_integer
 
 _TWO_OVER_PI = 0.6366197723675814
 _HALF_PI, _HALF_PI_REST = 1.57079632673412561417, 6.07710050650619224932e-11  # the first has 33 bits
@@ -46,16 +46,31 @@ def _cosine(x: Any, y: Any) -> Any:
 
 
 def _compute_sincos(angle: Any) -> Any:
+    return _of_reduced(*_reduce_to_quarter(angle))
+
+
+def _reduce_to_quarter(angle: Any) -> Any:
+    """Return (what is left of an angle, the rest of that, quarters of a turn in the angle)."""
     k, x, y = _reduce(angle)
+    return x, y, to_integer(k)
+
+
+def _of_reduced(x: Any, y: Any, quarter: Any) -> Any:
     s, c = _sine(x, y), _cosine(x, y)
-    quarter = to_integer(k)  # of a turn, with its sign
     odd = (quarter & 1) == 1
     s, c = select(odd, c, s), select(odd, s, c)
     s = select((quarter & 2) == 2, -s, s)
     return s, select(((quarter + 1) & 2) == 2, -c, c)
 
 
+def _compute_often_small(angle: Any) -> Any:
+    return _of_reduced(*branch(abs(angle) < _SMALL, lambda: (angle, 0.0, 0), lambda: _reduce_to_quarter(angle)))
+
+
+_SMALL = 0.78  # rad, less than an eighth of a turn: nothing is taken away
 SINCOS = trace(_compute_sincos, (Kind.REAL,), "sine_and_cosine", inlined=True)  # `sincos` is a function of C libraries
+OFTEN_SMALL_SINCOS = trace(_compute_often_small, (Kind.REAL,), SINCOS.name, inlined=True)
+"""The same bits, with a branch: small angles need not wait for their reduction. Lanes have none."""
 
 
 def sincos(angle: Any) -> Any:

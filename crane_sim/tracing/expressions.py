@@ -36,10 +36,15 @@ def _name(frame: Frame, node: ast.Name) -> Any:
     name = node.id
     value = frame.variables.get(name, UNDEFINED)
     if value is not UNDEFINED:
-        return value
+        return _without_list(value)
     if name in frame.variables or name in frame.source.local_names:
         raise TraceError(f"{name} may have no value here, or values of two types")
-    return frame.source.look_up(name)
+    return _without_list(frame.source.look_up(name))
+
+
+def _without_list(x: Any) -> Any:
+    """Return a list as a tuple, as the lists that a function makes are: one is not changed while tracing."""
+    return tuple(x) if type(x) is list else x
 
 
 # operators
@@ -145,7 +150,7 @@ def _subscript(frame: Frame, node: ast.Subscript) -> Any:
         return select_item(owner, index)
     if isinstance(owner, Value):
         raise TraceError("a number has no elements")
-    return owner[index]
+    return _without_list(owner[index])
 
 
 def _index(frame: Frame, node: ast.expr) -> Any:
@@ -157,6 +162,9 @@ def _index(frame: Frame, node: ast.expr) -> Any:
     return evaluate(frame, node)
 
 
+_OF_LISTS = frozenset(dir(list)) - frozenset(dir(tuple))
+
+
 def _attribute(frame: Frame, node: ast.Attribute) -> Any:
     owner = evaluate(frame, node.value)
     if isinstance(owner, ArraySymbol):
@@ -165,7 +173,9 @@ def _attribute(frame: Frame, node: ast.Attribute) -> Any:
         return array_symbols.get_field(owner, node.attr)
     if isinstance(owner, Value):
         raise TraceError(f"{node.attr} of a number is not traced")
-    return getattr(owner, node.attr)
+    if type(owner) is tuple and node.attr in _OF_LISTS:
+        raise TraceError(f"list.{node.attr} is not traced")
+    return _without_list(getattr(owner, node.attr))
 
 
 # calls and comprehensions

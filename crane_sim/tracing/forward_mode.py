@@ -234,6 +234,8 @@ class _Transformation:
         (number,), (address,), (offset, code) = instruction.results, instruction.arguments, instruction.literal
         value, place, kind = self._copy(instruction).value, self._duals[address].tangent, self._kind(number)
         tangent = None
+        if kind is Kind.TANGENT and place is not None:
+            raise TraceError("derivatives of derivatives are not computed")
         if kind is Kind.ARRAY:
             origin = (self._origins[address], offset)
             if origin in self._active and place is not None:

@@ -11,6 +11,7 @@ import itertools
 from collections import Counter
 from collections.abc import Iterator
 
+from crane_sim.tracing.elementary import OFTEN_SMALL_SINCOS, SINCOS
 from crane_sim.tracing.function import Function, callees, functions_with_callees
 from crane_sim.tracing.instructions import Kind
 from crane_sim.tracing.llvm_control import ControlText
@@ -52,6 +53,7 @@ def module_texts(entry: Function) -> tuple[str, str]:
     loops = functions_with_callees(*_functions_with_lanes(entry), follows=_is_with_loops)
     outer = [f for loop in loops for f in callees(loop.block) if not _is_with_loops(f)]
     rest = functions_with_callees(entry, *outer, follows=lambda f: not f.graph.simd_loops)
+    rest = [OFTEN_SMALL_SINCOS if f is SINCOS else f for f in rest]
     inner = [f for f in loops if f.graph.simd_loops]
     main = _module(rest, {entry.name, *(f.name for f in outer)}, inner)
     return main, _module(loops, {f.name for f in inner}, outer) if loops else ""

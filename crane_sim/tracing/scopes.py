@@ -24,12 +24,13 @@ class Source:
     Attributes:
         name: of the function.
         body: its statements.
+        time_stamp: of its file, when it was read.
     """
 
-    def __init__(self, function: types.FunctionType, tree: ast.FunctionDef | ast.Lambda) -> None:
+    def __init__(self, function: types.FunctionType, tree: ast.FunctionDef | ast.Lambda, time_stamp: int) -> None:
         """Take a function and its tree."""
         code = function.__code__
-        self.function, self.name = function, function.__name__
+        self.function, self.name, self.time_stamp = function, function.__name__, time_stamp
         self.body: list[ast.stmt] = _body_of(tree)
         self.local_names = frozenset((*code.co_varnames, *code.co_cellvars))
         self._signature: inspect.Signature | None = None
@@ -187,7 +188,7 @@ def source_of(function: types.FunctionType) -> Source:
     if not is_imported:
         raise TraceError(f"{file} has changed since {function.__name__} was imported from it: start anew")
     fitting = [tree for tree in candidates if len(candidates) == 1 or _contains(tree, code)]
-    return Source(function, min(fitting, key=lambda tree: len(list(ast.walk(tree)))))
+    return Source(function, min(fitting, key=lambda tree: len(list(ast.walk(tree)))), version[1])
 
 
 def _contains(tree: Any, code: types.CodeType) -> bool:

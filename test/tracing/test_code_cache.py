@@ -3,12 +3,14 @@
 import errno
 import os
 import random
+import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from process_helpers import run_to_completion
 
 from crane_sim.hardware.instruments import fill_standard_normals
 from crane_sim.numerics.jit import entry_point
@@ -142,3 +144,69 @@ def test_a_cache_without_a_folder_costs_compilations(tmp_path: Path, monkeypatch
         assert draw_once() == draw_once() and draw_once()[1]
     finally:
         cache._temporary_folder.cache_clear()
+
+
+LAW = """
+from typing import NamedTuple
+from own_gain import GAIN, Gains
+from crane_sim.numerics.jit import entry_point
+from crane_sim.tracing.compile_time import compile_time
+
+class Offset(NamedTuple):
+    value: float
+    size: float = GAIN
+
+@entry_point
+def law(x, gains):
+    return FACTOR * x * gains.own + Gains(1.0).size + Offset(0.0).size
+"""
+
+
+def import_law(folder: Path, gain: float = 0.5, factor: str = "2.0") -> str:
+    """Write the files of a law; return what imports it."""
+    (folder / "own_gain.py").write_text(
+        "from typing import NamedTuple\nfrom own_constant import GAIN\n\n"
+        "class Gains(NamedTuple):\n    own: float\n    size: float = GAIN\n"
+    )
+    (folder / "own_constant.py").write_text(f"GAIN = {gain}\n")
+    (folder / "law.py").write_text(LAW.replace("FACTOR", factor))
+    return f"import sys; sys.dont_write_bytecode = True; sys.path.insert(0, {str(folder)!r}); from law import *; "
+
+
+def run_law(cache_folder: Path, code: str) -> list[str]:
+    """Return the words that a process with this cache prints."""
+    environment = os.environ | {"CRANE_SIM_CACHE": str(cache_folder)}
+    return run_to_completion([sys.executable, "-c", code], env=environment, check=True).stdout.split()
+
+
+def test_defaults_of_tuples_of_ones_own_are_part_of_the_code(tmp_path: Path) -> None:
+    """A default that comes from a third file, of a type in another one, is not taken from what was compiled before."""
+    call = "print(law(1.0, Gains(1.0)), compile_time() > 0.0)"
+    assert run_law(tmp_path / "cache", import_law(tmp_path) + call) == ["3.0", "True"]
+    assert run_law(tmp_path / "cache", import_law(tmp_path) + call) == ["3.0", "False"]
+    assert run_law(tmp_path / "cache", import_law(tmp_path, 1.5) + call) == ["5.0", "True"]
+
+
+def test_a_type_of_an_argument_is_part_of_the_code(tmp_path: Path) -> None:
+    """A property of a type of one's own that code of another file reads is not taken from what was compiled before."""
+    (tmp_path / "reader.py").write_text(
+        "from crane_sim.numerics.jit import entry_point\n@entry_point\ndef read(x):\n    return x.twice\n"
+    )
+    head = f"import sys; sys.dont_write_bytecode = True; sys.path.insert(0, {str(tmp_path)!r}); "
+    for factor in ("2.0", "3.0"):
+        (tmp_path / "kind.py").write_text(
+            "from typing import NamedTuple\nclass X(NamedTuple):\n    own: float\n    @property\n"
+            f"    def twice(self):\n        return {factor} * self.own\n"
+        )
+        code = f"{head}from reader import read; from kind import X; print(read(X(1.5)))"
+        assert run_law(tmp_path / "cache", code) == [str(1.5 * float(factor))]
+
+
+def test_code_of_a_file_that_was_edited_in_between_is_not_kept(tmp_path: Path) -> None:
+    """A session that goes on with the functions it has imported leaves nothing that the edited file would have."""
+    begin, file = import_law(tmp_path), tmp_path / "law.py"
+    edited = file.read_text().replace("2.0 *", "4.0 *")
+    edit = f"open({str(file)!r}, 'w').write({edited!r}); "
+    first, second = "print(law(1.0, Gains(1.0))); ", "print(law(1.0, Gains(1)))"  # another structure: compiled anew
+    assert run_law(tmp_path / "cache", begin + first + edit + second) == ["3.0", "3.0"]
+    assert run_law(tmp_path / "cache", begin + second) == ["5.0"]

@@ -11,6 +11,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.numerics.derivatives import DIRECTIONS, directional_derivatives
 from crane_sim.numerics.elementary import fma, sincos
 from crane_sim.numerics.jit import entry_point, generic, local_array, routine, simd_range
+from crane_sim.tracing.trace_error import TraceError
 
 TABLE = np.array([0.0, 1.0, 4.0, 9.0])
 
@@ -233,3 +234,70 @@ def test_an_infinite_slope_of_a_power_counts_as_zero() -> None:
     for x, slope in ((0.0, 0.0), (4.0, 0.25)):
         value, derivative = directional_derivatives(root_by_power, (x,), (directions,))
         assert value == x**0.5 and derivative.tolist() == [slope, *[0.0] * (DIRECTIONS - 1)]
+
+
+class Law(NamedTuple):
+    """A parameter with a method."""
+
+    gain: float
+
+    def force(self, x, exponent=2.0):
+        """Return gain x^exponent."""
+        return self.gain * x**exponent
+
+
+def quadratic(x, gain=3.0, *, shift=1.0):
+    """Return a function with defaults of both kinds."""
+    return gain * x * x + shift
+
+
+FIRST = np.eye(DIRECTIONS)[0]
+
+
+@pytest.mark.parametrize(("f", "value"), [(quadratic, 13.0), (Law(3.0).force, 12.0)], ids=["defaults", "method"])
+def test_functions_with_defaults_and_methods_have_derivatives(f: Any, value: float) -> None:
+    """Defaults and the object of a method do not move: 3 x² has the slope 12 at 2, compiled or not."""
+    compiled = entry_point(lambda x, direction: directional_derivatives(f, (x,), (direction,)))
+    for found in (compiled(2.0, FIRST), directional_derivatives(f, (2.0,), (FIRST,))):
+        assert found[0] == value and found[1].tolist() == [12.0, *[0.0] * (DIRECTIONS - 1)]
+
+
+def cube(x):
+    """Return x³."""
+    return x * x * x
+
+
+def slope_of_cube(x, direction):
+    """Return the derivative of x³ along a direction."""
+    return directional_derivatives(cube, (x,), (direction,))[1][0]
+
+
+def first_product(xs):
+    """Return a product of elements."""
+    return xs[0] * xs[1]
+
+
+def count_times(n, x):
+    """Return a product with an integer."""
+    return n * x
+
+
+ROWS = np.eye(3, DIRECTIONS)
+
+
+@pytest.mark.parametrize(
+    ("f", "arguments", "directions", "message"),
+    [
+        (first_product, (np.arange(6.0)[::2],), (ROWS,), "elements are apart"),
+        (first_product, (np.arange(3.0)[::-1],), (ROWS,), "elements are apart"),
+        (first_product, (np.arange(3.0),), (np.eye(6, DIRECTIONS)[::2],), "elements are apart"),
+        (first_product, (np.arange(3.0),), (np.asfortranarray(ROWS),), "elements are apart"),
+        (slope_of_cube, (2.0, FIRST), (FIRST, None), "derivatives of derivatives"),
+        (slope_of_cube, (2.0, FIRST), (None, np.eye(DIRECTIONS)), "derivatives of derivatives"),
+        (count_times, (2, 1.5), (FIRST, FIRST), "a direction of an integer"),
+    ],
+)
+def test_derivatives_that_would_be_wrong_are_refused(f: Any, arguments: Any, directions: Any, message: str) -> None:
+    """What is not computed is one line, and no number."""
+    with pytest.raises(TraceError, match=message):
+        directional_derivatives(f, arguments, directions)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from random_programs import bits, compiled, run
 
-from crane_sim.numerics.elementary import fma
+from crane_sim.numerics.elementary import fma, sincos
 from crane_sim.numerics.jit import generic, routine
 from crane_sim.tracing.arithmetic import number_kind
 from crane_sim.tracing.calls import Calls
@@ -645,3 +645,42 @@ def test_short_functions_of_known_numbers_raise_no_error() -> None:
     """Where Python would raise one, compiled code has the C library's number."""
     assert compiled(short_with_known_numbers)(2.0) == 8.0
     assert math.isnan(compiled(short_with_known_numbers)(-2.0))
+
+
+CURVES = ([1.0, 2.0, 4.0], ([3.0, 5.0, 6.0], 7.0))
+
+
+def lists_inside_tuples(x, i):
+    """Return elements of lists inside tuples, in a short function, a branch, a loop and a longer function."""
+    chosen = CURVES[0] if x > 0.0 else CURVES[1][0]
+    total = 0.0
+    for part in CURVES[:1]:
+        total += element_of(part, i) * x
+    return short_element((CURVES[0], x), i), element_of(CURVES[1][0], i % 2), total, element_of(chosen, i % 2)
+
+
+def short_element(parts, i):
+    """Return an element of a list inside a tuple."""
+    return parts[0][i] * parts[1]
+
+
+@routine
+def element_of(items, i):
+    """Return an element."""
+    return items[i]
+
+
+def test_lists_inside_tuples_are_tuples() -> None:
+    """A list that is known is one of its elements at any place that is not, wherever it comes from."""
+    check(lists_inside_tuples, (-1.5, 2.0), (0, 1, 2))
+
+
+def sine_and_cosine_of(x):
+    """Return the sine and the cosine of an angle."""
+    return sincos(x)
+
+
+def test_small_angles_have_the_bits_of_their_reduction() -> None:
+    """Code that does not reduce a small angle has the bits of Python, which reduces each, near the limit too."""
+    around = [sign * (0.78 + k * 1e-16) for sign in (-1.0, 1.0) for k in range(-5, 6)]
+    check(sine_and_cosine_of, (*around, 0.0, -0.0, 5e-324, -1e-310, 1e-9, -0.3, math.pi / 4.0, 0.8, -2.0, 1e5, nan))
