@@ -12,7 +12,6 @@ import numpy.typing as npt
 
 from crane_sim import system
 from crane_sim.files.errors import SceneError
-from crane_sim.integrators import Integration
 from crane_sim.laws import LawError
 from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.lanes import take_entry
@@ -21,7 +20,7 @@ from crane_sim.simulation.columns import group_indices, kind_of, make_driven, st
 from crane_sim.simulation.flat_summary import cell_of, flatten, leaves
 from crane_sim.simulation.metrics import Ended, name_further_metrics, name_metrics
 from crane_sim.simulation.rollout import Rollout, simulate
-from crane_sim.simulation.status import SimulationError, check_status
+from crane_sim.simulation.status import SimulationError, describe_failure
 from crane_sim.simulation.totals import Totals, add_instants, empty_totals, finish_run, read_meters, watched_of
 from crane_sim.stepping.batch import Sampled
 from crane_sim.stepping.periods import Output, begin, continuous_rollout, zero_order_hold_rollout
@@ -214,9 +213,4 @@ def _error(scene: Scene, runs: RunColumns, i: int) -> str | None:
     status, done, _, guard, _ = runs.counts[i].tolist()
     if done == scene.steps:
         return None
-    stopped = Integration(0.0, None, float(runs.reached[i]), None, 0.0, status=status, terminal_guard=guard)
-    try:
-        check_status(stopped, scene.model)
-    except SimulationError as error:
-        return str(error)
-    return None
+    return describe_failure(scene.model, status, guard, float(runs.reached[i]))
