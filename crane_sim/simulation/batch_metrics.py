@@ -22,8 +22,7 @@ from crane_sim.simulation.metrics import Ended, name_further_metrics, name_metri
 from crane_sim.simulation.rollout import Rollout, simulate
 from crane_sim.simulation.status import SimulationError, describe_failure
 from crane_sim.simulation.totals import Totals, add_instants, empty_totals, finish_run, read_meters, watched_of
-from crane_sim.stepping.batch import Sampled
-from crane_sim.stepping.periods import Output, begin, continuous_rollout, zero_order_hold_rollout
+from crane_sim.stepping.periods import begin, output_of, roll_out
 from crane_sim.stepping.rows import row_width
 
 Array = npt.NDArray[np.float64]
@@ -163,8 +162,8 @@ def run_cranes(cranes, runs, scratch, period, first, last):
         run, states = take_entry(runs, i), scratch.states[i - first]
         integration, _, _ = begin(p, run.q, run.v)
         run.totals.balance.start[0] = read_meters(p, integration.x)[0]
-        out = Output(scratch.rows, scratch.commands, scratch.times[:0], scratch.rows[:0])
-        integration, done = roll_out(source, method, p, integration, period, out)
+        out = output_of(scratch.rows, scratch.commands, scratch.times[:0], scratch.rows[:0])
+        integration, done = roll_out(method, p, source, integration, period, out)
         add_instants(p, watched, run.totals, scratch.times, scratch.rows, done)
         t, nq = scratch.times[done], len(run.q)
         q, v = scratch.rows[done, :nq], scratch.rows[done, nq : 2 * nq]
@@ -176,13 +175,6 @@ def run_cranes(cranes, runs, scratch, period, first, last):
         run.counts[3] = integration.terminal_guard
         run.counts[4] = count_limited(scratch.commands, scratch.rows[:, 2 * nq :], done)
         runs.reached[i] = integration.t
-
-
-def roll_out(source, method, p, integration, period, out):
-    """Return (last integration, number of whole periods); fill `out`."""
-    if isinstance(source, Sampled):
-        return zero_order_hold_rollout(method, p, source.law, integration, period, out)
-    return continuous_rollout(method, p, source, integration, period, out)
 
 
 def count_limited(commands, efforts, periods):
