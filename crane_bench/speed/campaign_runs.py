@@ -16,7 +16,8 @@ import numpy.typing as npt
 from crane_bench.speed.campaign_laws import DISTANCE, DURATION, PERIOD, DampedLaw, make_campaign_law
 from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.columns import make_driven, stack_columns
-from crane_sim.stepping.batch import BatchArrays, Sampled, TimeGrid, simulate_range
+from crane_sim.stepping.batch import BatchArrays, TimeGrid, simulate_range
+from crane_sim.stepping.periods import Sampled
 from crane_sim.stepping.rows import row_width, split
 from crane_sim.trajectories.wind import Gust
 

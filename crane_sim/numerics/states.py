@@ -36,11 +36,6 @@ def scale(a: float, x: State) -> State:
     return tuple([scale(a, b) for b in x]) if isinstance(x, tuple) else a * x
 
 
-def smaller(x: State, y: State) -> State:
-    """Return the smaller ones of the floats of two tuples, those of x where they are equal."""
-    return tuple([smaller(a, b) for a, b in zip(x, y, strict=True)]) if isinstance(x, tuple) else min(x, y)
-
-
 def add_scaled(x: State, a: float, y: State) -> State:
     """Return x + a y, each float of a tuple rounded once."""
     if isinstance(x, np.ndarray):

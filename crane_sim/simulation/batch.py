@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten
-from crane_sim.integrators import Integration, Status
+from crane_sim.integrators import Status
 from crane_sim.integrators.dop853 import RK8
 from crane_sim.integrators.rk4 import RK4
 from crane_sim.numerics.lanes import LANES
@@ -33,7 +33,7 @@ from crane_sim.simulation.batch_metrics import run_all
 from crane_sim.simulation.columns import group_indices, kind_of, make_driven, stack_columns
 from crane_sim.simulation.flat_summary import metric_columns
 from crane_sim.simulation.rollout import checked_times
-from crane_sim.simulation.status import SimulationError, check_status
+from crane_sim.simulation.status import describe_failure
 from crane_sim.stepping.batch import BatchArrays, TimeGrid, pass_lanes, simulate_range
 from crane_sim.stepping.periods import begin
 from crane_sim.stepping.rows import row_width
@@ -243,9 +243,8 @@ def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) 
         list(pool.map(lambda first: share(first, min(first + size, len(scenes))), range(0, len(scenes), size)))
         if wide:  # those that failed once more, to know when and why
             failed = np.flatnonzero(arrays.counts[:n, 0] != Status.OK).tolist()
-            again = (
-                stack_columns([make_driven(scene) for scene in scenes]) if failed else None
-            )  # laws with their initial state
+            # laws with their initial state
+            again = stack_columns([make_driven(scene) for scene in scenes]) if failed else None
             list(pool.map(lambda i: simulate_range(again, grid, arrays, i, i + 1), failed))
     return _batch(scenes[:n], grid, arrays, LANES if wide else 1, (ready - start, time.perf_counter() - ready))
 
@@ -294,18 +293,8 @@ def _batch(scenes: list[Scene], grid: TimeGrid, arrays: BatchArrays, lanes: int,
     )
 
 
-def _end_of(counts: npt.NDArray[np.int64], reached: float) -> Integration:
-    """Return the status of a crane's integration."""
-    status, guard = int(counts[0]), int(counts[5])
-    return Integration(0.0, None, float(reached), None, 0.0, status=status, terminal_guard=guard)
-
-
 def _error(scene: Scene, grid: TimeGrid, counts: npt.NDArray[np.int64], reached: float) -> str | None:
     """Return why a crane did not reach the end, None if it did."""
     if counts[1] == grid.steps:
         return None
-    try:
-        check_status(_end_of(counts, reached), scene.model)
-    except SimulationError as error:
-        return str(error)
-    return None
+    return describe_failure(scene.model, int(counts[0]), int(counts[5]), float(reached))

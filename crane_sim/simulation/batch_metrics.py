@@ -12,7 +12,6 @@ import numpy.typing as npt
 
 from crane_sim import system
 from crane_sim.files.errors import SceneError
-from crane_sim.integrators import Integration
 from crane_sim.laws import LawError
 from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.lanes import take_entry
@@ -21,10 +20,9 @@ from crane_sim.simulation.columns import group_indices, kind_of, make_driven, st
 from crane_sim.simulation.flat_summary import cell_of, flatten, leaves
 from crane_sim.simulation.metrics import Ended, name_further_metrics, name_metrics
 from crane_sim.simulation.rollout import Rollout, simulate
-from crane_sim.simulation.status import SimulationError, check_status
+from crane_sim.simulation.status import SimulationError, describe_failure
 from crane_sim.simulation.totals import Totals, add_instants, empty_totals, finish_run, read_meters, watched_of
-from crane_sim.stepping.batch import Sampled
-from crane_sim.stepping.periods import Output, begin, continuous_rollout, zero_order_hold_rollout
+from crane_sim.stepping.periods import begin, output_of, roll_out
 from crane_sim.stepping.rows import row_width
 
 Array = npt.NDArray[np.float64]
@@ -164,8 +162,8 @@ def run_cranes(cranes, runs, scratch, period, first, last):
         run, states = take_entry(runs, i), scratch.states[i - first]
         integration, _, _ = begin(p, run.q, run.v)
         run.totals.balance.start[0] = read_meters(p, integration.x)[0]
-        out = Output(scratch.rows, scratch.commands, scratch.times[:0], scratch.rows[:0])
-        integration, done = roll_out(source, method, p, integration, period, out)
+        out = output_of(scratch.rows, scratch.commands, scratch.times[:0], scratch.rows[:0])
+        integration, done = roll_out(method, p, source, integration, period, out)
         add_instants(p, watched, run.totals, scratch.times, scratch.rows, done)
         t, nq = scratch.times[done], len(run.q)
         q, v = scratch.rows[done, :nq], scratch.rows[done, nq : 2 * nq]
@@ -177,13 +175,6 @@ def run_cranes(cranes, runs, scratch, period, first, last):
         run.counts[3] = integration.terminal_guard
         run.counts[4] = count_limited(scratch.commands, scratch.rows[:, 2 * nq :], done)
         runs.reached[i] = integration.t
-
-
-def roll_out(source, method, p, integration, period, out):
-    """Return (last integration, number of whole periods); fill `out`."""
-    if isinstance(source, Sampled):
-        return zero_order_hold_rollout(method, p, source.law, integration, period, out)
-    return continuous_rollout(method, p, source, integration, period, out)
 
 
 def count_limited(commands, efforts, periods):
@@ -214,9 +205,4 @@ def _error(scene: Scene, runs: RunColumns, i: int) -> str | None:
     status, done, _, guard, _ = runs.counts[i].tolist()
     if done == scene.steps:
         return None
-    stopped = Integration(0.0, None, float(runs.reached[i]), None, 0.0, status=status, terminal_guard=guard)
-    try:
-        check_status(stopped, scene.model)
-    except SimulationError as error:
-        return str(error)
-    return None
+    return describe_failure(scene.model, status, guard, float(runs.reached[i]))

@@ -8,7 +8,8 @@ import numpy as np
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import with_initial_state
 from crane_sim.scenes.scene import Scene
-from crane_sim.stepping.batch import Driven, Sampled
+from crane_sim.stepping.batch import Driven
+from crane_sim.stepping.periods import Sampled
 from crane_sim.tracing.trees import rebuilt
 
 ONE_KIND = "a batch takes one kind of model, method and law"

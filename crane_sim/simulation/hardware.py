@@ -25,6 +25,7 @@ from crane_sim.scenes.averaging import average_scene
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.dynamics import energy, joint_acceleration
 from crane_sim.simulation.initial_demands import initial_demands
+from crane_sim.simulation.status import MAX_EVENTS_IN_SUMMARY
 from crane_sim.stepping.hardware_periods import (
     HardwareState,
     hardware_step,
@@ -133,10 +134,6 @@ def choose_brake_stiffness(scene: Scene, joints: JointMechanics) -> Array:
 
 MAX_FAULT_EVENTS = 1000
 """Fault events that are kept."""
-
-
-MAX_EVENTS_IN_SUMMARY = 20
-"""Fault events in the summary."""
 
 
 class HardwareRun:

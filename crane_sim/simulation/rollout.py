@@ -23,7 +23,7 @@ from crane_sim.simulation.metrics import Metrics
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.status import SimulationError, check_status, events_of, noted_events
 from crane_sim.stepping.hardware_periods import hardware_rollout
-from crane_sim.stepping.periods import Output, Replay, begin, continuous_rollout, zero_order_hold_rollout
+from crane_sim.stepping.periods import Output, Replay, Sampled, begin, output_of, roll_out
 from crane_sim.stepping.rows import row_width, split
 from crane_sim.tracing.compile_time import compile_time
 from crane_sim.trajectories.breakpoints import unwrap
@@ -74,12 +74,10 @@ def run_raw(scene: Scene, law: Any, times: Array) -> RawRun:
     integration, q, _ = begin(model, np.array(scene.initial_q), np.array(scene.initial_v))
     nq, nu = len(q), len(scene.actuated)
     rows, samples = (np.empty((n, row_width(model, nq, nu))) for n in (scene.steps + 1, len(times)))
-    out = Output(rows, np.empty((scene.steps, nu)), times, samples)
+    out = output_of(rows, np.empty((scene.steps, nu)), times, samples)
     if scene.hardware is not None and not scene.hardware.ideal:
         return _with_hardware(scene, law, integration, out)
-    roll_out, source = (
-        (zero_order_hold_rollout, _compile_law(scene, law)) if scene.sampled else (continuous_rollout, scene.source)
-    )
+    source = Sampled(_compile_law(scene, law)) if scene.sampled else scene.source
     integration, periods_done = roll_out(scene.method, model, source, integration, scene.period, out)
     commands = out.commands[:periods_done]
     limited = np.any(commands != split(rows[:periods_done], nq, nu).u, axis=1)

@@ -22,12 +22,19 @@ class SimulationError(RuntimeError):
 
 def check_status(integration: Any, model: Any) -> None:
     """Raise SimulationError when the integration under way has failed, or the model is no longer valid."""
-    if integration.status == Status.OK:
-        return
-    cause, remedy = Status(integration.status).cause, "check the scene's parameters and steps"
-    if integration.status == Status.TERMINATED:
-        cause, remedy = system.describe_event(model, integration.terminal_guard)
-    raise SimulationError(f"stopped at t = {integration.t:.6g} s: {cause}; {remedy}")
+    line = describe_failure(model, integration.status, integration.terminal_guard, integration.t)
+    if line is not None:
+        raise SimulationError(line)
+
+
+def describe_failure(model: Any, status: int, terminal_guard: int, t: float) -> str | None:
+    """Return why an integration ended with this status at t [s], which guard ended it; None for one that goes on."""
+    if status == Status.OK:
+        return None
+    cause, remedy = Status(status).cause, "check the scene's parameters and steps"
+    if status == Status.TERMINATED:
+        cause, remedy = system.describe_event(model, terminal_guard)
+    return f"stopped at t = {t:.6g} s: {cause}; {remedy}"
 
 
 def events_of(integration: Any, model: Any, end: float, failed: bool = False) -> list[tuple[float, str]]:

@@ -9,10 +9,7 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.integrators import (
-    OK,
-    apply_pending_events,
     dense_output,
-    latest_step_end,
     make_event_log,
     start,
     step,
@@ -22,13 +19,7 @@ from crane_sim.integrators.step_control import equal_step, periods_per_step
 from crane_sim.numerics.jit import entry_point, routine, simd_range, use_wide_vectors
 from crane_sim.numerics.lanes import LANES, lane, put_lane, take_entry
 from crane_sim.numerics.states import dimension
-from crane_sim.stepping.periods import Output, finish, integrate_period, write
-
-
-class Sampled(NamedTuple):
-    """A law that is sampled every period; any other source is evaluated by the equations themselves."""
-
-    law: Any
+from crane_sim.stepping.periods import Output, Sampled, finish, roll_out, sampled_source, write
 
 
 class Driven(NamedTuple):
@@ -64,65 +55,15 @@ def simulate_range(cranes, grid, arrays, first, last):
     for i in range(first, last):
         method, p, source = take_entry(cranes, i)
         integration = start(p, 0.0, state_at_start(p, arrays, i), make_event_log(system.switching(p)))
-        integration, periods_done = integrate_run(source, method, p, integration, grid, arrays.rows[i])
+        rows, m = arrays.rows[i], len(grid.times)
+        out = Output(grid.steps, None, None, rows[m:], grid.times, rows[:m])
+        integration, periods_done = roll_out(method, p, source, integration, grid.period, out)
         store_result(p, grid, arrays, i, integration, periods_done)
 
 
 def state_at_start(p, arrays, i):
     """Return the initial state of crane i."""
     return system.project(p, system.state(p, 0.0, arrays.q[i], arrays.v[i]))
-
-
-def integrate_run(source, method, p, integration, grid, rows):
-    """Return (last integration, number of whole periods) of a run; write its rows."""
-    integrate = integrate_sampled_run if isinstance(source, Sampled) else integrate_continuous_run
-    return integrate(source, method, p, integration, grid, rows)
-
-
-@routine
-def integrate_continuous_run(source, method, p, integration, grid, rows):
-    """Return the result of `integrate_run` under a source that the equations evaluate."""
-    i, m = 0, len(grid.times)
-    out = Output(rows, None, grid.times, rows[:m])
-    integration = apply_pending_events(system.switching(p), p, source, integration)
-    for k in range(grid.steps):
-        before, end = integration, (k + 1) * grid.period
-        latest = latest_step_end(method, k, grid.steps, grid.period)
-        integration, i = integrate_period(method, p, source, integration, end, latest, out.times, out.samples, i)
-        if integration.status != OK and integration.t < end:
-            t = k * grid.period
-            write(rows, m, p, t, dense_output(method, p, source, before, t), source)
-            return integration, k
-    finish(method, p, source, integration, grid.steps * grid.period, out, i)
-    return integration, grid.steps
-
-
-@routine
-def integrate_sampled_run(source, method, p, integration, grid, rows):
-    """Return the result of `integrate_run` under a sampled law."""
-    i, m = 0, len(grid.times)
-    out = Output(rows, None, grid.times, rows[:m])
-    for k in range(grid.steps):
-        u, end = sampled_source(source.law, p, k * grid.period, integration.x), (k + 1) * grid.period
-        before = apply_pending_events(system.switching(p), p, u, integration)
-        integration, i = integrate_period(method, p, u, before, end, end, out.times, out.samples, i)
-        if integration.status != OK and integration.t < end:
-            write(rows, m, p, before.t, before.x, u)
-            return integration, k
-        if k == grid.steps - 1:
-            finish(method, p, u, integration, integration.t, out, i)
-    return integration, grid.steps
-
-
-def sampled_source(law, p, t, x):
-    """Return the source from time t on for a sampled law: the efforts (nu,) that actuators apply for its command.
-
-    A law that has `source_at(p, t, x)` gives another source.
-    """
-    if hasattr(law, "source_at"):
-        return law.source_at(p, t, x)
-    q, v = system.joints(p, x)
-    return system.saturate(p, system.command(law, t, q, v))
 
 
 @routine
@@ -198,7 +139,7 @@ def held_periods(source, method, period):
 
 def held_efforts(source, p, t, x):
     """Return the efforts that are held from time t on as a tuple; empty where the equations evaluate the source."""
-    return sampled_source(source.law, p, t, x) if isinstance(source, Sampled) else ()
+    return sampled_source(source.law, p, t, x, None, 0) if isinstance(source, Sampled) else ()
 
 
 def driving(source, efforts):
@@ -219,5 +160,7 @@ def end_lane(method, crane, x, efforts, grid, arrays, i, taken, sampled):
     end, rows, u = grid.steps * grid.period, arrays.rows[i], driving(crane.source, efforts)
     integration = start(crane.model, end, x, None)
     integration = integration._replace(status=status_of(x), evaluations=taken * method.stages, steps=taken)
-    finish(method, crane.model, u, integration, end, Output(rows, None, grid.times, rows[: len(grid.times)]), sampled)
+    m = len(grid.times)
+    out = Output(grid.steps, None, None, rows[m:], grid.times, rows[:m])
+    finish(method, crane.model, u, integration, end, out, sampled)
     store_result(crane.model, grid, arrays, i, integration, grid.steps)

@@ -259,7 +259,7 @@ def hardware_rollout(method, p, law, hardware, inputs, integration, period, out,
     """Run a law that is evaluated at the start of every period, on the measured positions and velocities.
 
     Args:
-        method, p, law, integration, period, out: see `stepping.periods.zero_order_hold_rollout`.
+        method, p, law, integration, period, out: see `stepping.periods.roll_out`.
         hardware: `HardwareState` at the start of the run, which is changed.
         inputs: open-loop source of demands, whose values at the starts of periods `law` gives; None: the law commands.
         loads: array (steps, 2), filled with the payload's mass [kg] in every period and the energy [J] that changes of
@@ -268,7 +268,7 @@ def hardware_rollout(method, p, law, hardware, inputs, integration, period, out,
     Returns:
         (last integration, number of periods integrated)
     """
-    steps, totals = len(out.rows) - 1, hardware.totals[0]
+    steps, totals = out.steps, hardware.totals[0]
     i = 0
     x = integration.x
     sample_sensors(p, hardware, x, i, period)

@@ -40,11 +40,19 @@ def recorded_command(law, t, q, v):
     return system.efforts_from_row(law.model, law.commands[round(t / law.period)])
 
 
-class Output(NamedTuple):
-    """Arrays that a rollout fills."""
+class Sampled(NamedTuple):
+    """A law that is sampled every period; any other source is evaluated by the equations themselves."""
 
-    rows: Any  # (steps + 1, width), at the start of each period and at the end
-    commands: Any  # (steps, nu), of law or inputs at the start of each period, before limits; None: not wanted
+    law: Any
+
+
+class Output(NamedTuple):
+    """Arrays that a rollout of so many steps fills; None: not wanted."""
+
+    steps: int
+    rows: Any  # (steps, width) or more, at the start of each period
+    commands: Any  # (steps, nu), of law or inputs at the start of each period, before limits
+    end: Any  # (1, width), the row at the end, or at the start of the period in which the integration failed
     times: Any  # (m,) s, increasing: sample times
     samples: Any  # (m, width), rows at these times
 
@@ -87,6 +95,11 @@ class RunUnderWay(NamedTuple):
     steps: int  # periods of the run
     rows: Any  # (K, width), of which row k % K is that of period k
     like: Any  # (nq,), any tuple of as many floats as there are joints
+
+
+def output_of(rows: Any, commands: Any, times: Any, samples: Any) -> Output:
+    """Return the output of a whole run: rows (steps + 1, width), of which the last one is that of the end."""
+    return Output(len(rows) - 1, rows, commands, rows[len(rows) - 1 :], times, samples)
 
 
 @entry_point
@@ -224,68 +237,76 @@ def continuous_step(run, source, k):
 def finish(method, p, u, integration, end, out, i):
     """Write the row and the samples at the very end of a run."""
     x = dense_output(method, p, u, integration, end)
-    write(out.rows, len(out.rows) - 1, p, end, x, u)
+    write(out.end, 0, p, end, x, u)
     while i < len(out.times):
         write(out.samples, i, p, end, x, u)
         i += 1
 
 
 @entry_point
-def zero_order_hold_rollout(method, p, law, integration, period, out):
-    """Run a law that is sampled every period.
+def roll_out(method, p, source, integration, period, out):
+    """Run under a source, `Sampled` or evaluated by the equations.
 
     Args:
-        method, p, law, integration: settings, parameters, law with a compiled `command`, integration at its start.
+        method, p, source, integration: settings, parameters, source, integration at its start.
         period: s.
         out: `Output` to fill.
 
     Returns:
         (last integration, number of whole periods)
     """
-    return hold_each_period(method, p, law, integration, period, out)
-
-
-@routine
-def hold_each_period(method, p, law, integration, period, out):
-    """Return the result of `zero_order_hold_rollout`."""
-    steps = len(out.rows) - 1
-    i = 0
-    for k in range(steps):
-        q, v = system.joints(p, integration.x)
-        command = system.command(law, k * period, q, v)
-        store(out.commands, k, 0, command)
-        u = system.saturate(p, command)
-        integration = apply_pending_events(system.switching(p), p, u, integration)
-        write(out.rows, k, p, integration.t, integration.x, u)
-        end = (k + 1) * period
-        integration, i = integrate_period(method, p, u, integration, end, end, out.times, out.samples, i)
-        if integration.status != OK and integration.t < end:
-            return integration, k
-        if k == steps - 1:
-            finish(method, p, u, integration, integration.t, out, i)
-    return integration, steps
-
-
-@entry_point
-def continuous_rollout(method, p, source, integration, period, out):
-    """Run under a source that the equations evaluate; arguments and results of `zero_order_hold_rollout`."""
+    if isinstance(source, Sampled):
+        return hold_each_period(method, p, source.law, integration, period, out)
     return pass_each_period(method, p, source, integration, period, out)
 
 
 @routine
+def hold_each_period(method, p, law, integration, period, out):
+    """Return the result of `roll_out` under a law that is sampled every period."""
+    i = 0
+    for k in range(out.steps):
+        u, end = sampled_source(law, p, k * period, integration.x, out.commands, k), (k + 1) * period
+        before = apply_pending_events(system.switching(p), p, u, integration)
+        if out.rows is not None:
+            write(out.rows, k, p, before.t, before.x, u)
+        integration, i = integrate_period(method, p, u, before, end, end, out.times, out.samples, i)
+        if integration.status != OK and integration.t < end:
+            write(out.end, 0, p, before.t, before.x, u)
+            return integration, k
+        if k == out.steps - 1:
+            finish(method, p, u, integration, integration.t, out, i)
+    return integration, out.steps
+
+
+def sampled_source(law, p, t, x, commands, k):
+    """Return the source from time t on for a sampled law: efforts (nu,) that actuators apply; write command k.
+
+    A law that has `source_at(p, t, x)` gives another source, and has no commands.
+    """
+    if hasattr(law, "source_at"):
+        return law.source_at(p, t, x)
+    q, v = system.joints(p, x)
+    command = system.command(law, t, q, v)
+    if commands is not None:
+        store(commands, k, 0, command)
+    return system.saturate(p, command)
+
+
+@routine
 def pass_each_period(method, p, source, integration, period, out):
-    """Return the result of `continuous_rollout`."""
-    steps = len(out.rows) - 1
+    """Return the result of `roll_out` under a source that the equations evaluate."""
     i = 0
     integration = apply_pending_events(system.switching(p), p, source, integration)
-    for k in range(steps):
-        t, end = k * period, (k + 1) * period
-        x = dense_output(method, p, source, integration, t)
-        store(out.commands, k, 0, system.demand(source, p, t, x))
-        write(out.rows, k, p, t, x, source)
-        latest = latest_step_end(method, k, steps, period)
+    for k in range(out.steps):
+        t, end, before = k * period, (k + 1) * period, integration
+        if out.rows is not None:
+            x = dense_output(method, p, source, integration, t)
+            store(out.commands, k, 0, system.demand(source, p, t, x))
+            write(out.rows, k, p, t, x, source)
+        latest = latest_step_end(method, k, out.steps, period)
         integration, i = integrate_period(method, p, source, integration, end, latest, out.times, out.samples, i)
         if integration.status != OK and integration.t < end:
+            write(out.end, 0, p, t, dense_output(method, p, source, before, t), source)
             return integration, k
-    finish(method, p, source, integration, steps * period, out, i)
-    return integration, steps
+    finish(method, p, source, integration, out.steps * period, out, i)
+    return integration, out.steps

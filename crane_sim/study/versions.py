@@ -2,24 +2,29 @@
 
 import hashlib
 from functools import cache
-from importlib import import_module
 from pathlib import Path
 
 from crane_sim.recording.provenance import of_this_process
-
-MODULES = (
-    *("energy_balance", "extremes", "metric_lanes", "metric_loops", "batch_metrics", "flat_summary", "metrics"),
-    *("peaks", "rollout", "settling"),
+from crane_sim.simulation import (
+    batch_metrics,
+    derived,
+    energy_balance,
+    flat_summary,
+    metrics,
+    reeving,
+    rollout,
+    settling,
+    totals,
 )
+
+MODULES = (batch_metrics, derived, energy_balance, flat_summary, metrics, reeving, rollout, settling, totals)
 """Modules of `crane_sim.simulation` that compute the metrics of a run."""
 
 
 @cache
 def versions() -> dict[str, str]:
     """Return versions of packages, system and processor, and the hash of the source of the metrics."""
-    source = b"".join(
-        Path(str(import_module(f"crane_sim.simulation.{name}").__file__)).read_bytes() for name in MODULES
-    )
+    source = b"".join(Path(str(module.__file__)).read_bytes() for module in MODULES)
     return of_this_process() | {"metrics_sha256": hashlib.sha256(source).hexdigest()}
 
 
