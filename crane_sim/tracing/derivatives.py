@@ -33,7 +33,7 @@ def directional_derivatives(f: Any, arguments: Any, directions: Any) -> Any:
     """Return (f(*arguments), its derivatives along directions of the arguments).
 
     Raises:
-        TraceError: f has an operation whose derivative is not known, as derivatives have, or stores what moves where
+        SceneError: f has an operation whose derivative is not known, as derivatives have, or stores what moves where
             nothing does; a direction is that of an integer, or of an array that is not contiguous.
     """
     return _IN_PYTHON.run(f, arguments, directions)
