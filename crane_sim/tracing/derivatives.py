@@ -59,7 +59,7 @@ def trace_derivatives(calls: Calls, graph: Graph, f: Any, arguments: Any, direct
     given, seeds = (calls.as_argument(graph, tuple(x)) for x in (arguments, directions))
     if isinstance(f, types.MethodType):
         f, given, seeds = f.__func__, (f.__self__, *given), (None, *seeds)
-    variables, leaves, traced = calls.function_of(graph, resolve(f, given)[0], list(given))
+    variables, leaves, traced = calls.function_of(graph, resolve(f, list(given))[0], list(given))
     rest = variables[len(given) :]  # defaults
     tangents = list(_tangents_of(graph, (*given, *rest), (*seeds, *[None] * len(rest))))
     moved = tuple(tangent is not None for tangent in tangents)
