@@ -1,4 +1,4 @@
-"""The support that docs/adding.md declares, a davit: a crane of no catalogue, at the end of a rope with a load."""
+"""The support that ARCHITECTURE.md declares, a davit: a crane of no catalogue, at the end of a rope with a load."""
 
 import re
 from pathlib import Path
@@ -19,7 +19,7 @@ POST, ARM, LENGTH, INERTIA, ROPE, MASS = 40.0, 30.0, 4.0, 35.0, 2.5, 12.0
 
 def davit(folder: Path) -> Any:
     """Return the structure that the page declares, as a module of its own."""
-    text = (ROOT / "docs" / "adding.md").read_text()
+    text = (ROOT / "ARCHITECTURE.md").read_text()
     block = re.search(r'^```python title="davit.py"\n(.*?)^```$', text, re.MULTILINE | re.DOTALL)
     assert block is not None and block[1].count("\n") < 50
     file = folder / "davit.py"
