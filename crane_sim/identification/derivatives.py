@@ -82,8 +82,9 @@ def fill_derivatives(
     positions = np.empty((n, nq))
     for first in range(0, unknowns, DIRECTIONS):
         slopes, own = np.full((n, nq, DIRECTIONS), np.nan), _directions(of_model, first)
-        for excitation, (q, v, *of_start) in zip(excitations, starts, strict=True):
-            directions = (own, *(_directions(each, first) for each in of_start), slopes)
+        for excitation, (*start, of_q, of_v) in zip(excitations, starts, strict=True):
+            q, v = map(np.ascontiguousarray, start)  # as derivatives demand; they may be columns of a larger array
+            directions = (own, *(_directions(each, first) for each in (of_q, of_v)), slopes)
             differentiate_held(method, model, excitation, q, v, positions, directions)
         out[..., first : first + DIRECTIONS] = slopes
 

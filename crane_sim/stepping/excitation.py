@@ -75,10 +75,13 @@ def differentiate_held(method, p, excitation, q, v, out, directions):
     Args:
         method, p, excitation, q, v, out: of `integrate_held`.
         directions: of p, q and v, see `directional_derivatives`, and (n, nq, DIRECTIONS) to fill.
+
+    Returns:
+        the last instant that was reached
     """
     of_model, of_q, of_v, slopes = directions
     given, seeds = (method, p, excitation, q, v, out), (None, of_model, None, of_q, of_v, slopes)
-    directional_derivatives(integrate_held, given, seeds)
+    return directional_derivatives(integrate_held, given, seeds)[0]
 
 
 @entry_point

@@ -90,7 +90,7 @@ def _tangents_of(graph: Graph, tree: Any, direction: Any) -> Iterator[Value | No
 def _address_of_tangents(graph: Graph, array: Any, direction: ArraySymbol) -> Value:
     for part in (array, direction):
         if isinstance(part, ArraySymbol) and not is_contiguous(part):
-            raise TraceError("derivatives by an array, or a direction, whose elements are apart: give a copy of it")
+            raise TraceError("derivatives by an array, or a direction, whose elements may be apart: give a copy of it")
     return base_address(graph, direction)
 
 

@@ -127,9 +127,10 @@ def test_groups_that_an_anchor_shares_are_drawn_apart(tmp_path: Path) -> None:
     file.write_text(yaml.safe_dump(scene | {"trolley": axis, "bridge": axis, "uncertain": {"trolley.mass": UNIFORM}}))
     assert "*id001" in file.read_text()
     drawn = load_scene(file)
-    assert drawn.model.trolley.mass == drawn.notes["drawn"]["trolley.mass"] < 26.0 < drawn.model.bridge.mass
+    masses = drawn.model.support.structure
+    assert masses.trolley.mass == drawn.notes["drawn"]["trolley.mass"] < 26.0 < masses.bridge.mass
     given = load_scene(file, {"trolley.mass": 60.0, "uncertain": None})
-    assert given.model.trolley.mass == 60.0 and given.document["bridge"]["mass"] == 100.0
+    assert given.model.support.structure.trolley.mass == 60.0 and given.document["bridge"]["mass"] == 100.0
 
 
 def test_numpy_s_numbers_and_tuples_are_numbers_and_lists(tmp_path: Path) -> None:

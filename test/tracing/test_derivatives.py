@@ -271,10 +271,10 @@ ROWS = np.eye(3, DIRECTIONS)
 @pytest.mark.parametrize(
     ("f", "arguments", "directions", "message"),
     [
-        (first_product, (np.arange(6.0)[::2],), (ROWS,), "elements are apart"),
-        (first_product, (np.arange(3.0)[::-1],), (ROWS,), "elements are apart"),
-        (first_product, (np.arange(3.0),), (np.eye(6, DIRECTIONS)[::2],), "elements are apart"),
-        (first_product, (np.arange(3.0),), (np.asfortranarray(ROWS),), "elements are apart"),
+        (first_product, (np.arange(6.0)[::2],), (ROWS,), "elements may be apart"),
+        (first_product, (np.arange(3.0)[::-1],), (ROWS,), "elements may be apart"),
+        (first_product, (np.arange(3.0),), (np.eye(6, DIRECTIONS)[::2],), "elements may be apart"),
+        (first_product, (np.arange(3.0),), (np.asfortranarray(ROWS),), "elements may be apart"),
         (slope_of_cube, (2.0, FIRST), (FIRST, None), "derivatives? of (a )?derivative"),
         (slope_of_cube, (2.0, FIRST), (None, np.eye(DIRECTIONS)), "derivatives? of (a )?derivative"),
         (count_times, (2, 1.5), (FIRST, FIRST), "a direction of an integer"),
