@@ -143,9 +143,10 @@ def actuated_joints(p, x):
 
 def actuated_entries(p, x, i):
     """Return the coordinates or rates, which begin at x[i], of what takes an effort, as a tuple."""
-    entries = tuple(x[i + k] for k in p.support.structure.mechanism().actuated)
-    entries = mean_of_drives(p.support.drives, x, i, entries, own_count(p.support))
-    return (*entries, *hoist_entry(p.hoist, x, i + layout_of(p)[1] - 1))
+    n = own_count(p.support)
+    entries = mean_of_drives(p.support.drives, x, i, tuple(x[i + k] for k in range(n)), n)
+    driven = tuple(entries[k] for k in p.support.structure.mechanism().actuated)
+    return (*driven, *hoist_entry(p.hoist, x, i + layout_of(p)[1] - 1))
 
 
 @system.efforts_from_row.register(*HANGING)

@@ -1,5 +1,6 @@
 """A scene in motion, one control period at a time: what `simulate` and the plant node both step."""
 
+import copy
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -86,6 +87,10 @@ class Plant:
             scene.method, scene.model, _stored(integration), scene.period, scene.steps, rows, scene.initial_q
         )
         self._metrics = Metrics(scene, scene.model, integration.x, self._picklable)
+
+    def __copy__(self) -> "Plant":
+        """Return a plant of its own in the same state: its arrays are not shared."""
+        return copy.deepcopy(self)
 
     @property
     def model(self) -> Any:

@@ -215,7 +215,10 @@ def finish_run(p, watched, totals, t, q, v, meters):
     """Do what `finish` does: the end is part of the last part of a run, wherever it is."""
     points, x = np.empty((system.point_count(p), 3)), system.state(p, t, q, v)
     add_position(p, watched, totals, t, q, x, points, True)
-    relative_errors(totals.balance, watched, q, *meters)
+    energy, metered = meters
+    if p.energy_meter is None:  # a run that failed within a period ends with the joints of its start
+        energy = system.kinetic(p, x) + system.potential(p, x)
+    relative_errors(totals.balance, watched, q, energy, metered)
 
 
 @entry_point

@@ -1,7 +1,7 @@
 """Arguments of an entry point: their structure, which code is made for, and the numbers and addresses that it gets."""
 
-import inspect
 import struct
+import sys
 from functools import cache
 from types import FunctionType
 from typing import Any
@@ -104,6 +104,6 @@ def text_of(key: Any) -> str:
         return f"({', '.join(map(text_of, key))})"
     if isinstance(key, type):
         return f"{key.__module__}.{key.__qualname__}{getattr(key, '_fields', '')}"
-    if isinstance(key, FunctionType) and not inspect.unwrap(key).__closure__:
-        return f"{key.__module__}.{key.__qualname__}"
+    if isinstance(key, FunctionType) and getattr(sys.modules.get(key.__module__), key.__qualname__, None) is key:
+        return f"{key.__module__}.{key.__qualname__}"  # any other one has an address in its text
     return str(key.descr) if isinstance(key, np.dtype) else repr(key)

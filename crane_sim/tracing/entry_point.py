@@ -29,6 +29,7 @@ from crane_sim.tracing.machine_code import Optimisation, compile_text
 from crane_sim.tracing.memory import RELEASE, allocates
 from crane_sim.tracing.results import take_result
 from crane_sim.tracing.trace_error import TraceError
+from crane_sim.tracing.trees import rebuilt
 
 INTERPRETED = os.environ.get("CRANE_SIM_INTERPRETED") == "1"
 """Whether entry points run as plain Python."""
@@ -83,6 +84,13 @@ def _without_collection() -> Iterator[None]:
     finally:
         if enabled:
             gc.enable()
+
+
+def _without_numpy(result: Any) -> Any:
+    """Return a result with numbers of Python in place of NumPy's, as compiled code returns them."""
+    if isinstance(result, tuple):
+        return rebuilt(result, [_without_numpy(part) for part in result])
+    return result.item() if isinstance(result, np.generic) and not isinstance(result, np.record) else result
 
 
 class EntryPoint:
@@ -144,7 +152,7 @@ class EntryPoint:
         loaded = self._loaded.pop(key, None) or self._load(key)
         if loaded is None:
             with suppress(Exception), np.errstate(all="ignore"):  # where Python raises an error, code computes
-                return self.py_func(*arguments)
+                return _without_numpy(self.py_func(*arguments))
             loaded = self._load(key, True)
             assert loaded is not None
         self._loaded[key] = loaded
@@ -158,10 +166,10 @@ class EntryPoint:
 
     def _load(self, key: Any, at_once: bool = False) -> LoadedEntry | None:
         """Return loaded code, None where a function that is seldom called is not compiled yet."""
-        calls = self._plain_calls.get(key, 0)
-        code = None if calls else read_entry(self.py_func, key)
+        calls, most = self._plain_calls.get(key, 0), getattr(self.py_func, "plain_calls", 0)
+        code = read_entry(self.py_func, key) if calls in (0, most) else None
         if not isinstance(code, Code):
-            if not at_once and calls < getattr(self.py_func, "plain_calls", 0):
+            if not at_once and calls < most:
                 self._plain_calls[key] = calls + 1
                 return None
             code = self._compile(key)

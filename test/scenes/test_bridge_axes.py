@@ -120,3 +120,37 @@ def test_friction_of_the_swing_takes_its_energy(links: int) -> None:
     run, free = (crane_sim.simulate(COMMON | axes | chain | more) for more in (friction, {}))
     assert run.energy[-1] < free.energy[-1] - 0.1
     assert run.summary["energy_audit_max"] < 1e-9  # of the tolerance of 1e-10 a step
+
+
+PLAY = {"inertia": 5.0, "play": 0.02, "stiffness": 1e5, "damping": 100.0}
+SERVO = {"gain": 400.0, "integral_time": 0.2, "max_speed": 0.6, "max_acceleration": 0.3, "max_jerk": 2.0}
+DRIVEN: dict[str, dict[str, Any]] = {
+    "inputs": {"inputs": {"trolley": PUSH}, "rope": {"drive": "locked"}},
+    "rope": {
+        "inputs": {"trolley": PUSH, "rope": {"kind": "constant", "value": 0.2}},
+        "rope": {"drive": "rate", "time_constant": 0.2},
+    },
+    "servo": {
+        "rope": {"drive": "rate", "time_constant": 0.2},
+        "inputs": {"trolley": {"kind": "constant", "value": 0.3}},
+        "actuators": {"trolley": {"drive": "velocity", "servo": SERVO}},
+    },
+}
+
+
+def as_bridge(groups: Any) -> Any:
+    """Return groups of a driven trolley as those of a driven bridge."""
+    if not isinstance(groups, dict):
+        return groups
+    return {"bridge" if key == "trolley" else key: as_bridge(value) for key, value in groups.items()}
+
+
+@pytest.mark.parametrize("case", DRIVEN)
+def test_drives_with_play_are_those_of_their_own_axis(case: str) -> None:
+    """A bridge that moves a fixed trolley, by a drive with play, goes as a trolley of both masses on a fixed bridge."""
+    groups = DRIVEN[case] | {"backlash": {"trolley": [PLAY]}}
+    common = COMMON | {"crane": "bridge", "payload": {"mass": 5.0}, "initial": {"q": [0.0, 0.0, 2.0, 0.0, 0.0]}}
+    straight = crane_sim.simulate(common | groups | {"trolley": {"mass": 11.0}, "bridge": {"drive": "fixed"}})
+    across = crane_sim.simulate(common | as_bridge(groups) | AXES["fixed trolley"])
+    np.testing.assert_allclose(across.q[:, [1, 2]], straight.q[:, [0, 2]], rtol=0.0, atol=1e-9)  # of the tolerance
+    assert np.ptp(straight.q[:, 0]) > 0.01 and across.summary["energy_audit_error"] < 1e-8

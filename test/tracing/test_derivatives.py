@@ -284,3 +284,22 @@ def test_derivatives_that_would_be_wrong_are_refused(f: Any, arguments: Any, dir
     """What is not computed is one line, and no number."""
     with pytest.raises(SceneError, match=message):
         directional_derivatives(f, arguments, directions)
+
+
+SQUARE, TRIPLE = (lambda x: x * x), (lambda x: 3.0 * x)
+
+
+def times(factor):
+    """Return a function with another default each time."""
+
+    def scale(x, factor=factor):
+        return factor * x
+
+    return scale
+
+
+def test_functions_of_one_name_are_not_mistaken_for_each_other() -> None:
+    """Lambdas of a module, and what a function makes, have code of their own, on disk as well."""
+    functions = [SQUARE, TRIPLE, times(2.0), times(7.0)]
+    values = [directional_derivatives(f, (5.0,), (FIRST,))[0] for f in functions]
+    assert values == [25.0, 15.0, 10.0, 35.0]

@@ -86,13 +86,13 @@ def replace_by_pushes(drives: Any, efforts: tuple[Any, ...], state: Any) -> tupl
 
 
 def drive_accelerations(drives: Any, command: tuple[Any, ...], state: Any) -> tuple[Any, ...]:
-    """Return the accelerations of all drives under commanded efforts."""
+    """Return the accelerations of all drives under commanded efforts (n,) of the coordinates."""
     pairs = zip(drives_of(drives), pushes(drives, state), strict=True)
     return tuple((drive.share * command[i] - push) / drive.inertia for (i, drive), push in pairs)
 
 
 def play_power(drives: Any, command: tuple[Any, ...], state: Any) -> Any:
-    """Return the power [W] of commanded efforts on drives and of losses, less what the drives push into joints."""
+    """Return the power [W] of commanded efforts (n,) on drives and of losses, less what drives push into joints."""
     power = 0.0
     for (i, drive), own, push in zip(drives_of(drives), state.drives, pushes(drives, state), strict=True):
         shaft = shaft_of(drive, own, state.q[i], state.v[i])
@@ -140,7 +140,7 @@ def describe_drive(support: Any, number: int, outcome: int) -> str:
 
 
 def mean_of_drives(drives: Any, row: Any, i: Any, entries: tuple[Any, ...], n: int) -> tuple[Any, ...]:
-    """Return the first of n entries of a row of coordinates or rates from row[i] on, as their drives have them.
+    """Return the n entries of a row of coordinates or rates from row[i] on, as their drives have them.
 
     Those of joints that have play are the mean of their drives, by their shares: where motors and brakes act.
     """

@@ -39,7 +39,8 @@ QUIT = "quit"
 """Order that ends a run before its time, on purpose: no fault."""
 _POLL = 0.05  # s between two reads of the control pipe
 _TURN_PERIOD = 0.01  # s between two turns of the executor of a node with served subscriptions
-_CALLS = 20  # of services and other subscriptions in such a turn
+_LONGEST_TURN = 0.005  # s, where services and other subscriptions have more to do than that
+_IDLE = 1e-4  # s that a call of the executor waits: one that returns earlier had something to do
 _MAX_NOTICES = 100  # lines: there may be thousands of publishers
 
 
@@ -100,6 +101,7 @@ class NodeHost:
         self.started = not pipes.attached
         self.resume_state = self.brake_reason = self.stop_reason = ""
         self._executor = SingleThreadedExecutor() if executor == "single" else EventsExecutor()
+        self._idle_calls = 2 if executor == "single" else 1  # in a row, after which it has nothing to do
         self._executor.add_node(node)
         self._next_poll = self._next_turn = 0.0
         self._notices = set[str]()
@@ -159,11 +161,20 @@ class NodeHost:
             self._next_turn = now + _TURN_PERIOD
             for subscription in self.node.served:
                 subscription.deliver_rest()
-            for _ in range(_CALLS):
-                calls = self.node.calls
-                self._spin_executor(0.0)
-                if self.node.calls == calls:
-                    return
+            self._take_turn(now + _LONGEST_TURN)
+
+    def _take_turn(self, end: float) -> None:
+        """Let the executor work until it has nothing to do, or until `end` [s].
+
+        A call may do something without a callback: events of messages that newer ones have pushed out, and, by the
+        executor `single`, the guard condition behind each callback, after which its next call has something again.
+        """
+        idle = 0
+        while idle < self._idle_calls and (began := time.monotonic()) < end:
+            calls = self.node.calls
+            self._spin_executor(_IDLE)
+            is_idle = self.node.calls == calls and time.monotonic() - began >= _IDLE
+            idle = idle + 1 if is_idle else 0
 
     def _spin_executor(self, timeout: float) -> None:
         try:
