@@ -294,19 +294,20 @@ def _warn_real_time(console: Console, summary: dict[str, Any]) -> None:
 
 
 def _print_joints(console: Console, summary: dict[str, Any], scene: "Scene") -> None:
-    if not summary.get("peak_effort"):
+    margins, times, peaks = (summary.get(name, {}) for name in ("limit_margin", "settling_time", "peak_effort"))
+    names = [name for name in scene.joint_names if name in margins or name in peaks]
+    if not names:
         return
-    margins, times = summary.get("limit_margin", {}), summary.get("settling_time", {})
     table = Table("joint", "final error", r"joint settled after \[s]", "peak effort", *["limit margin"] * bool(margins))
     units = dict(zip(scene.joint_names, scene.joint_units, strict=True))
     effort_units = dict(zip(scene.actuated, scene.effort_units, strict=True))
-    for name, peak in summary["peak_effort"].items():
+    for name in names:
         error = summary.get("final_error", {}).get(name)
         table.add_row(
             name,
             _format_with_unit(error, units[name]),
             "not settled" if times.get(name, 0.0) is None else _format_number(times.get(name)),
-            _format_with_unit(peak, effort_units[name]),
+            _format_with_unit(peaks.get(name), effort_units.get(name, "")),
             *[_format_with_unit(margins.get(name), units[name])] * bool(margins),
         )
     console.print(table)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from crane_sim.description.solids import DARK, GREY, STEEL, YELLOW, Shape, tube
 from crane_sim.description.suspended import box_edges, contact_height, hung_length
-from crane_sim.description.workspace import target_of_joint
+from crane_sim.description.workspace import axis_positions
 from crane_sim.scenes.schema.gantry import GantryFile
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def portal_of(scene: Scene) -> Portal:
     file = scene.file
     assert isinstance(file, GantryFile)
     depth, limits = depth_of(scene), scene.model.support.structure.trolley.limits
-    places = [scene.initial_q[0], *target_of_joint(scene, "trolley"), *(limits or ()), *(file.legs or ())]
+    places = [*axis_positions(scene, "trolley"), *(limits or ()), *(file.legs or ())]
     beyond = 0.15 * depth if file.legs else 0.4 * depth
     left, right = min(places) - beyond, max(places) + beyond
     unit = depth / 30.0

@@ -34,7 +34,7 @@ from crane_sim.description.solids import (
     point_mass,
     tube,
 )
-from crane_sim.description.workspace import target_of_joint
+from crane_sim.description.workspace import axis_positions
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.flexible import FlexibleSupport, rigid_support
@@ -313,7 +313,7 @@ def _jib_trolley(unit: float) -> list[Shape]:
 def bridge_reach(scene: Scene, size: float) -> tuple[float, float]:
     """Return the ends [m] of the drawn girder of a bridge crane."""
     limits = rigid_support(scene.model.support.structure).trolley.limits
-    places = [scene.initial_q[0], *target_of_joint(scene, "trolley"), *(limits or ())]
+    places = [*axis_positions(scene, "trolley"), *(limits or ())]
     return min(places) - 0.3 * size, max(places) + 0.3 * size
 
 
@@ -334,7 +334,7 @@ def _add_bridge(robot: ElementTree.Element, support: Bridge, scene: Scene, size:
 
 def _runway(scene: Scene, ends: tuple[float, float], unit: float, ground: float) -> list[Shape]:
     """Return the two beams that a bridge runs on, below the `ends` [m] of its girder, each on two columns."""
-    places = [scene.initial_q[1], *target_of_joint(scene, "bridge")]
+    places = axis_positions(scene, "bridge")
     low, high = min(places) - 8.0 * unit, max(places) + 8.0 * unit
     top = -0.3 * unit
     beams = [Shape((unit, high - low, unit), (x, 0.5 * (low + high), top), GREY) for x in ends]

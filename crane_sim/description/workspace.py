@@ -117,6 +117,13 @@ def target_of_joint(scene: Scene, joint: str) -> list[float]:
     return [scene.reference[scene.actuated.index(joint)]]
 
 
+def axis_positions(scene: Scene, joint: str) -> list[float]:
+    """Return where a joint begins, should go, and comes to as its drive prescribes [m]."""
+    motion = getattr(getattr(scene.file, joint, None), "motion", None)
+    moved = _motion_positions(scene, motion.motion() if motion is not None else None)
+    return [scene.initial_q[scene.joint_names.index(joint)], *target_of_joint(scene, joint), *moved]
+
+
 def _motion_positions(scene: Scene, motion: Motion | None) -> list[float]:
     """Return samples of a prescribed motion; empty without one."""
     if motion is None:

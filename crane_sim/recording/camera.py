@@ -11,7 +11,7 @@ from crane_sim.description.knuckle import pedestal_height
 from crane_sim.description.pendulum import cable_length
 from crane_sim.description.portal import portal_of
 from crane_sim.description.suspended import bridge_reach, contact_height, crane_size, ground_height
-from crane_sim.description.workspace import target_of_joint
+from crane_sim.description.workspace import axis_positions
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.supports.flexible import rigid_support
 from crane_sim.models.supports.support import structure_of
@@ -119,8 +119,8 @@ def of_gantry(scene: Scene) -> Framing:
 
 
 def _span_of(scene: Scene, i: int) -> tuple[float, float]:
-    """Return the least and the largest of start and target of coordinate i."""
-    places = [scene.initial_q[i], *target_of_joint(scene, scene.joint_names[i])]
+    """Return the least and the largest of start, target and prescribed positions of coordinate i."""
+    places = axis_positions(scene, scene.joint_names[i])
     return min(places), max(places)
 
 

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import crane_sim
+from crane_sim.description.portal import portal_of
+from crane_sim.description.suspended import bridge_reach
 from crane_sim.files.errors import SceneError
 from crane_sim.recording.layout import layout_of_scene
 
@@ -154,3 +156,17 @@ def test_drives_with_play_are_those_of_their_own_axis(case: str) -> None:
     across = crane_sim.simulate(common | as_bridge(groups) | AXES["fixed trolley"])
     np.testing.assert_allclose(across.q[:, [1, 2]], straight.q[:, [0, 2]], rtol=0.0, atol=1e-9)  # of the tolerance
     assert np.ptp(straight.q[:, 0]) > 0.01 and across.summary["energy_audit_error"] < 1e-8
+
+
+@pytest.mark.parametrize("kind", ["bridge", "gantry"])
+def test_a_girder_is_below_all_that_its_trolley_comes_to(kind: str) -> None:
+    """A prescribed motion is in the picture: the girder, or the portal's, reaches as far as the trolley."""
+    axes = {"trolley": {"drive": "prescribed", "motion": MOTION | {"amplitude": 30.0}}, "bridge": {"mass": 3.0}}
+    hanging = ROPE | {"initial": {"q": [0.0, 0.0, 2.0, 0.0, 0.0]}}
+    if kind == "gantry":
+        hanging = FALLS | {"hoist": {"drive": "rate"}, "initial": {"length": 2.0}}
+    else:
+        hanging["initial"]["v"] = [60.0, 0.0, 0.0, 0.0, 0.0]
+    scene = crane_sim.load_scene(COMMON | axes | hanging | {"crane": kind})
+    left, right = bridge_reach(scene, 2.0) if kind == "bridge" else portal_of(scene).ends
+    assert left < scene.initial_q[0] < 29.9 < right

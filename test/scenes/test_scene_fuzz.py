@@ -38,10 +38,10 @@ def oscillation(z: Any, nq: int) -> Any:
 
 
 @pytest.fixture(scope="module", autouse=True)
-def nothing_compiled() -> Iterator[None]:
-    """Prevent compilation by the one law that evaluates the equations, and fail if anything else compiles.
+def hardly_anything_compiled() -> Iterator[None]:
+    """Prevent compilation by the one law that evaluates the equations, and fail if more than a few others compile.
 
-    The motion of a deck at the start is compiled for whatever scene comes first.
+    Functions that are seldom called are compiled once a kind of scene has called them some times.
     """
     compilations = list[None]()
     with pytest.MonkeyPatch.context() as patch:
