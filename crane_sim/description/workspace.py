@@ -92,9 +92,8 @@ def estimate_bounding_box(scene: Scene) -> BoundingBox:
     offsets = nodes - nodes[tip_index]
     offsets = np.vstack([offsets, offsets * (-1.0, -1.0, 1.0), (0.0, 0.0, -max(first_lengths) - lower_length)])
     trolleys = [nodes[tip_index]]
-    for axis, (joint, group) in enumerate((("trolley", file.trolley), ("bridge", file.bridge))):
-        motion = group.motion.motion() if group and group.motion else None
-        for position in (*target_of_joint(scene, joint), *_motion_positions(scene, motion)):
+    for axis, joint in enumerate(("trolley", "bridge")[: 2 if is_spatial(scene) else 1]):
+        for position in axis_positions(scene, joint):
             trolleys.append(np.where(np.arange(3) == axis, position, nodes[tip_index]))
     low, high = np.min(trolleys, axis=0) + offsets.min(axis=0), np.max(trolleys, axis=0) + offsets.max(axis=0)
     return make_bounding_box(low, high, min(first_lengths) + lower_length, is_spatial(scene))

@@ -21,7 +21,15 @@ from crane_sim.simulation.flat_summary import cell_of, flatten, leaves
 from crane_sim.simulation.metrics import Ended, name_further_metrics, name_metrics
 from crane_sim.simulation.rollout import Rollout, simulate
 from crane_sim.simulation.status import SimulationError, describe_failure
-from crane_sim.simulation.totals import Totals, add_instants, empty_totals, finish_run, read_meters, watched_of
+from crane_sim.simulation.totals import (
+    Totals,
+    add_instants,
+    empty_totals,
+    finish_run,
+    read_final_meters,
+    read_meters,
+    watched_of,
+)
 from crane_sim.stepping.periods import begin, output_of, roll_out
 from crane_sim.stepping.rows import row_width
 
@@ -167,7 +175,7 @@ def run_cranes(cranes, runs, scratch, period, first, last):
         add_instants(p, watched, run.totals, scratch.times, scratch.rows, done)
         t, nq = scratch.times[done], len(run.q)
         q, v = scratch.rows[done, :nq], scratch.rows[done, nq : 2 * nq]
-        finish_run(p, watched, run.totals, t, q, v, read_meters(p, integration.x))
+        finish_run(p, watched, run.totals, t, q, v, read_final_meters(p, integration.x, t, q, v))
         for k in range(done + 1):
             states[k, 0] = scratch.times[k]
             states[k, 1:] = scratch.rows[k, : 2 * nq]

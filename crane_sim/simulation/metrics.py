@@ -22,6 +22,7 @@ from crane_sim.simulation.totals import (
     add_rows,
     empty_totals,
     finish,
+    read_final_meters,
     read_meters,
     watched_of,
 )
@@ -58,7 +59,8 @@ class Metrics:
     def summary(self, t: float, q: Vector, v: Vector, integration: Any, saturated: int) -> dict[str, Any]:
         """Return the metrics of the run that ends at time t [s] with joint coordinates q, v; see `name_metrics`."""
         totals, end = _copy(self._totals), (np.array(q), np.array(v))
-        finish(self._scene.model, self._watched, totals, t, *end, read_meters(self._model, integration.x))
+        meters = read_final_meters(self._model, integration.x, t, *end)
+        finish(self._scene.model, self._watched, totals, t, *end, meters)
         sha = self._hash.hexdigest(np.array([t, *q, *v]))
         counts = np.array([integration.evaluations]), np.array([saturated])
         ended = Ended(np.array([t]), *counts, [sha], _as_columns(self._watched), _as_columns(totals))

@@ -207,7 +207,7 @@ def add_forces(p, totals, t, x, u):
 @entry_point
 @optimisation(LIGHT)
 def finish(p, watched, totals, t, q, v, meters):
-    """Take the end of a run into the totals, with joints q, v at t [s]; `meters`: of `read_meters` there."""
+    """Take the end of a run into the totals, with joints q, v at t [s]; `meters`: of `read_final_meters`."""
     finish_run(p, watched, totals, t, q, v, meters)
 
 
@@ -215,10 +215,7 @@ def finish_run(p, watched, totals, t, q, v, meters):
     """Do what `finish` does: the end is part of the last part of a run, wherever it is."""
     points, x = np.empty((system.point_count(p), 3)), system.state(p, t, q, v)
     add_position(p, watched, totals, t, q, x, points, True)
-    energy, metered = meters
-    if p.energy_meter is None:  # a run that failed within a period ends with the joints of its start
-        energy = system.kinetic(p, x) + system.potential(p, x)
-    relative_errors(totals.balance, watched, q, energy, metered)
+    relative_errors(totals.balance, watched, q, *meters)
 
 
 @entry_point
@@ -226,3 +223,14 @@ def finish_run(p, watched, totals, t, q, v, meters):
 def read_meters(p, x):
     """Return (energy relative to the base [J], energy supplied [J] as metered, or 0)."""
     return system.kinetic(p, x) + system.potential(p, x), system.energy_supplied(p, x)
+
+
+@entry_point
+@seldom_called
+def read_final_meters(p, x, t, q, v):
+    """Return `read_meters` of a run that ends in state x, with joints q, v of the last instant t [s] that counts.
+
+    One that failed within a period has a state beyond these joints. Without a meter the work is that up to them, so the
+    energy must be, too.
+    """
+    return read_meters(p, system.state(p, t, q, v) if p.energy_meter is None else x)

@@ -21,14 +21,17 @@ UNROLLED = 8
 
 def graph_of(*numbers: Any) -> Graph | None:
     """Return the graph that the first value among numbers belongs to, None where all are floats."""
-    return next((x.graph for x in numbers if isinstance(x, Value)), None)
+    for x in numbers:  # no generator: plain Python calls this for each operation on floats
+        if isinstance(x, Value):
+            return x.graph
+    return None
 
 
 def fma(a: Any, b: Any, c: Any) -> Any:
     """Return a b + c, rounded once."""
-    if not (isinstance(a, Value) or isinstance(b, Value) or isinstance(c, Value)):
+    graph = graph_of(a, b, c)
+    if graph is None:
         return _LIBRARY.fma(a, b, c)
-    graph: Any = graph_of(a, b, c)
     x, y, z = graph.lift(a), graph.lift(b), graph.lift(c)
     if z.literal == 0.0 or 0.0 in (x.literal, y.literal) or 1.0 in (x.literal, y.literal):
         return x * y + z  # exact products: rounded once as well

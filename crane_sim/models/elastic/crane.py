@@ -22,7 +22,7 @@ from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.hoist import Hoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_power, winch_response
 from crane_sim.models.supports.support import Posture, Support, bare_tip, compute_posture, coordinate_count, read_state
-from crane_sim.models.supports.support_dynamics import Dynamics, by_coordinate, drive_power
+from crane_sim.models.supports.support_dynamics import Dynamics, drive_power
 from crane_sim.models.suspended.crane import OverheadJoints, load_force, solve_support, write_common_rates
 from crane_sim.models.suspended.exchange import Exchange, load_of
 from crane_sim.models.suspended.layout import layout_of, rope_length, winch_index
@@ -237,7 +237,6 @@ def write_elastic_derivative(p, t, x, u, out, work):
 def elastic_power(p, x, solved):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     power = drive_power(solved.pose, solved.dynamics, solved.tau, solved.net, solved.support) + solved.outside_power
-    command = by_coordinate(solved.pose.mechanism, solved.command)
-    power += play_power(p.support.drives, command, solved.pose.state)
+    power += play_power(p.support.drives, solved.command, solved.pose)
     motion = (*rope_length(p, x), solved.length)
     return power + winch_power(p.hoist, solved.command, mode_of_winch(p, x), motion, solved.paid, p.gravity)

@@ -41,7 +41,7 @@ from crane_sim.models.supports.support import (
     coordinate_count,
     read_state,
 )
-from crane_sim.models.supports.support_dynamics import Dynamics, by_coordinate, drive_power
+from crane_sim.models.supports.support_dynamics import Dynamics, drive_power
 from crane_sim.models.suspended.crane import load_force, solve_support, write_common_rates
 from crane_sim.models.suspended.exchange import Exchange, body_of_coordinates, load_of
 from crane_sim.models.suspended.layout import contact_index, layout_of, rope_length, winch_index
@@ -264,8 +264,7 @@ def falls_power(p, x, solved):
     load, pull, motion = solved.load, solved.pull, (*rope_length(p, x), solved.length)
     given, moment = solved.given
     power = drive_power(solved.pose, solved.dynamics, solved.tau, solved.net, solved.support)
-    command = by_coordinate(solved.pose.mechanism, solved.command)
-    power += play_power(p.support.drives, command, solved.pose.state)
+    power += play_power(p.support.drives, solved.command, solved.pose)
     winch = winch_power(p.hoist, solved.command, mode_of_winch(p, x), motion, pull.paid, p.gravity)
     power += winch + imposed_load_power(solved.base, load_of(p, x), load)
     power += dot(given, load.velocity) + dot(moment, load.omega)

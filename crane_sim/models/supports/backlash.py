@@ -85,18 +85,19 @@ def replace_by_pushes(drives: Any, efforts: tuple[Any, ...], state: Any) -> tupl
     return efforts
 
 
-def drive_accelerations(drives: Any, command: tuple[Any, ...], state: Any) -> tuple[Any, ...]:
-    """Return the accelerations of all drives under commanded efforts (n,) of the coordinates."""
-    pairs = zip(drives_of(drives), pushes(drives, state), strict=True)
-    return tuple((drive.share * command[i] - push) / drive.inertia for (i, drive), push in pairs)
+def drive_accelerations(drives: Any, command: tuple[Any, ...], posture: Any) -> tuple[Any, ...]:
+    """Return the accelerations of all drives under commanded efforts; posture: of the support."""
+    efforts = posture.mechanism.by_coordinate(command)
+    pairs = zip(drives_of(drives), pushes(drives, posture.state), strict=True)
+    return tuple((drive.share * efforts[i] - push) / drive.inertia for (i, drive), push in pairs)
 
 
-def play_power(drives: Any, command: tuple[Any, ...], state: Any) -> Any:
-    """Return the power [W] of commanded efforts (n,) on drives and of losses, less what drives push into joints."""
-    power = 0.0
+def play_power(drives: Any, command: tuple[Any, ...], posture: Any) -> Any:
+    """Return the power [W] of commanded efforts on drives and of losses, less what the drives push into joints."""
+    power, efforts, state = 0.0, posture.mechanism.by_coordinate(command), posture.state
     for (i, drive), own, push in zip(drives_of(drives), state.drives, pushes(drives, state), strict=True):
         shaft = shaft_of(drive, own, state.q[i], state.v[i])
-        power += drive.share * command[i] * own.rate - push * state.v[i]
+        power += drive.share * efforts[i] * own.rate - push * state.v[i]
         power += (drive.stiffness * max(shaft.compression, 0.0) - push * shaft.side) * shaft.rate
     return power
 

@@ -65,6 +65,11 @@ class Mechanism(NamedTuple):
     prescribed: tuple[bool, ...] = ()  # (n,): it moves as its drive says, whatever it carries; empty: none does
     bending: int = 0  # number of the coordinates that bend: the last ones
 
+    def by_coordinate(self, command: tuple[Any, ...]) -> tuple[Any, ...]:
+        """Return commands, one for each of `actuated`, by coordinate (n,), 0 of one that takes none."""
+        actuated = self.actuated
+        return tuple(command[actuated.index(i)] if i in actuated else 0 for i in range(len(self.limits)))
+
 
 class Support(NamedTuple):
     """A structure with friction, motors and play of its drives; what is None is not modelled."""

@@ -95,7 +95,7 @@ def _entry_if(condition: Any, entry: Any) -> Any:
 def joint_efforts(support: Support, posture: Posture, command: tuple[Any, ...]) -> tuple[Any, ...]:
     """Return the efforts (n,) of drives, springs and friction at commands; drives that prescribe motions have none."""
     state, mechanism = posture.state, posture.mechanism
-    efforts = by_coordinate(mechanism, command)
+    efforts = mechanism.by_coordinate(command)
     if mechanism.prescribed:
         efforts = tuple(0 if p else effort for p, effort in zip(mechanism.prescribed, efforts, strict=True))
     efforts = replace_by_pushes(support.drives, efforts, state)
@@ -111,13 +111,7 @@ def prescribed_accelerations(support: Support, posture: Posture, t: Any, command
     state, mechanism = posture.state, posture.mechanism
     if not mechanism.prescribed:
         return ()
-    return support.structure.prescribe(t, by_coordinate(mechanism, command), state.q, state.v)
-
-
-def by_coordinate(mechanism: Mechanism, command: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return the commands by coordinate (n,), 0 of one that takes none."""
-    actuated = mechanism.actuated
-    return tuple(command[actuated.index(i)] if i in actuated else 0 for i in range(len(mechanism.limits)))
+    return support.structure.prescribe(t, mechanism.by_coordinate(command), state.q, state.v)
 
 
 def _deflection(spring: Spring, q: tuple[Any, ...]) -> Any:

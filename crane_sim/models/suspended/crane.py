@@ -55,7 +55,6 @@ from crane_sim.models.supports.support_dynamics import (
     Dynamics,
     accelerations,
     base_efforts,
-    by_coordinate,
     compute_dynamics,
     drive_power,
     joint_efforts,
@@ -327,8 +326,7 @@ def write_common_rates(p, x, solved, out):
         out[i] = x[nq + i]
     for i in range(n):
         out[nq + i] = solved.support[i]
-    command = by_coordinate(solved.pose.mechanism, solved.command)
-    for i, drive_acc in enumerate(drive_accelerations(p.support.drives, command, solved.pose.state)):
+    for i, drive_acc in enumerate(drive_accelerations(p.support.drives, solved.command, solved.pose)):
         out[nq + n + i] = drive_acc
     if p.hoist is not None:
         out[nq + first - 1] = solved.length
@@ -344,8 +342,7 @@ def suspended_power(p, x, solved):
     power = drive_power(solved.pose, solved.dynamics, solved.tau, solved.net, solved.support) + solved.outside_power
     mode = winch_mode(p.hoist, x, winch_index(p))
     power += winch_power(p.hoist, solved.command, mode, motion, solved.paid, p.gravity)
-    command = by_coordinate(solved.pose.mechanism, solved.command)
-    power += play_power(p.support.drives, command, solved.pose.state)
+    power += play_power(p.support.drives, solved.command, solved.pose)
     power = add_twist_power(solved.twist, power, solved.pose.yaw_rate)
     if solved.swing is not None:
         power -= solved.swing.loss + solved.swing.couple * solved.pose.yaw_rate
