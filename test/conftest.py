@@ -15,6 +15,7 @@ from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Any
 
+import file_processes
 import hypothesis
 import long_parts
 import pytest
@@ -118,6 +119,8 @@ def _limited(item: pytest.Item) -> Iterator[None]:
 def pytest_configure(config: pytest.Config) -> None:
     """Let processes of tests share byte code where Python is told to write none: each would compile all modules."""
     long_parts.choose_part(config)
+    if _worker_of(config):
+        config.pluginmanager.register(file_processes.FileProcesses())
     if os.environ.get("PYTHONDONTWRITEBYTECODE") and not _worker_of(config):
         folder = tempfile.mkdtemp(prefix="crane_sim-bytecode-")
         config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))
@@ -188,14 +191,6 @@ def pytest_runtest_teardown(item: pytest.Item) -> Generator[None, Any, Any]:
     """Limit the time of the clean-up of a test's fixtures."""
     with _limited(item):
         return (yield)
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_handlecrashitem(crashitem: str, sched: Any) -> None:
-    """Mark a test that crashed its worker as done: the next worker would try it again, and so on."""
-    for unit in getattr(sched, "workqueue", {}).values():  # of the schedulers that keep files together
-        if crashitem in unit:
-            unit[crashitem] = True  # done
 
 
 _FILES = pytest.StashKey[set[str]]()

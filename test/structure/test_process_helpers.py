@@ -27,7 +27,7 @@ def test_that_is_killed():
     time.sleep(600)
 """
 HANGING = """
-import hashlib, time
+import hashlib, os, time
 
 def test_that_hangs():
     {hang}
@@ -102,13 +102,14 @@ def test_nothing_outlives_a_session_that_is_killed(workers: str, tmp_path: Path)
         ("time.sleep(600)", "test_nested.py::test_that_hangs: still ran after 8 s"),
         (
             'hashlib.pbkdf2_hmac("sha256", b"", b"", 2**31 - 1)',
-            "crashed while running 'test_nested.py::test_that_hangs'",
+            "test_nested.py::test_that_hangs: its process ended with exit status 1",
         ),
+        ("os.abort()", "test_nested.py::test_that_hangs: its process ended with signal 6"),
     ],
-    ids=["in Python", "in compiled code"],
+    ids=["in Python", "in compiled code", "a crash"],
 )
-def test_a_test_that_hangs_fails_alone(hang: str, message: str, tmp_path: Path) -> None:
-    """It fails at its limit, or with its worker in compiled code; later tests are run."""
+def test_a_test_that_hangs_or_crashes_fails_alone(hang: str, message: str, tmp_path: Path) -> None:
+    """It fails at its limit, or with its process in compiled code and in a crash; later tests are run."""
     limits = ["-n", "1", "-o", "test_limit=8", "-o", "faulthandler_timeout=25"]  # setup starts a process
     result = run_to_completion(nested(tmp_path, HANGING.format(hang=hang), *limits), env=environment(), cwd=tmp_path)
     assert message in result.stdout and "1 failed, 1 passed" in result.stdout, result.stdout + result.stderr
