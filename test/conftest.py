@@ -15,6 +15,7 @@ from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Any
 
+import changed_files
 import file_processes
 import hypothesis
 import long_parts
@@ -92,6 +93,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addini("test_limit", "s for each phase of a test, which fails then; 0: none", type="string", default="0")
     parts = f"of the long tests only this part, of {long_parts.PARTS}; auto: the one that is due at this commit"
     parser.addoption("--part", choices=long_parts.CHOICES, help=parts)
+    changed_files.add_option(parser)
 
 
 @contextmanager
@@ -119,6 +121,7 @@ def _limited(item: pytest.Item) -> Iterator[None]:
 def pytest_configure(config: pytest.Config) -> None:
     """Let processes of tests share byte code where Python is told to write none: each would compile all modules."""
     long_parts.choose_part(config)
+    changed_files.choose_files(config)
     if _worker_of(config):
         config.pluginmanager.register(file_processes.FileProcesses())
     if os.environ.get("PYTHONDONTWRITEBYTECODE") and not _worker_of(config):
