@@ -43,7 +43,7 @@ class Traced(NamedTuple):
     functions: set[types.FunctionType]  # that are in it
 
 
-_MOST = 1_500  # functions that are kept: those of two or three kinds of scene, about 20 MB
+_MOST = 500  # functions that are kept: those of two or three kinds of scene, about 20 MB
 _TRACED: dict[Any, Traced] = {}
 _NUMBERS = itertools.count(1)  # of functions, which are part of their names
 
@@ -156,6 +156,7 @@ class Calls:
             except ResultChange:
                 continue
             inner, self.functions = self.functions, outer
+            graph.close()
             name = f"{source.name.strip('<>')}.{next(_NUMBERS)}"
             return Traced(Function(name, source.function, graph, block, None, inlined, False), result, inner)
 

@@ -58,6 +58,12 @@ class Graph:
         self.taken_apart: dict[Any, Any] = {}  # tuples with what they consist of, see `calls`
         self.structural = False  # the integers 0 and 1 are structure where they meet a real, see `arithmetic`
 
+    def close(self) -> None:
+        """Forget what only further recording needs: most of what a trace takes in memory."""
+        results = self._blocks, self._known, self._owners, self.taken_apart, self.constants
+        for each in results:
+            each.clear()
+
     @property
     def is_in_a_block(self) -> bool:
         """Whether what is noted now may run several times, or not at all."""

@@ -90,11 +90,11 @@ def compile_text(text: str, optimisation: Optimisation = Optimisation.FULL, loop
         loops: the module of its functions with loops that are to become lanes.
     """
     passes, generation = optimisation.value
-    machine = _target_machine(generation)
-    module = _parse(text, machine)
+    machine, context = _target_machine(generation), llvm.create_context()  # what its end gives back
+    module = _parse(text, machine, context)
     builder = llvm.create_pass_builder(machine, _tuning(passes))
     if loops:
-        lanes = _parse(loops, machine)
+        lanes = _parse(loops, machine, context)
         builder.getModulePassManager().run(lanes, builder)
         module.link_in(lanes)
     if passes:
@@ -105,8 +105,8 @@ def compile_text(text: str, optimisation: Optimisation = Optimisation.FULL, loop
     return machine.emit_object(module)
 
 
-def _parse(text: str, machine: Any) -> Any:
-    module = llvm.parse_assembly(text)
+def _parse(text: str, machine: Any, context: Any) -> Any:
+    module = llvm.parse_assembly(text, context)
     module.verify()
     module.triple, module.data_layout = machine.triple, str(machine.target_data)
     return module
