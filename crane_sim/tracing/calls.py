@@ -158,7 +158,7 @@ class Calls:
             inner, self.functions = self.functions, outer
             graph.close()
             name = f"{source.name.strip('<>')}.{next(_NUMBERS)}"
-            return Traced(Function(name, source.function, graph, block, None, inlined, False), result, inner)
+            return Traced(Function(name, source.function, graph, block, None, inlined), result, inner)
 
     def _keep(self, whole: Any, traced: Traced) -> None:
         if all(_is_of_packages(function.__code__.co_filename) for function in traced.functions):
@@ -209,6 +209,24 @@ class Calls:
             return array_symbols.get_item(self.array_of(graph, array), index)
         part = array[index]
         return part if isinstance(part, np.ndarray) else part.item()
+
+
+def trace_on_arrays(function: types.FunctionType, sizes: tuple[int | None, ...]) -> Function:
+    """Return a function traced for arguments that are reals, where a size is None, or arrays of so many reals.
+
+    Raises:
+        TraceError: it does what is not traced.
+    """
+    graph, calls, real = Graph(), Calls(), np.dtype(float)
+
+    def run_on(*symbols: Value) -> tuple[Value, ...]:
+        pairs = zip(symbols, sizes, strict=True)
+        arguments = [x if n is None else ArraySymbol(x, 0, real, (n,), (real.itemsize,)) for x, n in pairs]
+        calls.call_traced(graph, function, arguments, {}, True)
+        return ()
+
+    kinds = tuple(Kind.REAL if n is None else Kind.ARRAY for n in sizes)
+    return Function("entry", function, graph, graph.trace_block(run_on, kinds), None, False)
 
 
 def resolve(function: Any, arguments: list[Any]) -> tuple[Any, bool]:

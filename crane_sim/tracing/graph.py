@@ -284,40 +284,6 @@ def kind_of(number: Any) -> Kind:
     return Kind.INTEGER if hasattr(number, "__index__") else Kind.REAL
 
 
-class Array:
-    """The address of reals in memory, from an element on. Indices are integers from 0 on, or values of that kind."""
-
-    __iter__ = None  # its length is not known
-
-    def __init__(self, address: Value, offset: int = 0) -> None:
-        """Name what is stored from the element `offset` after an address on."""
-        self.address, self.offset = address, offset
-
-    def __getitem__(self, index: Any) -> Value:
-        """Return the element."""
-        arguments, offset = self._locate(index)
-        return self.address.graph.append("load", arguments, (Kind.REAL,), offset)[0]
-
-    def __setitem__(self, index: Any, number: Any) -> None:
-        """Store a number as the element."""
-        arguments, offset = self._locate(index)
-        value = self.address.graph.lift(number)
-        self.address.graph.append("store", (value.number, *arguments), (), offset)
-
-    def to_value(self) -> Value:
-        """Return the address of the first element."""
-        if not self.offset:
-            return self.address
-        return self.address.graph.append("address", (self.address.number,), (Kind.ARRAY,), self.offset)[0]
-
-    def _locate(self, index: Any) -> tuple[tuple[int, ...], int]:
-        if isinstance(index, Value):
-            return (self.address.number, self.address.graph.lift(index, Kind.INTEGER).number), self.offset
-        if kind_of(index) is not Kind.INTEGER or index < 0:
-            raise TraceError(f"{index!r} is no index of an array: one is an integer from 0 on")
-        return (self.address.number,), self.offset + index
-
-
 def unary(operation: str, value: Value) -> Value:
     """Return the result of an operation on one value, of its kind."""
     value.graph.check_operands(operation, (value.number,))

@@ -1,25 +1,11 @@
 """Traced functions as machine code of this processor, by LLVM."""
 
-import ctypes
 from enum import Enum
 from functools import cache
 from typing import Any
 
 import llvmlite.binding as llvm
 from llvmlite import __version__ as LLVMLITE
-
-from crane_sim.tracing.function import Function
-from crane_sim.tracing.instructions import Kind
-from crane_sim.tracing.llvm import module_text
-
-_C_TYPES: dict[Kind, Any] = {
-    Kind.REAL: ctypes.c_double,
-    Kind.INTEGER: ctypes.c_int64,
-    Kind.BOOLEAN: ctypes.c_bool,
-    Kind.WORD: ctypes.c_uint64,
-    Kind.ARRAY: ctypes.c_void_p,
-    Kind.FUNCTION: ctypes.c_void_p,
-}
 
 
 class Optimisation(Enum):
@@ -53,32 +39,6 @@ class LoadedCode:
 def compiler_name() -> tuple[str, str, str]:
     """Return the compiler and the processor that code is for."""
     return LLVMLITE, *_processor()
-
-
-class Library:
-    """Compiled functions, alive as long as this object."""
-
-    def __init__(self, *functions: Function, width: int = 1) -> None:
-        """Compile functions of at most one result each, in lanes where `width` is more than 1.
-
-        Args:
-            functions: that are called from outside.
-            width: number of lanes.
-        """
-        self._loaded = LoadedCode(compile_text(module_text(*functions, width=width), LIGHT))
-
-    def address(self, function: Function) -> int:
-        """Return the address of a compiled function."""
-        return self._loaded.address(function.name)
-
-    def function(self, function: Function) -> Any:
-        """Return a compiled function as one that Python calls; arrays are given by their addresses."""
-        results = function.result_kinds
-        result = _C_TYPES[results[0]] if results else None
-        prototype = ctypes.CFUNCTYPE(result, *(_C_TYPES[kind] for kind in function.parameter_kinds))
-        compiled: Any = prototype(self.address(function))
-        compiled.library = self  # whose end is the code's
-        return compiled
 
 
 def compile_text(text: str, optimisation: Optimisation = Optimisation.FULL, loops: str = "") -> bytes:
