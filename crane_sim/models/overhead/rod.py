@@ -83,7 +83,7 @@ class Swing(NamedTuple):
 
 def hoisted_rod(p, x):
     """Return (length, rate) of the first link."""
-    return (p.cable.length, 0.0) if p.hoist is None else (x[1], x[4])
+    return (p.cable.length, 0) if p.hoist is None else (x[1], x[4])
 
 
 def mass_moments(p, x, length):
