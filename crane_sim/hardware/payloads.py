@@ -38,6 +38,8 @@ def replace_payload(p, mass):
         return p.cable._replace(mass=mass)
     if isinstance(p, RodCrane):
         return p.cable._replace(payload=mass)
+    if isinstance(p.cable.masses, tuple):
+        return p.cable._replace(masses=(*p.cable.masses[:-1], mass))
     masses = p.cable.masses.copy()
     masses[len(masses) - 1] = mass
     return p.cable._replace(masses=masses)
