@@ -28,6 +28,14 @@ class Chain(NamedTuple):
     masses: Any  # kg
     lengths: Any  # m; where there is a hoist, the first one is a coordinate and not used
 
+    def with_payload(self, mass):
+        """Return the cable with another payload [kg]."""
+        if isinstance(self.masses, tuple):
+            return self._replace(masses=(*self.masses[:-1], mass))
+        masses = self.masses.copy()
+        masses[len(masses) - 1] = mass
+        return self._replace(masses=masses)
+
 
 LONGEST_KNOWN = 16
 """Links of a chain in the plane up to which their number is part of its code."""

@@ -51,6 +51,10 @@ class Line(NamedTuple):
     reach: float  # m, b_N of the payload
     nodes: Any  # (2, N), MASS and DISTANCE of all nodes from the top
 
+    def with_payload(self, mass):
+        """Return the cable with another payload [kg]."""
+        return self._replace(payload=mass)
+
 
 class RodCrane(NamedTuple):
     """Parameters of a whole crane; what is None is not modelled."""
