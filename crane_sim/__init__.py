@@ -8,7 +8,7 @@ load_scene: a scene from a name of the catalogue, a file or a dict, checked.
 simulate: one run of a scene; simulate_batch: many, that differ in parameters.
 compare: runs of one crane side by side, metrics and differences.
 read_recording: a recorded run, as arrays with the names of simulate's; run.plot(), run.show(), run.to_dataframe().
-acceleration, energy: the equations of a scene; linearise: its linear ones about rest.
+acceleration, energy: the equations of a scene; linearise: its linear ones about rest; export_c: them as C source.
 identify: parameters of a scene from a recording or a ROS bag of a rig, with confidence intervals.
 study.run: many runs as one table (import crane_sim.study).
 SceneError: an invalid scene; SimulationError: a run that could not go on.
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from crane_sim.recording.run import RecordedRun
     from crane_sim.scenes.scene import Scene, load_scene
     from crane_sim.simulation.batch import Batch, simulate_batch
+    from crane_sim.simulation.c_export import export_c
     from crane_sim.simulation.dynamics import acceleration, energy
     from crane_sim.simulation.linear_model import LinearModel, linearise
     from crane_sim.simulation.plant import SimulationError
@@ -46,6 +47,7 @@ _HOMES = {
     "SceneError": "crane_sim.files.errors",
     "acceleration": "crane_sim.simulation.dynamics",
     "energy": "crane_sim.simulation.dynamics",
+    "export_c": "crane_sim.simulation.c_export",
     "SimulationError": "crane_sim.simulation.plant",
     "Scene": "crane_sim.scenes.scene",
     "load_scene": "crane_sim.scenes.scene",
@@ -67,6 +69,7 @@ __all__ = [
     "acceleration",
     "compare",
     "energy",
+    "export_c",
     "identify",
     "linearise",
     "load_scene",

@@ -2,10 +2,6 @@
 
 from typing import NamedTuple
 
-from crane_sim.models.overhead.double import DoubleCrane
-from crane_sim.models.overhead.rod import RodCrane
-from crane_sim.models.overhead.spring import SpringCrane
-
 
 class PayloadFault(NamedTuple):
     """Marks a crane whose payload faults may change."""
@@ -22,22 +18,9 @@ def apply_payload_fault(fault, p, mass):
         return p
     if hasattr(p, "load"):
         return p._replace(load=p.load._replace(mass=mass))
-    p = p._replace(cable=replace_payload(p, mass))
+    p = p._replace(cable=p.cable.with_payload(mass))
     if getattr(p, "event_limits", None) is None:
         return p
     masses = p.event_limits.masses.copy()
     masses[:] = mass
     return p._replace(event_limits=p.event_limits._replace(masses=masses))
-
-
-def replace_payload(p, mass):
-    """Return the cable of an overhead crane with another payload [kg]."""
-    if isinstance(p, DoubleCrane):
-        return p.cable._replace(mass2=mass)
-    if isinstance(p, SpringCrane):
-        return p.cable._replace(mass=mass)
-    if isinstance(p, RodCrane):
-        return p.cable._replace(payload=mass)
-    masses = p.cable.masses.copy()
-    masses[len(masses) - 1] = mass
-    return p.cable._replace(masses=masses)

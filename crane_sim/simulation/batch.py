@@ -29,14 +29,21 @@ from crane_sim.integrators.rk4 import RK4
 from crane_sim.numerics.lanes import LANES
 from crane_sim.scenes.many import load_scenes
 from crane_sim.scenes.scene import Scene, SceneSource
-from crane_sim.simulation.batch_metrics import run_all
+from crane_sim.simulation.batch_metrics import (
+    RunEnd,
+    allocate_arrays,
+    errors_of,
+    has_compiled_metrics,
+    kind_of_run,
+    run_alone,
+    run_with_metrics,
+)
 from crane_sim.simulation.columns import group_indices, kind_of, make_driven, stack_columns
 from crane_sim.simulation.flat_summary import metric_columns
 from crane_sim.simulation.rollout import checked_times
-from crane_sim.simulation.status import describe_failure
 from crane_sim.stepping.batch import BatchArrays, TimeGrid, pass_lanes, simulate_range
 from crane_sim.stepping.periods import begin
-from crane_sim.stepping.rows import row_width
+from crane_sim.tracing.compile_time import compile_time
 
 
 def scenes_of(scene: SceneSource, parameters: Mapping[str, Any], duration: float | None) -> list[Scene]:
@@ -163,7 +170,8 @@ def simulate_batch(
         duration: s, the scene's own when None.
         sample_times: instants [s], within the run, increasing, of q, v and payload in addition to the end.
         threads: the processor's cores when None.
-        metrics: whether the result has the metrics and events of `simulate`, for which every crane runs once more.
+        metrics: whether the result has the metrics and events of `simulate`; they are gathered one by one, and cranes
+            with switches run once more for them.
         figures: deprecated name of `metrics`, for one release.
 
     Cranes whose scenes differ in kind (of model, method or law) run in groups of one kind.
@@ -183,28 +191,38 @@ def simulate_batch(
     scenes = scenes_of(scene, parameters, duration)
     times = checked_times(sample_times, scenes[0].steps * scenes[0].period)
     checked = time.perf_counter() - start
-    batch = run_groups(scenes, times, threads or len(os.sched_getaffinity(0)))
-    batch = replace(batch, setup_time=checked + batch.setup_time)
-    return add_metrics(batch, scenes) if metrics else batch
+    batch = run_groups(scenes, times, threads or len(os.sched_getaffinity(0)), metrics)
+    return replace(batch, setup_time=checked + batch.setup_time)
 
 
-def add_metrics(batch: Batch, scenes: Sequence[Scene]) -> Batch:
-    """Return the batch with the metrics and events of its cranes, up to the failure of those that failed."""
-    rows, events = list[dict[str, Any]](), list[tuple[Any, ...]]()
-    for ended in run_all(scenes):
-        rows.append(ended.metrics)
-        events.append(ended.events)
-    return replace(batch, metrics=metric_columns(rows), events=tuple(events))
-
-
-def run_groups(scenes: Sequence[Scene], times: Array, threads: int) -> Batch:
-    """Run scenes that may differ in kind, those of one kind together; arguments of `run_cranes`."""
-    groups = group_indices((kind_of(make_driven(scene)), scene.actuated) for scene in scenes)
-    parts = []
+def run_groups(scenes: Sequence[Scene], times: Array, threads: int, metrics: bool) -> Batch:
+    """Run scenes that may differ in kind, those of one kind together; arguments of `simulate_batch`."""
+    keys = ((kind_of(make_driven(each)), each.actuated, kind_of_run(each) if metrics else None) for each in scenes)
+    groups, parts, ends = group_indices(keys), list[Batch](), list[RunEnd]()
     for numbers in groups:
         own = [scenes[i] for i in numbers]
-        parts.append(run_cranes(own, times, threads, moves_in_lanes(own)))
-    return parts[0] if len(parts) == 1 else _join(parts, np.argsort(np.concatenate(groups)))
+        if metrics and has_compiled_metrics(own[0]):
+            part, ended = measure_cranes(own, times)
+        else:
+            part = run_cranes(own, times, threads, moves_in_lanes(own))
+            ended = [run_alone(scene) for scene in own] if metrics else []
+        parts.append(part)
+        ends += ended
+    order = np.argsort(np.concatenate(groups))
+    batch = parts[0] if len(parts) == 1 else _join(parts, order)
+    if not metrics:
+        return batch
+    ends = [ends[i] for i in order]
+    return replace(batch, metrics=metric_columns([e.metrics for e in ends]), events=tuple(e.events for e in ends))
+
+
+def measure_cranes(scenes: Sequence[Scene], times: Array) -> tuple[Batch, list[RunEnd]]:
+    """Run scenes of one kind that have compiled metrics, sampled at `times` (m,); return how each ended as well."""
+    start, compiled = time.perf_counter(), compile_time()
+    ends, arrays = run_with_metrics(scenes, times)
+    compiled = compile_time() - compiled
+    grid = TimeGrid(scenes[0].period, scenes[0].steps, times)
+    return _batch(list(scenes), grid, arrays, 1, (compiled, time.perf_counter() - start - compiled)), ends
 
 
 def _join(parts: Sequence[Batch], order: npt.NDArray[np.int64]) -> Batch:
@@ -258,15 +276,6 @@ def moves_in_lanes(scenes: Sequence[Scene]) -> bool:
     return in_step and smooth and 2 * len(scenes) >= LANES
 
 
-def allocate_arrays(scenes: Sequence[Scene], samples: int) -> BatchArrays:
-    """Return the arrays of scenes of one kind, that are sampled at so many instants, with their initial states."""
-    n, nq, nu = len(scenes), len(scenes[0].joint_names), len(scenes[0].actuated)
-    q, v = np.array([scene.initial_q for scene in scenes]), np.array([scene.initial_v for scene in scenes])
-    width = row_width(scenes[0].model, nq, nu)
-    rows, payload = np.empty((n, samples + 1, width)), np.empty((n, samples + 1, 3))
-    return BatchArrays(q, v, rows, payload, np.empty(n), np.empty((n, 6), np.int64))
-
-
 def _batch(scenes: list[Scene], grid: TimeGrid, arrays: BatchArrays, lanes: int, times: tuple[float, float]) -> Batch:
     n, nq = len(scenes), len(scenes[0].joint_names)
     rows, payload, counts = arrays.rows[:n], arrays.payload[:n], arrays.counts[:n]
@@ -277,9 +286,7 @@ def _batch(scenes: list[Scene], grid: TimeGrid, arrays: BatchArrays, lanes: int,
         q=end[0][:, :nq],
         v=end[0][:, nq : 2 * nq],
         payload=end[1],
-        errors=tuple(
-            _error(scene, grid, *state) for scene, *state in zip(scenes, counts, arrays.reached, strict=False)
-        ),
+        errors=errors_of(scenes, arrays),
         evaluations=counts[:, 2],
         steps=counts[:, 3],
         sample_times=grid.times,
@@ -291,10 +298,3 @@ def _batch(scenes: list[Scene], grid: TimeGrid, arrays: BatchArrays, lanes: int,
         wall_time=times[1],
         notes=tuple(scene.notes for scene in scenes),
     )
-
-
-def _error(scene: Scene, grid: TimeGrid, counts: npt.NDArray[np.int64], reached: float) -> str | None:
-    """Return why a crane did not reach the end, None if it did."""
-    if counts[1] == grid.steps:
-        return None
-    return describe_failure(scene.model, int(counts[0]), int(counts[5]), float(reached))

@@ -22,7 +22,6 @@ from crane_sim.simulation.metrics import Ended, name_further_metrics, name_metri
 from crane_sim.simulation.rollout import Rollout, simulate
 from crane_sim.simulation.status import SimulationError, describe_failure
 from crane_sim.simulation.totals import (
-    Totals,
     add_instants,
     empty_totals,
     finish_run,
@@ -30,11 +29,12 @@ from crane_sim.simulation.totals import (
     read_meters,
     watched_of,
 )
-from crane_sim.stepping.periods import begin, output_of, roll_out
+from crane_sim.stepping.batch import BatchArrays, TimeGrid, store_result
+from crane_sim.stepping.periods import Output, begin, roll_out
 from crane_sim.stepping.rows import row_width
 
 Array = npt.NDArray[np.float64]
-
+NO_TIMES = np.empty(0)
 
 AT_ONCE = 16
 """Runs whose states are kept until they are hashed: they fit the second cache."""
@@ -61,7 +61,7 @@ def run_all(scenes: Sequence[Scene]) -> list[RunEnd]:
     found: dict[int, RunEnd] = {}
     for group in group_indices(keys):
         own = [scenes[i] for i in group]
-        ended = run_with_metrics(own) if has_compiled_metrics(own[0]) else [run_alone(own[0])]
+        ended = run_with_metrics(own)[0] if has_compiled_metrics(own[0]) else [run_alone(own[0])]
         found |= zip(group, ended, strict=True)
     return [found[i] for i in range(len(scenes))]
 
@@ -116,27 +116,21 @@ def kind_of_run(scene: Scene) -> Any:
     return kind_of((make_driven(scene), scene.trajectory)), scene.period, scene.steps, joints
 
 
-class RunColumns(NamedTuple):
-    """Initial states of n cranes, and what their runs have shown."""
-
-    q: Any  # (n, nq), at the start
-    v: Any  # (n, nq)
-    totals: Totals  # columns
-    counts: Any  # (n, 5): status, whole periods, evaluations, terminal guard, periods in which a command was limited
-    reached: Any  # (n,) s, time of the integration
-
-
 class RunScratch(NamedTuple):
     """Arrays that one run after another uses."""
 
     times: Any  # (steps + 1,) s
-    rows: Any  # (steps + 1, width), see `stepping.rows`
+    rows: Any  # (steps, width), see `stepping.rows`
     commands: Any  # (steps, nu)
     states: Any  # (AT_ONCE, steps + 1, 1 + 2 nq), time and joints of the runs
 
 
-def run_with_metrics(scenes: Sequence[Scene]) -> list[RunEnd]:
+def run_with_metrics(scenes: Sequence[Scene], times: Array = NO_TIMES) -> tuple[list[RunEnd], BatchArrays]:
     """Run scenes of one kind, which have compiled metrics, from their beginning to their end or failure.
+
+    Args:
+        scenes: to run.
+        times: at which they are sampled (m,) [s].
 
     Raises:
         SceneError: they are not of one kind.
@@ -144,45 +138,45 @@ def run_with_metrics(scenes: Sequence[Scene]) -> list[RunEnd]:
     first, n = scenes[0], len(scenes)
     watched = [watched_of(scene, scene.model.energy_meter is not None) for scene in scenes]
     cranes = stack_columns([(make_driven(scene), each) for scene, each in zip(scenes, watched, strict=True)])
-    q, v = (np.array([getattr(scene, name) for scene in scenes]) for name in ("initial_q", "initial_v"))
-    runs = RunColumns(q, v, empty_totals(first, n), np.empty((n, 5), np.int64), np.empty(n))
-    scratch, hashes = _allocate_scratch(first), list[str]()
+    grid, arrays = TimeGrid(first.period, first.steps, times), allocate_arrays(scenes, len(times))
+    scratch, totals, limited, hashes = _allocate_scratch(first), empty_totals(first, n), np.empty(n, int), list[str]()
     for start in range(0, n, AT_ONCE):
         end = min(start + AT_ONCE, n)
-        run_cranes(cranes, runs, scratch, first.period, start, end)
-        done = runs.counts[start:end, 1].tolist()
-        hashes += _hash(scratch.states[: end - start], done)
-    counts = runs.counts[:, 1] * first.period, runs.counts[:, 2], runs.counts[:, 4]
-    ended = Ended(*counts, hashes, cranes[1], runs.totals)
+        measure_range(cranes, grid, arrays, totals, limited, scratch, start, end)
+        hashes += _hash(scratch.states[: end - start], arrays.counts[start:end, 1].tolist())
+    counts = arrays.counts[:, 1] * first.period, arrays.counts[:, 2], limited
+    ended = Ended(*counts, hashes, cranes[1], totals)
     named = dict(leaves(name_metrics(first, ended) | name_further_metrics(first, ended)))
     values = zip(*(map(cell_of, column.tolist()) for column in named.values()), strict=True)
-    return [
-        RunEnd(dict(zip(named, row, strict=True)) | flatten(scene.notes), _error(scene, runs, i), ())
-        for i, (scene, row) in enumerate(zip(scenes, values, strict=True))
+    ends = [
+        RunEnd(dict(zip(named, row, strict=True)) | flatten(scene.notes), error, ())
+        for scene, row, error in zip(scenes, values, errors_of(scenes, arrays), strict=True)
     ]
+    return ends, arrays
 
 
 @entry_point
-def run_cranes(cranes, runs, scratch, period, first, last):
-    """Run cranes `first` to `last` (excluded), columns of (`Driven`, `Watched`); fill `RunColumns` and their states."""
+def measure_range(cranes, grid, arrays, totals, limited, scratch, first, last):
+    """Run cranes `first` to `last` (excluded), columns of (`Driven`, `Watched`), as `simulate_range` does.
+
+    Totals, states, and in how many periods a command was limited (n,) are filled, too.
+    """
     for i in range(first, last):
         (method, p, source), watched = take_entry(cranes, i)
-        run, states = take_entry(runs, i), scratch.states[i - first]
-        integration, _, _ = begin(p, run.q, run.v)
-        run.totals.balance.start[0] = read_meters(p, integration.x)[0]
-        out = output_of(scratch.rows, scratch.commands, scratch.times[:0], scratch.rows[:0])
-        integration, done = roll_out(method, p, source, integration, period, out)
-        add_instants(p, watched, run.totals, scratch.times, scratch.rows, done)
-        t, nq = scratch.times[done], len(run.q)
-        q, v = scratch.rows[done, :nq], scratch.rows[done, nq : 2 * nq]
-        finish_run(p, watched, run.totals, t, q, v, read_final_meters(p, integration.x, t, q, v))
+        shown, states = take_entry(totals, i), scratch.states[i - first]
+        rows, m, nq = arrays.rows[i], len(grid.times), arrays.q.shape[1]
+        integration, _, _ = begin(p, arrays.q[i], arrays.v[i])
+        shown.balance.start[0] = read_meters(p, integration.x)[0]
+        out = Output(grid.steps, scratch.rows, scratch.commands, rows[m:], grid.times, rows[:m])
+        integration, done = roll_out(method, p, source, integration, grid.period, out)
+        add_instants(p, watched, shown, scratch.times, scratch.rows, done)
+        t, q, v = scratch.times[done], rows[m, :nq], rows[m, nq : 2 * nq]
+        finish_run(p, watched, shown, t, q, v, read_final_meters(p, integration.x, t, q, v))
         for k in range(done + 1):
             states[k, 0] = scratch.times[k]
-            states[k, 1:] = scratch.rows[k, : 2 * nq]
-        run.counts[0], run.counts[1], run.counts[2] = integration.status, done, integration.evaluations
-        run.counts[3] = integration.terminal_guard
-        run.counts[4] = count_limited(scratch.commands, scratch.rows[:, 2 * nq :], done)
-        runs.reached[i] = integration.t
+            states[k, 1:] = scratch.rows[k, : 2 * nq] if k < done else rows[m, : 2 * nq]
+        limited[i] = count_limited(scratch.commands, scratch.rows[:, 2 * nq :], done)
+        store_result(p, grid, arrays, i, integration, done)
 
 
 def count_limited(commands, efforts, periods):
@@ -203,14 +197,23 @@ def _hash(states: Array, done: Sequence[int]) -> list[str]:
 
 def _allocate_scratch(scene: Scene) -> RunScratch:
     nq, nu, k = len(scene.joint_names), len(scene.actuated), scene.steps + 1
-    rows, commands = np.empty((k, row_width(scene.model, nq, nu))), np.empty((k - 1, nu))
+    rows, commands = np.empty((k - 1, row_width(scene.model, nq, nu))), np.empty((k - 1, nu))
     times, states = np.arange(k, dtype=np.float64) * scene.period, np.empty((AT_ONCE, k, 1 + 2 * nq))
     return RunScratch(times, rows, commands, states)
 
 
-def _error(scene: Scene, runs: RunColumns, i: int) -> str | None:
-    """Return why the run of scene i ended before its time; None for one that did not."""
-    status, done, _, guard, _ = runs.counts[i].tolist()
-    if done == scene.steps:
-        return None
-    return describe_failure(scene.model, status, guard, float(runs.reached[i]))
+def allocate_arrays(scenes: Sequence[Scene], samples: int) -> BatchArrays:
+    """Return the arrays of scenes of one kind, that are sampled at so many instants, with their initial states."""
+    n, nq, nu = len(scenes), len(scenes[0].joint_names), len(scenes[0].actuated)
+    q, v = np.array([scene.initial_q for scene in scenes]), np.array([scene.initial_v for scene in scenes])
+    width = row_width(scenes[0].model, nq, nu)
+    rows, payload = np.empty((n, samples + 1, width)), np.empty((n, samples + 1, 3))
+    return BatchArrays(q, v, rows, payload, np.empty(n), np.empty((n, 6), np.int64))
+
+
+def errors_of(scenes: Sequence[Scene], arrays: BatchArrays) -> tuple[str | None, ...]:
+    """Return why the runs of scenes ended before their time; None for one that did not."""
+    return tuple(
+        None if counts[1] == scene.steps else describe_failure(scene.model, counts[0], counts[5], float(reached))
+        for scene, counts, reached in zip(scenes, arrays.counts.tolist(), arrays.reached, strict=False)
+    )

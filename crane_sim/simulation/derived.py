@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from crane_sim import system
 from crane_sim.models.moving_base import pose_at, rotate_to_base
-from crane_sim.numerics.jit import LIGHT, NONE, entry_point, optimisation
+from crane_sim.numerics.jit import LIGHT, NONE, entry_point, optimisation, seldom_called
 from crane_sim.numerics.lanes import take_entry
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.reeving import fall_tensions
@@ -108,7 +108,7 @@ class Derived(NamedTuple):
 
 
 @entry_point
-@optimisation(LIGHT)
+@optimisation(NONE)
 def fill_derived(p, t, q, v, u, nodes, scalars, tensions):
     """Fill what follows from joint coordinates at times t (K,).
 
@@ -129,7 +129,7 @@ def fill_derived(p, t, q, v, u, nodes, scalars, tensions):
 
 
 @entry_point
-@optimisation(NONE)
+@seldom_called
 def world_points(p, t, q, v):
     """Return (points base .. tip .. payload in the world [m] (N, 3), index of the tip) at t [s] and joints q, v."""
     points = np.empty((system.point_count(p), 3))

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.numerics.jit import LIGHT, entry_point, optimisation, routine, seldom_called
+from crane_sim.numerics.jit import LIGHT, NONE, entry_point, optimisation, routine, seldom_called
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.schema.rigging import ATTITUDE
 from crane_sim.simulation.derived import tip_acceleration, to_base
@@ -205,7 +205,7 @@ def add_forces(p, totals, t, x, u):
 
 
 @entry_point
-@optimisation(LIGHT)
+@optimisation(NONE)
 def finish(p, watched, totals, t, q, v, meters):
     """Take the end of a run into the totals, with joints q, v at t [s]; `meters`: of `read_final_meters`."""
     finish_run(p, watched, totals, t, q, v, meters)

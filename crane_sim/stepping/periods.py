@@ -21,7 +21,7 @@ from crane_sim.integrators import (
 )
 from crane_sim.integrators.step_control import MAX_FACTOR
 from crane_sim.numerics.arrays import store
-from crane_sim.numerics.jit import NONE, entry_point, generic, optimisation, routine
+from crane_sim.numerics.jit import entry_point, generic, routine, seldom_called
 from crane_sim.numerics.lanes import put_entry, take_entry
 from crane_sim.trajectories.breakpoints import PiecewiseSource, last_instant_before, next_breakpoint
 
@@ -103,7 +103,7 @@ def output_of(rows: Any, commands: Any, times: Any, samples: Any) -> Output:
 
 
 @entry_point
-@optimisation(NONE)
+@seldom_called
 def begin(p, q, v):
     """Return the integration at t = 0, before its first step, and the joints q, v of its state.
 

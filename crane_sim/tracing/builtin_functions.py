@@ -10,6 +10,7 @@ from crane_sim.tracing import arithmetic, array_symbols
 from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol
 from crane_sim.tracing.graph import Graph, Value
 from crane_sim.tracing.instructions import Kind
+from crane_sim.tracing.loops import UNROLLED
 from crane_sim.tracing.operations import fma
 from crane_sim.tracing.operators import items_of
 from crane_sim.tracing.ranges import SimdRange
@@ -223,8 +224,11 @@ def _fma(graph: Graph, a: Any, b: Any, c: Any) -> Any:
     return arithmetic.call_function("fma", a, b, c)
 
 
-def _simd_range(graph: Graph, *bounds: Any) -> SimdRange:
-    return SimdRange(*bounds)
+def _simd_range(graph: Graph, *bounds: Any) -> range | SimdRange:
+    if any(isinstance(bound, Value) for bound in bounds):
+        return SimdRange(*bounds)
+    turns = range(*bounds)
+    return turns if len(turns) <= UNROLLED and len(turns) % _WIDEST else SimdRange(*bounds)
 
 
 def _local_array(graph: Graph, shape: tuple[int, ...]) -> ArraySymbol:
@@ -243,6 +247,7 @@ def _print(graph: Graph, *_: Any) -> None:
     """Print nothing."""
 
 
+_WIDEST = 8  # numbers in a vector
 HANDLERS: dict[Any, Callable[..., Any]] = {
     len: _length,
     float: _to_float,

@@ -43,7 +43,7 @@ class Traced(NamedTuple):
     functions: set[types.FunctionType]  # that are in it
 
 
-_MOST = 1_500  # functions that are kept: those of two or three kinds of scene, about 20 MB
+_MOST = 500  # functions that are kept: those of two or three kinds of scene, about 20 MB
 _TRACED: dict[Any, Traced] = {}
 _NUMBERS = itertools.count(1)  # of functions, which are part of their names
 
@@ -156,8 +156,9 @@ class Calls:
             except ResultChange:
                 continue
             inner, self.functions = self.functions, outer
+            graph.close()
             name = f"{source.name.strip('<>')}.{next(_NUMBERS)}"
-            return Traced(Function(name, source.function, graph, block, None, inlined, False), result, inner)
+            return Traced(Function(name, source.function, graph, block, None, inlined), result, inner)
 
     def _keep(self, whole: Any, traced: Traced) -> None:
         if all(_is_of_packages(function.__code__.co_filename) for function in traced.functions):
@@ -208,6 +209,24 @@ class Calls:
             return array_symbols.get_item(self.array_of(graph, array), index)
         part = array[index]
         return part if isinstance(part, np.ndarray) else part.item()
+
+
+def trace_on_arrays(function: types.FunctionType, sizes: tuple[int | None, ...]) -> Function:
+    """Return a function traced for arguments that are reals, where a size is None, or arrays of so many reals.
+
+    Raises:
+        TraceError: it does what is not traced.
+    """
+    graph, calls, real = Graph(), Calls(), np.dtype(float)
+
+    def run_on(*symbols: Value) -> tuple[Value, ...]:
+        pairs = zip(symbols, sizes, strict=True)
+        arguments = [x if n is None else ArraySymbol(x, 0, real, (n,), (real.itemsize,)) for x, n in pairs]
+        calls.call_traced(graph, function, arguments, {}, True)
+        return ()
+
+    kinds = tuple(Kind.REAL if n is None else Kind.ARRAY for n in sizes)
+    return Function("entry", function, graph, graph.trace_block(run_on, kinds), None, False)
 
 
 def resolve(function: Any, arguments: list[Any]) -> tuple[Any, bool]:

@@ -56,7 +56,11 @@ def _reduce_to_quarter(angle: Any) -> Any:
 
 
 def _of_reduced(x: Any, y: Any, quarter: Any) -> Any:
-    s, c = _sine(x, y), _cosine(x, y)
+    return _turn(_sine(x, y), _cosine(x, y), quarter)
+
+
+def _turn(s: Any, c: Any, quarter: Any) -> Any:
+    """Return (sine, cosine) of an angle that is quarters of a turn more than that of s and c."""
     odd = (quarter & 1) == 1
     s, c = select(odd, c, s), select(odd, s, c)
     s = select((quarter & 2) == 2, -s, s)
@@ -64,7 +68,9 @@ def _of_reduced(x: Any, y: Any, quarter: Any) -> Any:
 
 
 def _compute_often_small(angle: Any) -> Any:
-    return _of_reduced(*branch(abs(angle) < _SMALL, lambda: (angle, 0.0, 0), lambda: _reduce_to_quarter(angle)))
+    x, y, quarter = branch(abs(angle) < _SMALL, lambda: (angle, 0.0, 0), lambda: _reduce_to_quarter(angle))
+    s, c = _sine(x, y), _cosine(x, y)
+    return branch(quarter == 0, lambda: (s, c), lambda: _turn(s, c, quarter))
 
 
 _SMALL = 0.78  # rad, less than an eighth of a turn: nothing is taken away

@@ -99,7 +99,7 @@ class ForwardMode:
                     raise TraceError("a number that moves is stored where constants are kept") from error
                 origins |= error.origins
         name = f"{function.name}.derivative{next(_NUMBERS)}"
-        return Transformed(Function(name, function.python, graph, block, None, function.inlined, False), moves)
+        return Transformed(Function(name, function.python, graph, block, None, function.inlined), moves)
 
 
 class _Transformation:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
-from crane_sim.tracing.graph import Array, Graph, Value, kind_of, numbers_of
+from crane_sim.tracing.graph import Graph, Value, kind_of, numbers_of
 from crane_sim.tracing.instructions import Block, Kind
 from crane_sim.tracing.operations import graph_of
 from crane_sim.tracing.trace_error import TraceError
@@ -22,7 +22,6 @@ class Function(NamedTuple):
     block: Block
     result: Any  # a tree like what it returns
     inlined: bool  # into what calls it
-    distinct: bool = True  # arrays of one call are distinct memory
 
     @property
     def parameter_kinds(self) -> tuple[Kind, ...]:
@@ -36,18 +35,18 @@ class Function(NamedTuple):
 
     def __call__(self, *arguments: Any) -> Any:
         """Compute, or note a call."""
-        graph = graph_of(*(x.address if isinstance(x, Array) else x for x in arguments))
+        graph = graph_of(*arguments)
         if graph is None:
             return self.python(*arguments)
         if len(arguments) != len(self.block.parameters):
             raise TraceError(f"{self.name} takes {len(self.block.parameters)} arguments, not {len(arguments)}")
-        values = [_as_value(graph, x, kind) for x, kind in zip(arguments, self.parameter_kinds, strict=True)]
+        values = [graph.lift(x, kind) for x, kind in zip(arguments, self.parameter_kinds, strict=True)]
         results = graph.append("call", numbers_of(tuple(values)), self.result_kinds, self)
         return unflatten(self.result, iter(results))
 
 
 def trace(function: Callable[..., Any], kinds: tuple[Kind, ...], name: str = "", inlined: bool = False) -> Function:
-    """Return a function traced with symbols of these kinds; a parameter of kind ARRAY is an `Array`.
+    """Return a function traced with symbols of these kinds.
 
     Raises:
         TraceError: it does with a number what only a float can do, such as a condition on it; or its name is none.
@@ -58,31 +57,11 @@ def trace(function: Callable[..., Any], kinds: tuple[Kind, ...], name: str = "",
     graph, trees = Graph(), []
 
     def values(*symbols: Value) -> tuple[Value, ...]:
-        trees.append(function(*(Array(s) if s.kind is Kind.ARRAY else s for s in symbols)))
+        trees.append(function(*symbols))
         return tuple(graph.lift(leaf, kind_of(leaf)) for leaf in flatten(trees[0]))
 
     block = graph.trace_block(values, kinds)
     return Function(name, function, graph, block, trees[0], inlined)
-
-
-def _as_value(graph: Graph, argument: Any, kind: Kind) -> Value:
-    return argument.to_value() if isinstance(argument, Array) else graph.lift(argument, kind)
-
-
-def call_address(function: Any, arguments: tuple[Any, ...], result: tuple[Kind, ...] = ()) -> Any:
-    """Return what the function at an address returns, a leaf for each kind; a Python function is called as it is.
-
-    Args:
-        function: a value of kind FUNCTION, or a Python function.
-        arguments: values and arrays of the kinds that it takes.
-        result: kinds of what it returns, at most one.
-    """
-    if not isinstance(function, Value):
-        return function(*arguments)
-    graph = function.graph
-    values = [x.to_value() if isinstance(x, Array) else graph.lift(x, kind_of(x)) for x in arguments]
-    results = graph.append("call_address", numbers_of((function, *values)), result, result)
-    return results[0] if result else None
 
 
 def functions_with_callees(

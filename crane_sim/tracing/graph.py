@@ -58,6 +58,12 @@ class Graph:
         self.taken_apart: dict[Any, Any] = {}  # tuples with what they consist of, see `calls`
         self.structural = False  # the integers 0 and 1 are structure where they meet a real, see `arithmetic`
 
+    def close(self) -> None:
+        """Forget what only further recording needs: most of what a trace takes in memory."""
+        results = self._blocks, self._known, self._owners, self.taken_apart, self.constants
+        for each in results:
+            each.clear()
+
     @property
     def is_in_a_block(self) -> bool:
         """Whether what is noted now may run several times, or not at all."""
@@ -276,40 +282,6 @@ def kind_of(number: Any) -> Kind:
     if isinstance(number, bool):
         return Kind.BOOLEAN
     return Kind.INTEGER if hasattr(number, "__index__") else Kind.REAL
-
-
-class Array:
-    """The address of reals in memory, from an element on. Indices are integers from 0 on, or values of that kind."""
-
-    __iter__ = None  # its length is not known
-
-    def __init__(self, address: Value, offset: int = 0) -> None:
-        """Name what is stored from the element `offset` after an address on."""
-        self.address, self.offset = address, offset
-
-    def __getitem__(self, index: Any) -> Value:
-        """Return the element."""
-        arguments, offset = self._locate(index)
-        return self.address.graph.append("load", arguments, (Kind.REAL,), offset)[0]
-
-    def __setitem__(self, index: Any, number: Any) -> None:
-        """Store a number as the element."""
-        arguments, offset = self._locate(index)
-        value = self.address.graph.lift(number)
-        self.address.graph.append("store", (value.number, *arguments), (), offset)
-
-    def to_value(self) -> Value:
-        """Return the address of the first element."""
-        if not self.offset:
-            return self.address
-        return self.address.graph.append("address", (self.address.number,), (Kind.ARRAY,), self.offset)[0]
-
-    def _locate(self, index: Any) -> tuple[tuple[int, ...], int]:
-        if isinstance(index, Value):
-            return (self.address.number, self.address.graph.lift(index, Kind.INTEGER).number), self.offset
-        if kind_of(index) is not Kind.INTEGER or index < 0:
-            raise TraceError(f"{index!r} is no index of an array: one is an integer from 0 on")
-        return (self.address.number,), self.offset + index
 
 
 def unary(operation: str, value: Value) -> Value:

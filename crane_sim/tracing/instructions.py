@@ -17,8 +17,7 @@ class Kind(Enum):
     INTEGER = "integer"
     BOOLEAN = "boolean"
     WORD = "word"  # 64 bits, without a sign
-    ARRAY = "array"  # the address of reals
-    FUNCTION = "function"  # its address
+    ARRAY = "array"  # an address
     TANGENT = "tangent"  # derivatives of a real along `DIRECTIONS` directions
 
     __hash__ = object.__hash__  # as each is one object; that of an Enum takes longer
@@ -68,5 +67,5 @@ OPERANDS: dict[str, set[Kind]] = {
 
 COMMUTATIVE = {"add", "multiply", "equal", "unequal", "both"}
 COMPARISONS = {"less", "less_equal", "equal", "unequal"}
-IMPURE = {"load", "store", "read", "write", "allocate", "call", "call_address", "branch", "loop"}
+IMPURE = {"read", "write", "allocate", "call", "branch", "loop"}
 """Operations that read or write memory, or may: each is kept as it is noted."""

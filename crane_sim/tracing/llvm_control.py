@@ -1,122 +1,126 @@
-"""Calls, branches and loops as text in LLVM's language.
+"""Functions as text in LLVM's language: their heads, calls, branches and loops."""
 
-In lanes a branch computes both sides and selects, and a loop goes on until no lane does.
-"""
+from collections.abc import Iterator
 
 from crane_sim.tracing.function import Function
-from crane_sim.tracing.instructions import Block, Instruction, Kind
-from crane_sim.tracing.llvm_memory import MemoryText
-from crane_sim.tracing.llvm_types import argument_type, literal_text, result_type, symbol_of, type_of
+from crane_sim.tracing.instructions import Instruction, Kind
+from crane_sim.tracing.llvm_types import TYPES
+from crane_sim.tracing.llvm_values import ValueText
 from crane_sim.tracing.memory import allocates
-from crane_sim.tracing.trace_error import TraceError
+from crane_sim.tracing.shared_arguments import Place
+
+Places = dict[str, dict[int, Place]]
+"""Parameters that functions read themselves, by the functions' names."""
 
 
-def _stores(block: Block) -> bool:
-    """Return whether a block, or what it calls, may write memory."""
-    for instruction in block.instructions:
-        operation, literal = instruction.operation, instruction.literal
-        inner = literal if operation in ("branch", "loop") else (literal.block,) if operation == "call" else ()
-        if operation in ("store", "call_address") or any(map(_stores, inner)):
-            return True
-    return False
+def result_type(function: Function) -> str:
+    """Return the type of what a function returns."""
+    kinds = function.result_kinds
+    if len(kinds) > 1:
+        return f"%{function.name}.result"
+    return TYPES[kinds[0]] if kinds else "void"
 
 
-class ControlText(MemoryText):
-    """Writes what decides on the order of instructions."""
+def result_definition(function: Function) -> str:
+    """Return the definition of the type of what a function returns, several numbers."""
+    return f"{result_type(function)} = type {{{', '.join(TYPES[kind] for kind in function.result_kinds)}}}"
+
+
+def declaration(function: Function, places: Places) -> str:
+    """Return the declaration of a function of another module."""
+    known = places[function.name]
+    kinds = [TYPES[function.graph.kinds[number]] for number in function.block.parameters if number not in known]
+    return f"declare {result_type(function)} @{function.name}({', '.join((*kinds, 'ptr'))}) nounwind"
+
+
+class FunctionText(ValueText):
+    """Writes one function."""
+
+    def __init__(self, function: Function, exported: bool, inlined: bool, places: Places, nodes: Iterator[int]) -> None:
+        """Write it.
+
+        Args:
+            function: that is written.
+            exported: it is called from outside the module.
+            inlined: into what calls it.
+            places: of all functions of the module, and of those that they call.
+            nodes: numbers of metadata.
+        """
+        super().__init__(function, places[function.name], nodes)
+        self._all_places = places
+        self._write_block(function.block)
+        self._write_results(function.block.results)
+        parameters = [self._typed(number) for number in function.block.parameters if number not in self._places]
+        signature = f"{result_type(function)} @{function.name}({', '.join((*parameters, 'ptr %memory'))})"
+        linkage, inlining = "" if exported else "internal ", " alwaysinline" if inlined else ""
+        vectors = ' "prefer-vector-width"="512"' if function.graph.has_wide_vectors else ""
+        head = f"define {linkage}{signature} nounwind{inlining}{vectors} {{"
+        self.text = "\n".join((*self.tables, head, "entry:", *self._head, *self._lines, "}", *self._metadata))
+
+    def _write_results(self, results: tuple[int, ...]) -> None:
+        if len(results) <= 1:
+            self._write("ret " + (self._typed(results[0]) if results else "void"))
+            return
+        kind, whole = result_type(self._function), "undef"
+        for i, number in enumerate(results):
+            self._write(f"%r{i} = insertvalue {kind} {whole}, {self._typed(number)}, {i}")
+            whole = f"%r{i}"
+        self._write(f"ret {kind} {whole}")
 
     def _write_call(self, instruction: Instruction) -> None:
         callee: Function = instruction.literal
-        memory = "ptr %memory" if callee.graph.has_allocations else ""
-        symbol = f"@{symbol_of(callee, self._width)}"
-        self._write_call_of(instruction, symbol, result_type(callee, self._width), instruction.arguments, memory)
-
-    def _write_call_address(self, instruction: Instruction) -> None:
-        address, *arguments = instruction.arguments
-        if self._width > 1:
-            raise TraceError(f"{self._function.name}: a function at an address has no lanes")
-        kind = type_of(instruction.literal[0], 1) if instruction.literal else "void"
-        self._write_call_of(instruction, self._name(address), kind, tuple(arguments))
-
-    def _write_call_of(
-        self,
-        instruction: Instruction,
-        callee: str,
-        kind: str,
-        arguments: tuple[int, ...],
-        memory: str = "",
-    ) -> None:
-        lanes = [f"<{self._width} x i1> {self._lanes}"] if self._width > 1 else []
-        passed = [f"{argument_type(self._kind(number), self._width)} {self._name(number)}" for number in arguments]
-        passed += [memory] if memory else []
-        call = f"call {'zeroext ' if kind == 'i1' else ''}{kind} {callee}({', '.join([*lanes, *passed])}){self._access}"
-        if len(instruction.results) <= 1:
-            self._write(f"{self._name(instruction.results[0])} = {call}" if instruction.results else call)
+        known, results = self._all_places[callee.name], instruction.results
+        pairs = zip(callee.block.parameters, instruction.arguments, strict=True)
+        passed = [self._typed(number) for parameter, number in pairs if parameter not in known]
+        kind = result_type(callee)
+        call = f"call {kind} @{callee.name}({', '.join((*passed, 'ptr %memory'))}){self._access}"
+        if len(results) <= 1:
+            self._write(f"{self._name(results[0])} = {call}" if results else call)
             return
-        whole = f"%c{instruction.results[0]}"
+        whole = f"%c{results[0]}"
         self._write(f"{whole} = {call}")
-        for i, number in enumerate(instruction.results):
+        for i, number in enumerate(results):
             self._define(number, f"extractvalue {kind} {whole}, {i}")
 
     def _write_branch(self, instruction: Instruction) -> None:
-        if self._width > 1:
-            self._write_both_sides(instruction)
-            return
         then, otherwise, end = self._new_label("then"), self._new_label("else"), self._new_label("end")
         self._write(f"br {self._typed(instruction.arguments[0])}, label %{then}, label %{otherwise}")
-        origins = []
+        sides = []
         for label, block in zip((then, otherwise), instruction.literal, strict=True):
             self._begin(label)
             self._write_block(block)
+            sides.append(self._origins(block.results))
             self._write(f"br label %{end}")
-            origins.append(self._label)
         self._begin(end)
-        for i, number in enumerate(instruction.results):
-            sides = zip(instruction.literal, origins, strict=True)
-            values = ", ".join(f"[{self._name(block.results[i])}, %{origin}]" for block, origin in sides)
-            self._define(number, f"phi {type_of(self._kind(number), 1)} {values}")
+        for number, *origins in zip(instruction.results, *sides, strict=True):
+            self._lines.append(self._phi(number, *origins))
 
-    def _write_both_sides(self, instruction: Instruction) -> None:
-        then, otherwise = instruction.literal
-        condition, outside = self._typed(instruction.arguments[0]), self._lanes
-        opposite = f"%{self._new_label('l')}"
-        self._write(f"{opposite} = xor {condition}, {literal_text(1, Kind.BOOLEAN, self._width)}")
-        for block, side in ((then, self._name(instruction.arguments[0])), (otherwise, opposite)):
-            self._check_purity(block)
-            self._lanes = self._both(outside, side)
-            self._write_block(block)
-        self._lanes = outside
-        for number, a, b in zip(instruction.results, then.results, otherwise.results, strict=True):
-            self._define(number, f"select {condition}, {self._typed(a)}, {self._typed(b)}")
+    def _origins(self, numbers: tuple[int, ...]) -> list[str]:
+        """Return values as a phi takes them that come from the end of the basic block that is being written."""
+        names = list(map(self._name, numbers))  # which may read them
+        return [f"[{name}, %{self._label}]" for name in names]
 
-    def _check_purity(self, block: Block) -> None:
-        if _stores(block):
-            raise TraceError(f"{self._function.name}: a store in a branch or loop, which in lanes all would carry out")
+    def _phi(self, number: int, *origins: str) -> str:
+        return f" {self._name(number)} = phi {TYPES[self._kind(number)]} {', '.join(origins)}"
 
-    def _write_loop(self, instruction: Instruction) -> None:
-        proceed, body = instruction.literal
+    def _write_loop(self, loop: Instruction) -> None:
+        proceed, body = loop.literal
         head, inside, end = self._new_label("head"), self._new_label("body"), self._new_label("end")
-        before, mark = self._label, self._mark_memory(instruction)
+        mark, starts = self._mark_memory(loop), self._origins(loop.arguments)
         self._write(f"br label %{head}")
         self._begin(head)
         place = len(self._lines)  # of the phis, which name what the body results in
-        condition, outside = self._name(self._write_turn(proceed, instruction)[0]), self._lanes
-        if self._width > 1:
-            self._lanes = self._both(outside, condition)
-            condition = self._any_lane(self._lanes)
-        self._write(f"br i1 {condition}, label %{inside}, label %{end}")
+        for block in loop.literal:
+            self._names.update(zip(block.parameters, map(self._name, loop.results), strict=True))
+        self._write_block(proceed)
+        self._write(f"br {self._typed(proceed.results[0])}, label %{inside}, label %{end}")
         self._begin(inside)
-        self._sweep_memory(mark, instruction)
-        access, hint = self._access, self._loop_hint(instruction)
-        following = [self._name(number) for number in self._write_turn(body, instruction)]
-        self._access = access
-        if self._width > 1:
-            for block in instruction.literal:
-                self._check_purity(block)
-            following = self._keep_ended_lanes(instruction.results, following)
-        self._lanes = outside
+        self._sweep_memory(mark, loop)
+        access, hint = self._access, self._loop_hint(loop)
+        self._write_block(body)
+        self._access, turns = access, self._origins(body.results)
         self._write(f"br label %{head}{hint}")
-        starts = zip(instruction.results, instruction.arguments, following, strict=True)
-        self._lines[place:place] = [self._phi(number, first, before, after) for number, first, after in starts]
+        self._lines[place:place] = map(self._phi, loop.results, starts, turns)
         self._begin(end)
 
     def _mark_memory(self, loop: Instruction) -> str:
@@ -133,7 +137,7 @@ class ControlText(MemoryText):
             return
         roots = [self._name(number) for number in loop.results if self._kind(number) is Kind.ARRAY]
         sweep, swept, place = self._new_label("sweep"), self._new_label("swept"), f"%{self._new_label('roots')}"
-        self._slots.append(f" {place} = alloca [{max(len(roots), 1)} x ptr], align 16")
+        self._head.append(f" {place} = alloca [{max(len(roots), 1)} x ptr], align 16")
         self._write(f"{place}.last = load ptr, ptr %memory, align 8")
         self._write(f"{place}.none = icmp eq ptr {place}.last, {mark}")
         self._write(f"br i1 {place}.none, label %{swept}, label %{sweep}")
@@ -151,49 +155,12 @@ class ControlText(MemoryText):
     def _loop_hint(self, loop: Instruction) -> str:
         """Have what follows marked where a loop's turns are independent; return what marks the loop's end."""
         hint, node = next(self._nodes), next(self._nodes)
-        if not self._is_simd(loop):
-            self._metadata += [
-                f'!{hint} = !{{!"llvm.loop.vectorize.enable", i1 false}}',  # most are short: lanes take long to compile
-                f"!{node} = distinct !{{!{node}, !{hint}}}",
-            ]
-            return f", !llvm.loop !{node}"
-        accesses = next(self._nodes)
-        self._access = f", !llvm.access.group !{accesses}"
-        self._metadata += [
-            f"!{accesses} = distinct !{{}}",
-            f'!{hint} = !{{!"llvm.loop.parallel_accesses", !{accesses}}}',
-            f"!{node} = distinct !{{!{node}, !{hint}}}",
-        ]
+        if self._is_simd(loop):
+            accesses = next(self._nodes)
+            self._access = f", !llvm.access.group !{accesses}"
+            self._metadata.append(f"!{accesses} = distinct !{{}}")
+            says = f'!"llvm.loop.parallel_accesses", !{accesses}'
+        else:
+            says = '!"llvm.loop.vectorize.enable", i1 false'  # most are short: lanes take long to compile
+        self._metadata += [f"!{hint} = !{{{says}}}", f"!{node} = distinct !{{!{node}, !{hint}}}"]
         return f", !llvm.loop !{node}"
-
-    def _write_turn(self, block: Block, loop: Instruction) -> tuple[int, ...]:
-        for number, parameter in zip(loop.results, block.parameters, strict=True):
-            self._names[parameter] = self._name(number)
-        self._write_block(block)
-        return block.results
-
-    def _both(self, lanes: str, condition: str) -> str:
-        """Write which of the lanes a condition holds in; return its name."""
-        name = f"%{self._new_label('l')}"
-        self._write(f"{name} = and <{self._width} x i1> {lanes}, {condition}")
-        return name
-
-    def _any_lane(self, lanes: str) -> str:
-        bits, flag = f"%{self._new_label('l')}", f"%{self._new_label('l')}"
-        self._write(f"{bits} = bitcast <{self._width} x i1> {lanes} to i{self._width}")
-        self._write(f"{flag} = icmp ne i{self._width} {bits}, 0")
-        return flag
-
-    def _keep_ended_lanes(self, state: tuple[int, ...], following: list[str]) -> list[str]:
-        """Write selections of the new state where a lane goes on; return their names."""
-        kept = []
-        for number, new in zip(state, following, strict=True):
-            kept.append(f"%{self._new_label('l')}")
-            kind = type_of(self._kind(number), self._width)
-            choice = f"select <{self._width} x i1> {self._lanes}, {kind} {new}, {self._typed(number)}"
-            self._write(f"{kept[-1]} = {choice}")
-        return kept
-
-    def _phi(self, number: int, first: int, before: str, after: str) -> str:
-        pair = f"[{self._name(first)}, %{before}], [{after}, %{self._label}]"
-        return f" {self._name(number)} = phi {type_of(self._kind(number), self._width)} {pair}"

@@ -1,25 +1,11 @@
 """Traced functions as machine code of this processor, by LLVM."""
 
-import ctypes
 from enum import Enum
 from functools import cache
 from typing import Any
 
 import llvmlite.binding as llvm
 from llvmlite import __version__ as LLVMLITE
-
-from crane_sim.tracing.function import Function
-from crane_sim.tracing.instructions import Kind
-from crane_sim.tracing.llvm import module_text
-
-_C_TYPES: dict[Kind, Any] = {
-    Kind.REAL: ctypes.c_double,
-    Kind.INTEGER: ctypes.c_int64,
-    Kind.BOOLEAN: ctypes.c_bool,
-    Kind.WORD: ctypes.c_uint64,
-    Kind.ARRAY: ctypes.c_void_p,
-    Kind.FUNCTION: ctypes.c_void_p,
-}
 
 
 class Optimisation(Enum):
@@ -55,32 +41,6 @@ def compiler_name() -> tuple[str, str, str]:
     return LLVMLITE, *_processor()
 
 
-class Library:
-    """Compiled functions, alive as long as this object."""
-
-    def __init__(self, *functions: Function, width: int = 1) -> None:
-        """Compile functions of at most one result each, in lanes where `width` is more than 1.
-
-        Args:
-            functions: that are called from outside.
-            width: number of lanes.
-        """
-        self._loaded = LoadedCode(compile_text(module_text(*functions, width=width), LIGHT))
-
-    def address(self, function: Function) -> int:
-        """Return the address of a compiled function."""
-        return self._loaded.address(function.name)
-
-    def function(self, function: Function) -> Any:
-        """Return a compiled function as one that Python calls; arrays are given by their addresses."""
-        results = function.result_kinds
-        result = _C_TYPES[results[0]] if results else None
-        prototype = ctypes.CFUNCTYPE(result, *(_C_TYPES[kind] for kind in function.parameter_kinds))
-        compiled: Any = prototype(self.address(function))
-        compiled.library = self  # whose end is the code's
-        return compiled
-
-
 def compile_text(text: str, optimisation: Optimisation = Optimisation.FULL, loops: str = "") -> bytes:
     """Return the object file of a module's text.
 
@@ -90,11 +50,11 @@ def compile_text(text: str, optimisation: Optimisation = Optimisation.FULL, loop
         loops: the module of its functions with loops that are to become lanes.
     """
     passes, generation = optimisation.value
-    machine = _target_machine(generation)
-    module = _parse(text, machine)
+    machine, context = _target_machine(generation), llvm.create_context()  # what its end gives back
+    module = _parse(text, machine, context)
     builder = llvm.create_pass_builder(machine, _tuning(passes))
     if loops:
-        lanes = _parse(loops, machine)
+        lanes = _parse(loops, machine, context)
         builder.getModulePassManager().run(lanes, builder)
         module.link_in(lanes)
     if passes:
@@ -105,8 +65,8 @@ def compile_text(text: str, optimisation: Optimisation = Optimisation.FULL, loop
     return machine.emit_object(module)
 
 
-def _parse(text: str, machine: Any) -> Any:
-    module = llvm.parse_assembly(text)
+def _parse(text: str, machine: Any, context: Any) -> Any:
+    module = llvm.parse_assembly(text, context)
     module.verify()
     module.triple, module.data_layout = machine.triple, str(machine.target_data)
     return module

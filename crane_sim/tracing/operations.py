@@ -2,7 +2,6 @@
 
 import ctypes
 from collections.abc import Callable
-from math import exp as _exp
 from math import pow as _pow
 from math import sqrt as _sqrt
 from typing import Any
@@ -11,12 +10,9 @@ from crane_sim.tracing.graph import Graph, Kind, TraceError, Value, kind_of, num
 from crane_sim.tracing.trees import flatten, structure_of, unflatten
 
 _LIBRARY: Any = ctypes.CDLL("libm.so.6")
-for _name, _count in (("fma", 3), ("pow", 2), ("sqrt", 1), ("exp", 1)):
+for _name, _count in (("fma", 3), ("pow", 2), ("sqrt", 1)):
     _function = getattr(_LIBRARY, _name)
     _function.restype, _function.argtypes = ctypes.c_double, [ctypes.c_double] * _count
-
-UNROLLED = 8
-"""Turns of a loop of known length up to which it is unrolled."""
 
 
 def graph_of(*numbers: Any) -> Graph | None:
@@ -51,11 +47,6 @@ def power(x: Any, exponent: Any) -> Any:
     return graph.append("power", numbers_of((graph.lift(x), graph.lift(exponent))), (Kind.REAL,))[0]
 
 
-def exp(x: Any) -> Any:
-    """Return e to the power of a number, as the C library computes it."""
-    return unary("exp", x) if isinstance(x, Value) else _compute(_exp, "exp", x)
-
-
 def _compute(function: Callable[..., float], name: str, *arguments: Any) -> float:
     """Return what a function returns, or the C library's infinity or nan where Python raises an error."""
     try:
@@ -69,11 +60,6 @@ def to_integer(x: Any) -> Any:
     if isinstance(x, Value):
         return x.graph.append("to_integer", (x.number,), (Kind.INTEGER,))[0]
     return int(x) if abs(x) < 2.0**63 else 0
-
-
-def to_real(i: Any) -> Any:
-    """Return an integer as a real."""
-    return i.graph.append("to_real", (i.number,), (Kind.REAL,))[0] if isinstance(i, Value) else float(i)
 
 
 def select(condition: Any, a: Any, b: Any) -> Any:
@@ -93,16 +79,6 @@ def select(condition: Any, a: Any, b: Any) -> Any:
     if x.number == y.number:
         return x
     return condition.graph.append("select", numbers_of((condition, x, y)), (x.kind,))[0]
-
-
-def maximum(a: Any, b: Any) -> Any:
-    """Return the larger number, a where they are equal."""
-    return select(b > a, b, a)
-
-
-def sign(x: Any) -> Any:
-    """Return -1.0, 0.0 or 1.0."""
-    return select(x > 0.0, 1.0, select(x < 0.0, -1.0, 0.0))
 
 
 def branch(condition: Any, then: Callable[[], Any], otherwise: Callable[[], Any]) -> Any:
@@ -130,50 +106,6 @@ def branch(condition: Any, then: Callable[[], Any], otherwise: Callable[[], Any]
     if kinds != others:
         raise TraceError("branch: one side returns a number of another kind than the other; an integer is no real")
     return unflatten(trees[0], iter(graph.append("branch", (condition.number,), kinds, blocks)))
-
-
-def repeat_while(proceed: Callable[[Any], Any], body: Callable[[Any], Any], start: Any) -> Any:
-    """Return the last of start, body(start), body(body(start)) …: the first for which `proceed` does not hold.
-
-    States are numbers or nested tuples, all of one structure. Traced where a leaf of `start`, or whether it goes on, is
-    a value.
-    """
-    graph = graph_of(*flatten(start)) or graph_of(proceed(start))
-    if graph is None:
-        while proceed(start):
-            start = body(start)
-        return start
-    initial = [graph.lift(leaf, kind_of(leaf)) for leaf in flatten(start)]
-    kinds = tuple(value.kind for value in initial)
-
-    def record(function: Callable[[Any], Any]) -> Any:
-        def values(*leaves: Value) -> tuple[Value, ...]:
-            trees.append(function(unflatten(start, iter(leaves))))
-            return tuple(graph.lift(leaf, kind_of(leaf)) for leaf in flatten(trees[-1]))
-
-        return graph.trace_block(values, kinds)
-
-    trees: list[Any] = []
-    blocks = record(proceed), record(body)
-    _check_structure("the body of a loop", trees[1], start)
-    if [graph.kinds[n] for block in blocks for n in block.results] != [Kind.BOOLEAN, *kinds]:
-        raise TraceError("a loop goes on by no condition, or its body changes the kind of a number of its state")
-    return unflatten(start, iter(graph.append("loop", numbers_of(tuple(initial)), kinds, blocks)))
-
-
-def repeat(count: Any, body: Callable[[Any, Any], Any], start: Any, graph: Graph | None = None) -> Any:
-    """Return the state after body(i, state) for i = 0 .. count - 1.
-
-    A count that is known while tracing is unrolled up to `UNROLLED`; beyond, `graph` says whose loop it becomes.
-    """
-    if not isinstance(count, Value) and (graph is None or count <= UNROLLED):
-        for i in range(count):
-            start = body(i, start)
-        return start
-    owner: Graph = graph or count.graph
-    first = owner.constant(0, Kind.INTEGER)
-    _, last = repeat_while(lambda s: s[0] < count, lambda s: (s[0] + 1, body(s[0], s[1])), (first, start))
-    return last
 
 
 def _check_structure(operation: str, a: Any, b: Any) -> None:

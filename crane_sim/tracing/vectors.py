@@ -9,7 +9,8 @@ def simd_range(*bounds: int) -> range:
     """Return range(*bounds) for a loop that stays one: its turns are independent, and run in lanes of vectors.
 
     A turn reads no element of an array that another one writes. Where it calls a `routine`, or has a loop, there are
-    no lanes. Other loops have none: each takes as long to compile as some hundred instructions.
+    no lanes, nor where few turns, whose number is known, leave lanes of vectors free: they are written out. Other loops
+    have none: each takes as long to compile as some hundred instructions.
     """
     return range(*bounds)
 

@@ -101,7 +101,7 @@ def trace_tree(key: Any, compute: Callable[[Calls, Graph, Any], Any]) -> TracedT
         return tuple(stored)
 
     block = graph.trace_block(run, tuple(kinds_of(key)))
-    return TracedTree(Function("tree", compute, graph, block, None, False, False), structure[0])
+    return TracedTree(Function("tree", compute, graph, block, None, False), structure[0])
 
 
 def evaluate(function: Function, arguments: list[Any], numbers: Numbers, memory: Memory) -> tuple[Any, ...]:

@@ -273,7 +273,7 @@ def test_inputs_that_push_are_counted_in_every_kind_of_run() -> None:
     demands, plant = -50.0 + 100.0 * np.sin(10.0 * 0.01 * np.arange(100)), Plant(scene)
     for _ in range(100):
         plant.advance()
-    (batched,) = run_with_metrics([scene])
+    (batched,), _ = run_with_metrics([scene])
     counts = [plant.saturated, batched.metrics["saturated_steps"], crane_sim.simulate(scene).summary["saturated_steps"]]
     assert counts == [np.sum(demands > 0.0)] * 3
 

@@ -15,15 +15,37 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import routine, simd_range
+from crane_sim.numerics.jit import local_array, routine, simd_range, use_wide_vectors
 from crane_sim.numerics.rows import elementwise
 
 
 class Chain(NamedTuple):
-    """Node masses and link lengths from the top, (N,) arrays; the last node is the payload."""
+    """Node masses and link lengths from the top, (N,) arrays; the last node is the payload.
+
+    Of a short chain in the plane they are tuples (`make_chain`): code is made for the number of its links.
+    """
 
     masses: Any  # kg
     lengths: Any  # m; where there is a hoist, the first one is a coordinate and not used
+
+    def with_payload(self, mass):
+        """Return the cable with another payload [kg]."""
+        if isinstance(self.masses, tuple):
+            return self._replace(masses=(*self.masses[:-1], mass))
+        masses = self.masses.copy()
+        masses[len(masses) - 1] = mass
+        return self._replace(masses=masses)
+
+
+LONGEST_KNOWN = 16
+"""Links of a chain in the plane up to which their number is part of its code."""
+
+
+def make_chain(masses, lengths):
+    """Return the chain in the plane with these masses and lengths."""
+    if len(masses) > LONGEST_KNOWN:
+        return Chain(np.array(masses), np.array(lengths))
+    return Chain(tuple(map(float, masses)), tuple(map(float, lengths)))
 
 
 class Rods(NamedTuple):
@@ -52,6 +74,16 @@ def work_array(masses, lengths):
     for k in range(n):
         w[LENGTH, k], w[INV_MASS, k] = lengths[k], 1.0 / masses[k]
     return w
+
+
+def copy_constants(work, w):
+    """Fill what does not change of a work array w, from that of the run."""
+    n = w.shape[1] - 1
+    for row in range(ROWS):
+        w[row, n] = 0.0
+    w[BEND_COS, n - 1], w[BEND_SIN, n - 1] = 0.0, 0.0
+    for k in range(n):
+        w[LENGTH, k], w[INV_MASS, k] = work[LENGTH, k], work[INV_MASS, k]
 
 
 def add_node_acceleration(w, node, x, z):
@@ -106,6 +138,27 @@ def solve_links(rods, w, top):
 def fill_sines(angle):
     """Fill sines and cosines of angles."""
     return sincos(angle)
+
+
+def fill_known_sines(n, angles, readable, w):
+    """Fill sines and cosines of n angles, a known number, in whole vectors where so many numbers can be read."""
+    lanes = (n + 7) // 8 * 8
+    if lanes > readable:
+        for k in range(n):
+            w[SIN, k], w[COS, k] = sincos(angles[k])
+        return
+    found = local_array((2, lanes))
+    fill_sines_of_lanes(angles, found)
+    for k in range(n):
+        w[SIN, k], w[COS, k] = found[0, k], found[1, k]
+
+
+@routine
+def fill_sines_of_lanes(angles, out):
+    """Fill sines and cosines (2, lanes)."""
+    use_wide_vectors()
+    for k in simd_range(out.shape[1]):
+        out[0, k], out[1, k] = sincos(angles[k])
 
 
 @elementwise

@@ -20,6 +20,6 @@ def layout_of(p):
 def first_link(p, x):
     """Return (length, rate) of the first link of a cable with an array of lengths."""
     if p.hoist is None:
-        return p.cable.lengths[0], 0.0
+        return p.cable.lengths[0], 0
     nq, first, _ = layout_of(p)
     return x[first - 1], x[nq + first - 1]

@@ -22,6 +22,10 @@ class TwoLinks(NamedTuple):
     length1: float
     length2: float
 
+    def with_payload(self, mass):
+        """Return the cable with another payload [kg]."""
+        return self._replace(mass2=mass)
+
 
 class DoubleCrane(NamedTuple):
     """Parameters of a whole crane; None: not modelled."""

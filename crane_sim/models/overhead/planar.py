@@ -15,6 +15,7 @@ from crane_sim.models.cables.chain import (
     RATE,
     RHS_ACROSS,
     RHS_ALONG,
+    ROWS,
     SIN,
     TENSION,
     TURNING,
@@ -24,6 +25,8 @@ from crane_sim.models.cables.chain import (
     add_joints,
     add_node_acceleration,
     assemble_rhs,
+    copy_constants,
+    fill_known_sines,
     fill_sines,
     joint_power,
     massless_hoist_acceleration,
@@ -42,7 +45,7 @@ from crane_sim.models.supports.hoist import Hoist, hoist_mode, hoist_response
 from crane_sim.models.supports.rails import Axis
 from crane_sim.models.wind_load import Windage
 from crane_sim.numerics.elementary import sincos
-from crane_sim.numerics.jit import routine, simd_range, use_wide_vectors
+from crane_sim.numerics.jit import local_array, routine, simd_range, use_wide_vectors
 from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.inputs import value_at
 from crane_sim.trajectories.wind import Wind
@@ -81,6 +84,10 @@ class PlanarCrane(NamedTuple):
 
     @routine
     def solve(self, t, x, tau, w):
+        """Return the result of `find_motion`."""
+        return self.find_motion(t, x, tau, w)
+
+    def find_motion(self, t, x, tau, w):
         """Return accelerations and forces at time t in state x under joint efforts tau; those of links are in w."""
         use_wide_vectors()
         nq, first, modes = layout_of(self)
@@ -110,11 +117,15 @@ class PlanarCrane(NamedTuple):
         """Fill the work array with the links' kinematics."""
         nq, first, _ = layout_of(self)
         n = len(self.cable.masses)
-        fill_sines(n, (w[SIN], w[COS]), (x[first:],))
+        if isinstance(self.cable.masses, tuple):
+            fill_known_sines(n, x[first:], 2 * nq - first, w)
+        else:
+            fill_sines(n, (w[SIN], w[COS]), (x[first:],))
         for k in simd_range(n):
             w[RATE, k] = x[nq + first + k]
         w[LENGTH, 0] = first_link(self, x)[0]
-        w[INV_MASS, n - 1] = 1.0 / get_payload_mass(self.event_limits, x, len(x) - 1, self.cable.masses[n - 1])
+        if self.event_limits is not None:
+            w[INV_MASS, n - 1] = 1.0 / get_payload_mass(self.event_limits, x, len(x) - 1, self.cable.masses[n - 1])
 
     @routine
     def node_velocities(self, x, w):
@@ -169,7 +180,12 @@ def write_derivative(p, t, x, u, out, work):
     """Write the time derivative of the state into `out`."""
     nq, first, modes = layout_of(p)
     tau = system.effort(u, p, t, x)
-    solved = p.solve(t, x, tau, work)
+    if isinstance(p.cable.masses, tuple):
+        given, work = work, local_array((ROWS, len(p.cable.masses) + 1))  # it stays in registers
+        copy_constants(given, work)
+        solved = p.find_motion(t, x, tau, work)
+    else:
+        solved = p.solve(t, x, tau, work)
     for i in simd_range(nq):
         out[i] = x[nq + i]
     for k in simd_range(nq - first):

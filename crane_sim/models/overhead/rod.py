@@ -51,6 +51,10 @@ class Line(NamedTuple):
     reach: float  # m, b_N of the payload
     nodes: Any  # (2, N), MASS and DISTANCE of all nodes from the top
 
+    def with_payload(self, mass):
+        """Return the cable with another payload [kg]."""
+        return self._replace(payload=mass)
+
 
 class RodCrane(NamedTuple):
     """Parameters of a whole crane; what is None is not modelled."""
@@ -83,7 +87,7 @@ class Swing(NamedTuple):
 
 def hoisted_rod(p, x):
     """Return (length, rate) of the first link."""
-    return (p.cable.length, 0.0) if p.hoist is None else (x[1], x[4])
+    return (p.cable.length, 0) if p.hoist is None else (x[1], x[4])
 
 
 def mass_moments(p, x, length):

@@ -20,6 +20,10 @@ class Spring(NamedTuple):
     stiffness: float  # N/m
     damping: float  # N s/m
 
+    def with_payload(self, mass):
+        """Return the cable with another payload [kg]."""
+        return self._replace(mass=mass)
+
 
 class SpringCrane(NamedTuple):
     """Parameters of a whole crane; what is None is not modelled."""

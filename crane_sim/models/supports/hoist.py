@@ -128,7 +128,7 @@ def hoist_mode(x):
 
 def hoist_response(hoist, t, tau, rate, mode):
     """Return the result of `response`, that of a length that stays without a hoist."""
-    return (0.0, 0.0) if hoist is None else hoist.response(t, tau, rate, mode)
+    return (0, 0) if hoist is None else hoist.response(t, tau, rate, mode)
 
 
 def hoist_reflected_mass(hoist):

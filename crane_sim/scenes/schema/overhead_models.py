@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from crane_sim.files.errors import SceneError
-from crane_sim.models.cables.chain import Chain, Joints, Rods
+from crane_sim.models.cables.chain import Chain, Joints, Rods, make_chain
 from crane_sim.models.effects import NodeForce, PayloadForce
 from crane_sim.models.elastic.crane import ElasticCrane, Slack, Springs
 from crane_sim.models.loads import PointLoad
@@ -79,12 +79,12 @@ def _bends(file: OverheadCrane) -> JointsGroup | None:
 
 
 def _planar_crane(file: OverheadCrane) -> PlanarCrane:
-    n, lengths = len(file.parts.lengths), np.array(file.parts.lengths)
+    n = len(file.parts.lengths)
     inertia, hoist = file.cable.inertia, hoist_of(file)
     if inertia is not None and isinstance(hoist, MasslessHoist):
         raise SceneError("cable.inertia: links that turn as rods need a hoist with inertia")
     rods = Rods(np.array(fill_list(inertia, n, "cable.inertia"))) if inertia is not None else None
-    cable = Chain(np.array(file.parts.masses), lengths)
+    cable = make_chain(file.parts.masses, file.parts.lengths)
     trolley, (wind, windage) = axis_of(file, "trolley"), _wind_of(file)
     return PlanarCrane(
         trolley,
