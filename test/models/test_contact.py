@@ -24,10 +24,10 @@ from crane_sim.models.contact.surface import (
 )
 from crane_sim.models.falls.contact_events import load_alone
 from crane_sim.models.falls.crane import FallsCrane, body_state
+from crane_sim.models.hanging.layout import contact_index
+from crane_sim.models.loads import BodyState
 from crane_sim.models.supports.hoist import ForceHoist
 from crane_sim.models.supports.support import Support
-from crane_sim.models.suspended.layout import contact_index
-from crane_sim.models.suspended.load_dynamics import BodyState
 from crane_sim.trajectories.base_motion import Base
 
 T, FRICTION, SLIP = 0.9, 0.4, 1e-3

@@ -12,6 +12,7 @@ from crane_sim.models.cables.chain import Chain
 from crane_sim.models.effects import BoomSpring
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.guards import Guard, encode
+from crane_sim.models.hanging.exchange import Exchange
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.bridge import Bridge, BridgeAxis
@@ -21,7 +22,6 @@ from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
 from crane_sim.models.supports.support import Support
 from crane_sim.models.supports.tower_crane import JibTrolley, LockedSlew, Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
-from crane_sim.models.suspended.exchange import Exchange
 from crane_sim.scenes.schema.exchange import LoadEvent, exchange_of
 from crane_sim.scenes.schema.rigging import Payload
 

@@ -4,10 +4,10 @@
 """
 
 from crane_sim.models.guards import Guard, encode, smaller_guard
-from crane_sim.models.overhead import layout_of
+from crane_sim.models.overhead import hoist_mode, layout_of
 from crane_sim.models.overhead.modes import hoist_guard, limits_guard, make_switching, payload_guard, trolley_mode
 from crane_sim.models.supports.friction import Friction, friction_of, step_control_of
-from crane_sim.models.supports.hoist import HOIST, hoist_mode, hoist_modes
+from crane_sim.models.supports.hoist import HOIST, hoist_modes
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.wind_kink import with_kink_switching
 
@@ -62,7 +62,7 @@ def drives_power(p, x, tau, tension, pull, rate):
     nq, _, modes = layout_of(p)
     power, friction = p.trolley.power(tau, 0, x[nq], pull), friction_of(p.trolley)
     if p.hoist is not None:
-        power += p.hoist.power(tau, rate, tension)
+        power += p.hoist.power(tau, 0.0, (0.0, rate), tension, p.gravity)
     if isinstance(friction, LuGre):  # the friction of events is in the trolley's own power
         power = power + friction.effort(x[nq], trolley_mode(p.event_limits, x, modes)) * x[nq]
     return power

@@ -34,11 +34,11 @@ from crane_sim.models.cables.chain import (
 from crane_sim.models.effects import NodeForce, PayloadDrag, PayloadForce, force_power
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.moving_base import base_kinematics_at
-from crane_sim.models.overhead import first_link, layout_of
+from crane_sim.models.overhead import first_link, hoist_mode, layout_of
 from crane_sim.models.overhead.events import drives_power
 from crane_sim.models.overhead.modes import EventLimits, get_payload_mass, mode_rate, trolley_mode
 from crane_sim.models.overhead.planar_loads import add_links_load, add_payload_force
-from crane_sim.models.supports.hoist import Hoist, hoist_mode, hoist_response
+from crane_sim.models.supports.hoist import Hoist, hoist_response
 from crane_sim.models.supports.rails import Axis
 from crane_sim.models.wind_load import Windage
 from crane_sim.numerics.elementary import sincos
@@ -86,9 +86,10 @@ class PlanarCrane(NamedTuple):
         nq, first, modes = layout_of(self)
         self.fill_links(x, w)
         inv_mass, bias_acc = self.trolley.response(t, tau, 0, x[nq], trolley_mode(self.event_limits, x, modes))
-        hoist_inv_mass, hoist_bias_acc = hoist_response(self.hoist, t, tau, x[nq + first - 1], hoist_mode(x))
+        first_length = first_link(self, x)
+        winch = hoist_response(self.hoist, t, tau, hoist_mode(x), first_length, self.gravity)
+        hoist_inv_mass, hoist_bias_acc = winch
         assemble_rhs(w, bias_acc, self.gravity)
-        rate = first_link(self, x)[1]
         base = base_kinematics_at(self.base, self.gravity, t)
         field = add_links_load(base, self, x, w)
         twist = add_joints(self.joints, w, x, first) + field.x
@@ -97,7 +98,7 @@ class PlanarCrane(NamedTuple):
         add_node_forces(self.forces, t, w)
         wind_power = add_payload_force(self, base, t, x, w)
         rhs_along = w[RHS_ALONG, 0]
-        solve_links(self.rods, w, (inv_mass, hoist_inv_mass, hoist_bias_acc, rate))
+        solve_links(self.rods, w, (inv_mass, hoist_inv_mass, hoist_bias_acc, first_length[1]))
         pull = w[TENSION, 0] * w[SIN, 0] + rod_pull(self.rods, w) + twist
         if hoist_inv_mass >= 0.0:
             paid = hoist_bias_acc + hoist_inv_mass * w[TENSION, 0]

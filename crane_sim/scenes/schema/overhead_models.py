@@ -9,6 +9,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.models.cables.chain import Chain, Joints, Rods
 from crane_sim.models.effects import NodeForce, PayloadForce
 from crane_sim.models.elastic.crane import ElasticCrane, Slack, Springs
+from crane_sim.models.hanging.exchange import COLUMNS, Exchange
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.overhead.double import DoubleCrane, TwoLinks
 from crane_sim.models.overhead.modes import EventLimits
@@ -18,7 +19,6 @@ from crane_sim.models.overhead.spring import Spring, SpringCrane
 from crane_sim.models.stops import MIN_LENGTH, Stops
 from crane_sim.models.supports.hoist import Hoist, MasslessHoist
 from crane_sim.models.suspended.crane import OverheadJoints, SuspendedCrane
-from crane_sim.models.suspended.exchange import COLUMNS, Exchange
 from crane_sim.models.wind_load import Windage
 from crane_sim.scenes.schema.base_motion import Mount
 from crane_sim.scenes.schema.exchange import NO_WINDAGE, REST, order_of
