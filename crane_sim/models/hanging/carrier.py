@@ -162,9 +162,10 @@ def node_energies(base, mass, node, gravity):
 
 def support_limits_guard(p, x):
     """Return the smallest guard of what ends a run, and of the support's joints that slip and drives with play."""
+    best = 1e300, encode(Guard.LENGTH, LOWER)
     if p.stops is None:
-        return 1e300, encode(Guard.LENGTH, LOWER)
-    best = length_guard(p.stops, *rope_length(p, x))
+        return best
+    best = length_guard(p.stops, best, *rope_length(p, x))
     return support_guard(p.support, best, read_state(p.support, x, layout_of(p)[0]))
 
 

@@ -35,8 +35,7 @@ from crane_sim.models.effects import NodeForce, PayloadDrag, PayloadForce, force
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.moving_base import base_kinematics_at
 from crane_sim.models.overhead import first_link, hoist_mode, layout_of
-from crane_sim.models.overhead.events import drives_power
-from crane_sim.models.overhead.modes import EventLimits, get_payload_mass, mode_rate, trolley_mode
+from crane_sim.models.overhead.events import EventLimits, drives_power, get_payload_mass, mode_rate, trolley_mode
 from crane_sim.models.overhead.planar_loads import add_links_load, add_payload_force
 from crane_sim.models.supports.hoist import Hoist, hoist_response
 from crane_sim.models.supports.rails import Axis
@@ -129,16 +128,6 @@ class PlanarCrane(NamedTuple):
             v[k + 1, 0] = v[k, 0] + paid * s + swing * c
             v[k + 1, 2] = v[k, 2] - paid * c + swing * s
         return v
-
-    def write_nodes(self, x, r, v):
-        """Write positions and velocities (N + 1, 3) of trolley and nodes relative to the base."""
-        w = system.workspace(self)
-        self.fill_links(x, w)
-        v[:] = self.node_velocities(x, w)
-        r[0, 0] = x[0]
-        for k in range(len(r) - 1):
-            r[k + 1, 0] = r[k, 0] + w[LENGTH, k] * w[SIN, k]
-            r[k + 1, 2] = r[k, 2] - w[LENGTH, k] * w[COS, k]
 
     def payload_position(self, x):
         """Return the payload's position (3,) [m] relative to the base."""

@@ -9,13 +9,17 @@ from math import cos, sin
 import numpy as np
 
 from crane_sim import system
-from crane_sim.models.cables.chain import COS, INV_MASS, LENGTH, RATE, TENSION, joint_energy, rod_energy
+from crane_sim.models.cables.chain import COS, INV_MASS, LENGTH, RATE, SIN, TENSION, joint_energy, rod_energy
 from crane_sim.models.cables.chain_3d import row_of
-from crane_sim.models.guards import Guard, decode, friction_event
+from crane_sim.models.guards import Guard, decode, encode, friction_event, smaller_guard
 from crane_sim.models.moving_base import added_energy, added_spin, base_state, pose_at, to_world
 from crane_sim.models.overhead import first_link, layout_of
-from crane_sim.models.overhead.events import mode_of_stopped_drive, needs_forces, smallest_drive_guard
-from crane_sim.models.overhead.modes import initial_modes, mass_of, slack_guard
+from crane_sim.models.overhead.events import (
+    initial_modes,
+    mode_of_stopped_drive,
+    needs_forces,
+    smallest_drive_guard,
+)
 from crane_sim.models.overhead.planar import PlanarCrane, chain_power
 from crane_sim.models.supports.hoist import HOIST, hoist_reflected_mass
 from crane_sim.models.supports.rails import axis_mass
@@ -97,46 +101,23 @@ def write_points(p, t, x, out):
 
 
 @system.base_energy.register(PlanarCrane)
+@routine
 def base_energy(p, t, x):
-    """Return what a moving base adds to the energies of trolley and nodes."""
-    base = base_state(p.base, t, 0.0)
+    """Return what a moving base adds to the energies of trolley, nodes, and links that rotate as rods."""
+    base, w = base_state(p.base, t, 0.0), system.workspace(p)
     if base is None:
         return 0.0, 0.0
-    n = 1 + system.link_count(p)
-    mass, r, v = np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3))
-    p.write_nodes(x, r, v)
-    mass[0] = axis_mass(p.trolley)
-    for k in range(1, n):
-        mass[k] = mass_of(p, x, k)
-    kinetic, potential = base_energy_of_masses(base, p.gravity, mass, r, v)
-    return kinetic + base_energy_of_rods(base, p, x), potential
-
-
-@routine
-def base_energy_of_masses(base, gravity, mass, r, v):
-    """Return (kinetic, potential) energy [J] of masses in the world less those relative to the base.
-
-    Args:
-        base, gravity: see `added_energy`.
-        mass: (n,) kg.
-        r, v: positions and velocities relative to the base (n, 3).
-    """
-    kinetic, potential = 0.0, 0.0
-    for k in range(len(mass)):
-        one, other = added_energy(base, gravity, mass[k], row_of(r, k), row_of(v, k))
-        kinetic, potential = kinetic + one, potential + other
-    return kinetic, potential
-
-
-def base_energy_of_rods(base, p, x):
-    """Return the kinetic energy [J] that the base adds to links that rotate as rods."""
-    if p.rods is None:
-        return 0.0
-    w, energy = system.workspace(p), 0.0
     p.fill_links(x, w)
-    for k in range(len(p.rods.inertia)):  # angles of links grow against turns about y
-        energy += added_spin(base, (0.0, p.rods.inertia[k], (0.0, 1.0, 0.0)), (0.0, -w[RATE, k], 0.0))
-    return energy
+    velocity, position = p.node_velocities(x, w), (x[0], 0.0, 0.0)
+    kinetic, potential = added_energy(base, p.gravity, axis_mass(p.trolley), position, row_of(velocity, 0))
+    for k in range(len(p.cable.masses)):
+        position = position[0] + w[LENGTH, k] * w[SIN, k], 0.0, position[2] - w[LENGTH, k] * w[COS, k]
+        more = added_energy(base, p.gravity, 1.0 / w[INV_MASS, k], position, row_of(velocity, k + 1))
+        kinetic, potential = kinetic + more[0], potential + more[1]
+        if p.rods is not None:  # angles of links grow against turns about y
+            tensor = 0.0, p.rods.inertia[k], (0.0, 1.0, 0.0)
+            kinetic += added_spin(base, tensor, (0.0, -w[RATE, k], 0.0))
+    return kinetic, potential
 
 
 @system.guard.register(PlanarCrane)
@@ -146,8 +127,10 @@ def smallest_guard(p, t, x, u, work):
     tau, forces = system.effort(u, p, t, x), needs_forces(p, x)
     pull = p.solve(t, x, tau, work).pull if forces else 0.0
     best = smallest_drive_guard(p, t, x, tau, work[TENSION, 0], pull, first_link(p, x)[0])
-    value, number = slack_guard(p.event_limits, best, work[TENSION], len(p.cable.masses))
-    return value, number, int(forces)
+    if p.event_limits.stops.taut > 0.0:
+        for k in range(len(p.cable.masses)):
+            best = smaller_guard(best, work[TENSION, k], encode(Guard.LINK, k))
+    return best[0], best[1], int(forces)
 
 
 @system.apply_reset_map.register(PlanarCrane)

@@ -18,12 +18,16 @@ from crane_sim.models.energy_meter import Meter, meter_entry
 from crane_sim.models.guards import Guard, decode, encode, friction_event, smaller_guard
 from crane_sim.models.overhead import hoist_mode, layout_of
 from crane_sim.models.overhead.events import (
+    EventLimits,
     drives_power,
+    drum_modes,
+    get_payload_mass,
     mode_of_stopped_drive,
+    mode_rate,
     needs_forces,
     smallest_drive_guard,
+    trolley_mode,
 )
-from crane_sim.models.overhead.modes import EventLimits, drum_modes, get_payload_mass, mode_rate, trolley_mode
 from crane_sim.models.supports.hoist import (
     HOIST,
     Hoist,
@@ -223,7 +227,7 @@ def smallest_guard(p, t, x, u, work):
     tau, forces = system.effort(u, p, t, x), needs_forces(p, x)
     tension, pull = top_forces(p, t, x, tau) if forces else (0.0, 0.0)
     best = smallest_drive_guard(p, t, x, tau, tension, pull, hoisted_rod(p, x)[0])
-    value, number = smaller_guard(best, tension, encode(Guard.LINK, 0)) if p.event_limits.taut > 0.0 else best
+    value, number = smaller_guard(best, tension, encode(Guard.LINK, 0)) if p.event_limits.stops.taut > 0.0 else best
     return value, number, int(forces)
 
 
