@@ -133,20 +133,6 @@ def test_a_gantry_moves_by_what_its_shafts_push(case: str) -> None:
     assert (high - low) / (2 * h) == pytest.approx(metered, abs=1e-8 * (abs(metered) + abs(low)))  # h², rounding / h
 
 
-def test_equal_drives_side_by_side_are_one() -> None:
-    """Two equal drives in the same place move the joint as one with the sum of their inertias and stiffnesses."""
-    two = (), (Drive(2.0, 0.5, 0.02, 4e3, 20.0),) * 2
-    one = (), (Drive(4.0, 1.0, 0.02, 8e3, 40.0),)
-    results, (q, v) = [], posture("bridge", ((0.0, 0.0),) * 3)
-    for n, gears in ((2, two), (1, one)):
-        p = crane("bridge", gears)
-        x = system.state(p, 0.0, np.array([*q[:8], *[q[1] + 0.015] * n]), np.array([*v[:8], *[v[1] + 0.1] * n]))
-        results.append(
-            [*system.acceleration(p, 0.0, x, (3.0, 9.0, -60.0))[:9], system.kinetic(p, x), system.potential(p, x)]
-        )
-    np.testing.assert_allclose(results[0], results[1], rtol=1e-13, atol=1e-13)  # rounding
-
-
 def test_contact_begins_and_ends_by_its_guards() -> None:
     """The guard of a drive in the gap fails where it touches and pushes, that of a contact where it would pull."""
     p, u = crane("bridge", ((), (Drive(2.0, 1.0, 0.02, 4e3, 20.0),))), (0.0, 0.0, -60.0)

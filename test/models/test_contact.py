@@ -273,18 +273,6 @@ def test_impacts_give_no_energy_and_leave_no_approach() -> None:
         assert drag <= contact.surface.friction * impulse.force[2] * (1.0 + 1e-12)
 
 
-def test_a_flat_drop_leaves_with_the_restitution_s_part_of_its_speed() -> None:
-    """A load that comes down flat leaves with e times its speed: 1 - e² of its energy is lost."""
-    contact = RigidContact(CORNERS, Surface(-1.0, 0.3, SLIP), 0.6, 0.01)
-    square = contact._replace(points=CORNERS - (0.05, 0.0, 0.0))
-    load = rigid(np.diag([3.0, 4.0, 5.0]))
-    after, _ = collide(square, load, displacement_at(None, 0.0), body_at(ZERO, (0.0, 0.0, -2.0), ZERO), np.ones(4))
-    np.testing.assert_allclose(after.velocity, (0.0, 0.0, 1.2), atol=1e-13)  # of the sweeps
-    slow = body_at(ZERO, (0.0, 0.0, -0.0099), ZERO)
-    rest, _ = collide(square, load, displacement_at(None, 0.0), slow, np.ones(4))
-    assert abs(rest.velocity[2]) < 1e-15
-
-
 @pytest.mark.parametrize("kind", ["rigid", "compliant"])
 def test_a_surface_out_of_reach_changes_nothing(kind: str) -> None:
     """Above a surface that it does not touch, a load accelerates bit for bit as without one."""

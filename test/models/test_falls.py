@@ -19,7 +19,6 @@ from crane_sim.models.supports.bridge import Bridge, BridgeAxis
 from crane_sim.models.supports.driven_point import DrivenPoint, Lift
 from crane_sim.models.supports.hoist import ForceHoist
 from crane_sim.models.supports.support import Support, bare_tip, compute_posture, read_state
-from crane_sim.models.supports.tower_crane import JibTrolley, LockedSlew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.multibody.attitude import angular_velocity, rotation
 from crane_sim.scenes.scene import load_scene
@@ -154,23 +153,6 @@ def test_falls_below_a_driven_point_are_those_of_point_masses() -> None:
     got = system.acceleration(crane, now, x, MOVES[1])
     bound = 1e-11 * abs(second).max()  # rounding of stiff springs
     np.testing.assert_allclose(got, [*MOVES[1], *second], rtol=0.0, atol=bound)
-
-
-@pytest.mark.parametrize("sea", [False, True], ids=["at rest", "at sea"])
-def test_a_locked_slew_makes_a_gantry(sea: bool) -> None:
-    """A trolley on a jib that does not slew moves falls and load as one on a bridge that nothing moves."""
-    rng, winch = np.random.default_rng(4), ForceHoist(1.5)
-    moving = base() if sea else None
-    tower = FallsCrane(Support(TowerCrane(LockedSlew(), JibTrolley(8.0))), falls(), rigid(), winch, base=moving)
-    gantry = FallsCrane(Support(Bridge(BridgeAxis(8.0), BridgeAxis(1e300))), falls(), rigid(), winch, base=moving)
-    turned, spin = spinning(("0.35", "0.05", "-0.04"), rng.uniform(-0.3, 0.3, 3))
-    load, rates = [2.0, 6.3, 0.2, -2.9, *turned], rng.uniform(-0.3, 0.3, 5)
-    first = [np.array([0.0, 6.0, *load]), np.array([0.0, *rates, *spin])]
-    second = [np.array([6.0, 0.0, *load]), np.array([rates[0], 0.0, *rates[1:], *spin])]
-    one = system.acceleration(tower, 0.9, system.state(tower, 0.9, *first), (0.0, 15.0, -120.0))
-    other = system.acceleration(gantry, 0.9, system.state(gantry, 0.9, *second), (15.0, 0.0, -120.0))
-    assert one[0] == 0.0
-    np.testing.assert_allclose(one[1:], np.delete(other, 1), rtol=1e-12, atol=1e-12 * abs(other).max())
 
 
 def spinning(angles: tuple[str, str, str], omega: Any) -> tuple[list[float], list[float]]:

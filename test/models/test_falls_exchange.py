@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from falls_reference import SUPPORTS, mapped, places, strain_energy
 from point_masses import Extras, accelerations, body_points, mpf, on_base, plus
-from test_falls import STIFFNESS, falls
+from test_falls import falls
 from test_suspended import INERTIA, SEA, base, turn
 
 import crane_sim
@@ -143,18 +143,6 @@ def test_the_energy_meter_jumps_as_the_energy_does(velocity: Any) -> None:
         assert system.kinetic(p, laden) < system.kinetic(p, x) + own
 
 
-def test_falls_that_pull_straight_through_an_impact() -> None:
-    """No fall's tension but that of its damper jumps: falls are elastic, and no end of theirs moves."""
-    p = crane("bridge")
-    p = p._replace(falls=p.falls._replace(relaxation=np.zeros(4)))
-    x = state_of(p, "bridge", 0.0)
-    tensions = np.empty((2, 4))
-    for i, state in enumerate((x, exchange_now(p, x, 0))):
-        system.tensions(p, 1.0, state, (0.0, 0.0, 0.0), tensions, i, 0)
-    assert tensions[0].min() > 0.0
-    np.testing.assert_allclose(tensions[1], tensions[0], rtol=0.0, atol=1e-12 * STIFFNESS.max())  # m of rounding
-
-
 @pytest.mark.parametrize(("height", "allowed"), [(-5.0, True), (-3.9, False)])
 def test_points_of_the_new_load(height: float, allowed: bool) -> None:
     """From the exchange on the new load's points touch at their own height; below it the run ends, and says why."""
@@ -240,14 +228,6 @@ def test_exchanges_that_cannot_be_are_refused(change: Any, contact: Any, message
     with pytest.raises(crane_sim.SceneError) as error:
         crane_sim.load_scene(SCENE, {"events": [{"at": 0.5, "set": change}], **contact})
     assert message in str(error.value) and "\n" not in str(error.value)
-
-
-def test_what_waits_on_the_deck_moves_with_it() -> None:
-    """Without a velocity of its own, what is taken up has that of the deck at the time of the event."""
-    heave = {"heave": {"amplitude": 0.5, "frequency": 0.8}}
-    events = [{"at": 0.5, "set": {"payload": HEAVY, "contact": POINTS}}]
-    model = crane_sim.load_scene(SCENE, {"events": events, "contact.motion": heave}).model
-    np.testing.assert_allclose(model.exchange.velocities, [[0.0, 0.0, 0.4 * np.cos(0.4)]], rtol=1e-12)  # its decimals
 
 
 def test_the_wind_presses_on_what_was_taken_up() -> None:

@@ -14,7 +14,6 @@ from crane_sim.models.energy_meter import Meter
 from crane_sim.models.guards import Guard, encode
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.stops import Stops
-from crane_sim.models.supports.backlash import Drive
 from crane_sim.models.supports.flexible import Compliance, FlexibleSupport
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.hoist import ForceHoist
@@ -298,38 +297,6 @@ def test_the_meter_counts_all_power(name: str, sea: bool) -> None:
     assert (high - low) / (2 * h) == pytest.approx(slope[-1], abs=1e-8 * scale)  # h², rounding / h
 
 
-def energy_of_points(reference: Reference, t: float, q: Any, v: Any) -> tuple[float, float]:
-    """Return kinetic and potential energy [J] in the world of points, winch and springs."""
-    with mp.workdps(60):
-        h, exact = mpf(10) ** -18, [mpf(float(a)) for a in q]
-        rows = []
-        for s in (-h, mpf(0), h):
-            moved = [a + s * mpf(float(b)) for a, b in zip(exact, v, strict=True)]
-            rows.append([(m, on_base(SEA, mpf(t) + s, r)) for m, r in reference.places(moved)])
-        potential = sum(m * mpf("9.81") * r[2] for m, r in rows[1]) + reference.springs(exact)
-        kinetic = mpf(1.5) / 2 * mpf(float(v[reference.own + 2])) ** 2
-        for (m, a), (_, b) in zip(rows[0], rows[2], strict=True):
-            kinetic += m / 2 * sum(((y - x) / (2 * h)) ** 2 for x, y in zip(a, b, strict=True))
-        return float(kinetic), float(potential)
-
-
-@pytest.mark.parametrize("name", OWN)
-def test_energies_at_sea_are_those_of_point_masses(name: str) -> None:
-    """Energies in the world differ between two states as those of the points do.
-
-    The difference leaves out what a ring that turns with the base has at any slew angle, which no model counts.
-    """
-    reference, p, t = Reference(name, (True, True)), crane(name, (True, True), True), 1.3
-    (q, v), results = posture(name, (True, True)), []
-    for start, rates in ((q, v), (q + 0.1, 0.7 * v)):
-        expected = energy_of_points(reference, t, start, rates)
-        x = system.state(p, t, *mapped(reference, start, rates, np.zeros(len(q)))[:2])
-        more = system.base_energy(p, t, x)
-        results.append((expected, (system.kinetic(p, x) + more[0], system.potential(p, x) + more[1])))
-    (first, got_first), (second, got_second) = np.array(results)
-    np.testing.assert_allclose(got_second - got_first, second - first, rtol=0.0, atol=1e-12 * abs(first).max())
-
-
 def bent_at_rest(p: Any, q: Any, v: Any, u: Any, own: int) -> Any:
     """Return the joints' accelerations where the springs balance: their angles, the last two, do not accelerate."""
     q = np.array(q)
@@ -406,20 +373,6 @@ def test_a_jib_bends_upwards_with_its_load_at_the_frequency_of_a_closed_form() -
     assert jacobian(p, q, (0.0, 0.0), [5], [5])[0, 0] == pytest.approx(-stiffness / inertia, rel=1e-7)  # h²
 
 
-def test_a_boom_without_load_bends_at_the_frequencies_of_two_bodies() -> None:
-    """Drives that move freely leave k (1/I_i + 1/I_o) about either axis of a boom whose load weighs nothing."""
-    chain, (_, elevation, length) = Chain(np.array([1e-9]), np.array([2.5])), OWN["mobile"]
-    free = support("mobile", (True, True))
-    springs = {name: Compliance(k, 0.0, 0.0) for name, k in zip(("lateral", "vertical"), STIFFNESS, strict=True)}
-    p, c = SuspendedCrane(Support(free._replace(**springs)), chain, PointLoad(1e-9), None, 0.0), np.cos(elevation)
-    about_z = 30.0 + 5.0 * (FOOT[0] + 2.0 * c) ** 2 + 4.0 * c * c, 3.0 * (FOOT[0] + 5.5 * c) ** 2 + 2.0 * c * c
-    across = 5.0 * 2.0**2 + 4.0, 3.0 * 5.5**2 + 2.0
-    q = [0.4, elevation, length, 2.5, 0.0, 0.0, 0.0, 0.0]
-    got = jacobian(p, q, (0.0, 0.0, 0.0), [6, 7], [6, 7])
-    expected = [k * (1.0 / a + 1.0 / b) for k, (a, b) in zip(STIFFNESS, (about_z, across), strict=True)]
-    np.testing.assert_allclose(got, -np.diag(expected), rtol=1e-6, atol=1e-6)  # h², rounding / h, the load
-
-
 def test_an_impact_passes_no_spring() -> None:
     """A load taken up at rest slows the jib and not its drive; angular momentum about the tower's axis is kept."""
     events = [LoadEvent.model_validate({"at": 1.0, "set": {"payload": {"mass": 30.0}}, "velocity": [0.0, 0.0, 0.0]})]
@@ -439,20 +392,6 @@ def test_an_impact_passes_no_spring() -> None:
     assert after == pytest.approx(before, rel=1e-12)
 
 
-def test_an_impact_moves_no_drive_that_rests() -> None:
-    """Behind its spring a drive keeps a rate of exactly 0 in 20 postures: by a rounding its friction would slip."""
-    events = [LoadEvent.model_validate({"at": 1.0, "set": {"payload": {"mass": 30.0}}, "velocity": [0.0, 0.0, 0.0]})]
-    load, exchange = exchange_of(Payload.model_validate({"mass": MASSES[1]}), events)
-    p = crane("tower", (True, True), False)._replace(load=load, exchange=exchange, stops=Stops())
-    reference, (q, v), rng = Reference("tower", (True, True)), posture("tower", (True, True)), np.random.default_rng(3)
-    for _ in range(20):
-        joints, rates, _ = mapped(reference, q + rng.uniform(-0.1, 0.1, len(q)), v, np.zeros(len(q)))
-        rates[0] = 0.0
-        x = system.state(p, 0.5, joints, rates)
-        y, _, _ = system.apply_reset_map(p, 1.0, x, (0.0, 0.0, 0.0), encode(Guard.PAYLOAD, 0))
-        assert y[(len(x) - 2) // 2] == 0.0
-
-
 def momentum(p: Any, x: Any, mass: float) -> float:
     """Return the angular momentum [kg m²/s] about the tower's axis, with a load of this mass."""
     nq, (slew, radius), inner = (len(x) - 2) // 2, x[:2], p.support.structure.inner.base_section
@@ -469,29 +408,6 @@ def momentum(p: Any, x: Any, mass: float) -> float:
         node = node + span * x[i : i + 3]
         total += m * (node[0] * moves[1] - node[1] * moves[0])
     return float(total)
-
-
-@pytest.mark.parametrize("name", OWN)
-def test_play_meets_a_structure_that_bends(name: str) -> None:
-    """A drive with play moves a crane that bends as its shaft's push would without the play."""
-    gear = Drive(1.5, 1.0, 0.02, 4e3, 20.0)
-    plain = crane(name, (True, True), False)._replace(stops=Stops())
-    drives = ((gear,), *((),) * (own_count(plain.support) - 1))
-    p, (q, v) = plain._replace(support=plain.support._replace(drives=drives)), posture(name, (True, True))
-    joints, rates, _ = mapped(Reference(name, (True, True)), q, v, np.zeros(len(q)))
-    x = system.state(p, 0.0, np.array([*joints, q[0] + 0.015]), np.array([*rates, v[0] - 0.05]))
-    push, u = 4e3 * 0.005 - 20.0 * 0.05, (12.0, *(-7.0, 5.0)[: len(OWN[name]) - 1], -60.0)
-    got, y = system.acceleration(p, 0.0, x, u), system.state(plain, 0.0, joints, rates)
-    expected = system.acceleration(plain, 0.0, y, (push, *u[1:]))
-    np.testing.assert_allclose(got, [*expected, (12.0 - push) / 1.5], rtol=0.0, atol=1e-12 * abs(expected).max())
-    read = system.joints(p, x)
-    np.testing.assert_allclose(read[0], [*joints, q[0] + 0.015], rtol=0.0, atol=1e-14)
-    low, high = (
-        system.kinetic(p, z) + system.potential(p, z)
-        for z in (x + s * 1e-6 * system.rhs(p, 0.0, x, u) for s in (-1.0, 1.0))
-    )
-    power = system.power(p, 0.0, x, u)
-    assert (high - low) / 2e-6 == pytest.approx(power, abs=1e-8 * (abs(power) + abs(low)))  # h², rounding / h
 
 
 @pytest.mark.slow

@@ -98,13 +98,6 @@ def test_every_joint_of_a_knuckle_crane_sticks_and_slips() -> None:
     check_events(crane_sim.simulate(scene), expected, ["slew", "boom", "jib", "winch"])
 
 
-def test_stribeck_without_a_fall_is_coulomb_friction() -> None:
-    """Where the static friction is no larger than the Coulomb one a Stribeck velocity changes no bit."""
-    level = {"coulomb": 14.0, "static": 14.0}
-    scenes = [load_scene(TROLLEY, {"friction": {"trolley": f}}) for f in (level, level | {"stribeck": 0.1})]
-    assert len({crane_sim.simulate(scene).summary["state_sha256"] for scene in scenes}) == 1
-
-
 NO_STRENGTH = {"coulomb": 0.0, "static": 0.0, "stribeck": 0.1}
 
 

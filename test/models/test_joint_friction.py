@@ -1,13 +1,11 @@
 """Friction of joints of tower, mobile, bridge and gantry cranes: events, bristles, motors, and what they meet."""
 
-from functools import cache
 from typing import Any
 
 import mpmath
 import numpy as np
 import pytest
-import sympy
-from friction_events import Reference, Rubbing, Vector, bristle_forces, check_events, sines
+from friction_events import Rubbing, Vector, bristle_forces, sines
 from mpmath import mp, mpf
 from scipy.integrate import solve_ivp
 
@@ -82,57 +80,6 @@ MOBILE: dict[str, Any] = {
     "inputs": sines(WAVES),
     "integrator": ACCURATE,
 }
-
-
-@cache
-def mobile_functions() -> tuple[Any, Any, Any]:
-    """Return (masses, Jacobians of places, their rates) of the mobile crane's points, functions of (q, v).
-
-    Each section is two points on the boom; the superstructure is apart.
-    """
-    q, v = sympy.symbols("q0:5"), sympy.symbols("v0:5")
-    a, boom, out, first, second = q
-    radial = sympy.Matrix([sympy.cos(a), sympy.sin(a), 0])
-    across, up = sympy.Matrix([-sympy.sin(a), sympy.cos(a), 0]), sympy.Matrix([0, 0, 1])
-    along = radial * sympy.cos(boom) + up * sympy.sin(boom)
-    foot = radial * FOOT[0] + up * FOOT[1]
-    points, masses = [], []
-    for (mass, _, inertia), middle in zip(SECTIONS, (SECTIONS[0][1], out - SECTIONS[1][1]), strict=True):
-        half = (inertia / mass) ** 0.5
-        points += [foot + along * (middle + side * half) for side in (1, -1)]
-        masses += [mass / 2, mass / 2]
-    hangs = radial * sympy.sin(second) + sympy.cos(second) * (across * sympy.sin(first) - up * sympy.cos(first))
-    points.append(foot + along * out + hangs * ROPE)
-    places = sympy.Matrix([x for point in points for x in point])
-    jacobian = places.jacobian(q)
-    rates = sum((jacobian.diff(x) * w for x, w in zip(q, v, strict=True)), sympy.zeros(*jacobian.shape))
-    both = sympy.lambdify([q, v], [jacobian, rates * sympy.Matrix(v)], cse=True)
-    return np.repeat([*masses, LOAD], 3), both, None
-
-
-def mobile_equations(q: Vector, v: Vector, u: Vector) -> tuple[Vector, Vector]:
-    """Return (mass matrix, generalised force) of (slew, boom, telescope, two swing angles): virtual work of points."""
-    masses, both, _ = mobile_functions()
-    jacobian, bias = both(q, v)
-    gravity = np.tile([0.0, 0.0, -9.81], len(masses) // 3)
-    matrix = jacobian.T @ (masses[:, None] * jacobian)
-    matrix[0, 0] += SUPERSTRUCTURE
-    return matrix, np.array([*u, 0.0, 0.0]) + jacobian.T @ (masses * (gravity - np.ravel(bias)))
-
-
-@cache
-def mobile_events(end: float) -> list[tuple[float, int, float]]:
-    """Return the events of the scene MOBILE by the reference."""
-    start = np.array([0.0, 0.6, 7.0, 0.01, 0.05, *np.zeros(5)])
-    return Reference(mobile_equations, WAVES, DRY).events(start, end)
-
-
-@pytest.mark.long
-def test_three_joints_of_a_mobile_crane_stick_and_slip() -> None:
-    """Slew, boom and telescope stick and slip at the times of virtual work with a constraint for each that sticks."""
-    expected = mobile_events(2.0)
-    assert len(expected) > 12 and {(0, 0.0), (1, 0.0), (2, 0.0)} <= {(j, mode) for _, j, mode in expected}
-    check_events(crane_sim.simulate(MOBILE | {"friction": DRY}), expected, list(DRY))
 
 
 BRISTLES: Rubbing = {
@@ -343,27 +290,3 @@ def test_a_fixed_step_is_judged_by_the_bristles(name: str, joint: str, frequency
         load_scene(name, changes | {"reference": None})
     line, stiffest = str(error.value), "integrator.step = 0.006: too large for the stiffest motion, "
     assert float(line.partition(stiffest)[2].split()[0]) == pytest.approx(frequency, rel=1e-3)
-
-
-def test_friction_without_strength_is_none() -> None:
-    """Joints whose friction is zero have none in the model, and motors without inertia neither: no state, no cost."""
-    none = {"coulomb": 0.0, "static": 0.0, "stribeck": 0.1}
-    motor = {"trolley": {"motor": {"ratio": 10.0}}}
-    model = load_scene(BRIDGE, {"friction": dict.fromkeys(BRISTLES, none), "actuators": motor}).model
-    plain = load_scene(BRIDGE).model
-    assert model.support == plain.support and model.stops is plain.stops is None
-
-
-@pytest.mark.parametrize("group", ["friction", "lugre"])
-def test_lqr_believes_in_viscous_friction_alone(group: str) -> None:
-    """LQR has the same gains with dry friction and with bristles as with their viscous part; energy is kept."""
-    keys = ("coulomb", "static", "viscous", *(BRISTLES["trolley"] if group == "lugre" else ()))
-    rubbing = {name: {key: part[key] for key in keys if key in part} for name, part in BRISTLES.items()}
-    viscous = {"bridge": {"coulomb": 0.0, "static": 0.0, "viscous": 30.0}}
-    law = {"control": {"law": "lqr", "period": 0.02}, "reference": {"q": [0.05, 0.02, 5.0]}, "rope": {"drive": "rate"}}
-    rubs, plain = load_scene(BRIDGE | law | {group: rubbing}), load_scene(BRIDGE | law | {"friction": viscous})
-    for lqr, other in zip(rubs.law.rows, plain.law.rows, strict=True):
-        assert lqr.effort == other.effort
-        np.testing.assert_array_equal(lqr.gain, other.gain)
-    run = crane_sim.simulate(load_scene(rubs, {"duration": 0.2}))
-    assert run.summary["energy_audit_max"] < 1e-9

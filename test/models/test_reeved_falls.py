@@ -1,6 +1,5 @@
 """A winch whose ropes run over sheaves to elastic falls: what it turns, what it loses, and slack falls."""
 
-from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from crane_sim.models.falls.crane import Falls, FallsCrane
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.supports.bridge import Bridge, BridgeAxis
 from crane_sim.models.supports.friction import Friction
-from crane_sim.models.supports.hoist import ForceHoist, MotionHoist
+from crane_sim.models.supports.hoist import MotionHoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist
 from crane_sim.models.supports.reeving import Drum, Reeving, SheaveLoss
 from crane_sim.models.supports.support import Support
@@ -63,14 +62,6 @@ def answers(hoist: Any, rate: float, u: tuple[float, ...]) -> np.ndarray:
     x, tensions = state(p, rate), np.empty((1, 4))
     system.tensions(p, 0.0, x, u, tensions, 0, 0)
     return np.array([*system.acceleration(p, 0.0, x, u), *tensions[0], system.power(p, 0.0, x, u)])
-
-
-def test_inertia_of_sheaves_and_drum_is_a_reflected_mass() -> None:
-    """Without loss, the crane is the one whose winch has the mass of all sheaves and the drum."""
-    mass = 12.0 * (1 + 4 + 9 + 16) + 35.0 * (4 / 0.4) ** 2
-    u = (10.0, -20.0, -7e4)
-    reeved = answers(ReevedHoist(LOSSY._replace(loss=None)), 0.3, u)
-    np.testing.assert_allclose(reeved, answers(ForceHoist(mass), 0.3, u), rtol=1e-12)  # rounding
 
 
 def test_a_reeving_without_strength_is_none() -> None:
@@ -134,29 +125,6 @@ def test_a_winch_holds_until_its_pull_exceeds_friction() -> None:
     assert what == "the winch slips backwards"
     assert WEIGHT + rise * instant == pytest.approx(pull / high + static, rel=1e-9)
     assert np.all(run.q[run.t < instant, 2] == 4.0)
-
-
-def test_a_slack_rope_leaves_winch_and_load_to_themselves() -> None:
-    """While the falls are slack the load falls freely and the drum turns by its drive alone, until they are taut."""
-    slack, force = 0.3, 2e4
-    inertia = 0.4 / 0.2**2 * (1 + 4 + 9 + 16) * 4 + 30.0 * (4 / 0.25) ** 2  # of four ropes' sheaves and one drum
-    sheaves = {"radius": 0.2, "inertia": 0.4}
-    changes = {
-        "hoist": {"drive": "force", "reeving": REEVED | {"sheaves": sheaves}},
-        "initial": {"length": 4.0, "position": [0.0, 0.0, -5.0 + slack], "orientation": [1, 0, 0, 0]},
-        "inputs": {"hoist": {"kind": "constant", "value": force}},
-        "duration": 0.3,
-    }
-    run = crane_sim.simulate(SCENE | changes)
-    instants = [t for t, what in run.events if what.endswith("pulls")]
-    taut = sqrt(2.0 * slack / (G - force / inertia))
-    assert instants == pytest.approx([taut] * 4, rel=1e-9)
-    before = run.t < taut
-    fallen = -5.0 + slack - 0.5 * G * run.t[before] ** 2
-    assert run.q[before, 5] == pytest.approx(fallen, abs=1e-11)  # the method's tolerance over the fall
-    assert run.q[before, 2] == pytest.approx(4.0 + 0.5 * force / inertia * run.t[before] ** 2, abs=1e-11)
-    assert np.all(run.tensions[before] == 0.0) and run.tensions.min() >= 0.0
-    assert run.summary["energy_audit_max"] < 1e-9
 
 
 def test_a_load_is_set_down_and_picked_up_by_the_torque_of_a_drum() -> None:

@@ -1,6 +1,6 @@
 """A rope reeved over sheaves and a drum: tensions, reflected inertia, friction that sticks and slips, energy."""
 
-from math import exp, inf, pi
+from math import exp, pi
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from crane_sim.models.cables.chain import Chain
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.supports.bridge import Bridge, BridgeAxis
 from crane_sim.models.supports.friction import Friction
-from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, MotionHoist
+from crane_sim.models.supports.hoist import MasslessHoist, MotionHoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist
 from crane_sim.models.supports.reeving import (
     Drum,
@@ -198,16 +198,6 @@ def test_friction_of_every_sheave_is_in_the_equations(direction: float) -> None:
     assert found[3] == pytest.approx(sum(moments), rel=1e-9)
 
 
-def test_inertia_of_sheaves_and_drum_is_a_reflected_mass() -> None:
-    """Without loss, a crane has the accelerations of one whose winch has the effective mass of all sheaves."""
-    n, lead, sheave, inertia, radius = 6, 2, 15.0, 20.0, 0.3
-    mass = sheave * (sum(k * k for k in range(1, n)) + lead * n * n) + inertia * (n / radius) ** 2
-    reeved = ReevedHoist(Reeving(n, lead, sheave, None, Drum(radius, inertia)))
-    u = (10.0, -20.0, -9000.0)
-    expected = compute_responses(ForceHoist(mass), 0.3, u)
-    np.testing.assert_allclose(compute_responses(reeved, 0.3, u), expected, rtol=1e-12)  # rounding
-
-
 def test_a_reeving_without_inertia_and_loss_changes_nothing() -> None:
     """One fall without inertia and loss gives the bits of the plain winch, n falls the same to rounding."""
     u = (10.0, -20.0, -9000.0)
@@ -216,17 +206,6 @@ def test_a_reeving_without_inertia_and_loss_changes_nothing() -> None:
     np.testing.assert_allclose(compute_responses(ReevedHoist(Reeving(12, 1)), 0.3, u), plain, rtol=1e-12)
     rates = [compute_responses(MotionHoist(0.4, reeving), 0.3, u) for reeving in (None, FULL_REEVING)]
     assert rates[0].tobytes() == rates[1].tobytes()
-
-
-def test_a_reeving_without_losses_gives_the_bits_of_a_scene_without_it() -> None:
-    """A run with sheaves that lose nothing and a friction of zero ends in the bits of the run without them."""
-    inputs = {"inputs": {"trolley": table((0, 0), (1, 900)), "rope": table((0, -WEIGHT), (1, -WEIGHT - 2e3))}}
-    plain = SCENE | inputs | {"duration": 1.0}
-    loss = {"kind": "efficiency", "efficiency": 1.0}
-    more = {"rope.reeving": {"falls": 1, "sheaves": {"radius": 0.2, "loss": loss}}}
-    more["rope.friction"] = {"coulomb": 0.0, "static": 0.0}
-    hashes = {crane_sim.simulate(plain, overrides=o).summary["state_sha256"] for o in (None, more)}
-    assert len(hashes) == 1
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
@@ -285,17 +264,6 @@ def test_a_load_at_rest_neither_creeps_nor_breaks_loose_early() -> None:
     assert run.falls[0] == pytest.approx(WEIGHT / 4 * np.ones(4), rel=1e-9)  # at the drum's pull no friction is used
 
 
-def test_a_load_is_lowered_against_friction() -> None:
-    """Paying out begins where the pull falls below what the falls need, less the static friction."""
-    ratio = sum(0.98**-k for k in range(1, 5)) / 4  # mean tension of the falls over that of the lead line, paying out
-    static, slope = 900.0, 1e4  # N, N/s
-    rope = SCENE["rope"] | {"reeving": REEVED, "friction": {"coulomb": 500.0, "static": static}}
-    run = crane_sim.simulate(SCENE | {"rope": rope, "inputs": {"rope": table((0, -WEIGHT), (3, -WEIGHT + 3 * slope))}})
-    (instant, what), *_ = run.events
-    assert what == "the winch slips forwards"
-    assert WEIGHT - slope * instant == pytest.approx(WEIGHT / ratio - static, rel=1e-9)
-
-
 def test_a_run_ends_where_a_fall_goes_slack() -> None:
     """A drum that is driven faster than the load falls ends the run, at the first tension of zero.
 
@@ -324,17 +292,6 @@ def test_no_reeved_rope_pushes(changes: Any, what: str) -> None:
         crane_sim.simulate(crane_sim.load_scene(LOWERED_LOAD, changes))
     line = str(error.value)
     assert f"{what} went slack; change what moves rope or base, or take elastic `falls`" in line
-
-
-def test_friction_of_a_plain_winch_sticks_and_slips() -> None:
-    """A rope without a reeving has a winch with dry friction, which breaks loose at its static friction."""
-    rope = {"drive": "force", "friction": {"coulomb": 500.0, "static": 900.0, "viscous": 1e3, "stribeck": 0.01}}
-    inputs = {"rope": table((0, -WEIGHT), (1.5, -WEIGHT - 1.5e3), (2, -WEIGHT))}
-    run = crane_sim.simulate(SCENE | {"rope": rope, "inputs": inputs})
-    assert [what for _, what in run.events] == ["the winch slips backwards", "the winch sticks"]
-    assert run.events[0][0] == pytest.approx(0.9, rel=1e-9)
-    assert run.summary["energy_audit_max"] < 1e-9
-    assert run.falls.shape == (len(run.t), 1)  # the rope itself
 
 
 def test_a_winch_by_rate_has_tensions_and_torque() -> None:
@@ -417,14 +374,3 @@ def test_a_bad_reeving_is_a_single_line_error(changes: Any, message: str) -> Non
     with pytest.raises(SceneError) as error:
         load_scene(SCENE | {"rope": SCENE["rope"] | {"reeving": REEVED}}, changes)
     assert message in str(error.value) and "\n" not in str(error.value)
-
-
-def test_a_motor_turns_with_the_drum() -> None:
-    """A motor's inertia through its ratio adds to the mass of the length."""
-    scene = SCENE | {"rope": SCENE["rope"] | {"reeving": REEVED}}
-    masses = []
-    for inertia in (0.0, 0.2):
-        p = load_scene(scene, {"actuators": {"rope": {"motor": {"ratio": 400.0, "inertia": inertia}}}}).model
-        masses.append(2.0 * reeving_energy(p.hoist.reeving, 4.0, 1.0, G)[0])
-    assert masses[1] - masses[0] == pytest.approx(0.2 * 400.0**2, rel=1e-9)
-    assert p.hoist.reeving.length == inf

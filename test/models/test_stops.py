@@ -10,9 +10,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import crane_sim
-from crane_sim import SceneError, load_scene, orchestration, simulate_batch, system
-from crane_sim.models.guards import LOWER, UPPER
-from crane_sim.models.stops import MIN_LENGTH, describe_length_event
+from crane_sim import SceneError, load_scene, orchestration, simulate_batch
 from crane_sim.simulation.batch_metrics import run_with_metrics
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.status import SimulationError
@@ -183,12 +181,6 @@ def test_a_rope_that_is_reeled_in_ends_the_run(runs: dict[str, Run], name: str) 
         assert run.end == pytest.approx(8.0**0.5, abs=0.012)  # the rope ends up to 10 ms ahead
 
 
-def test_the_text_of_a_length_names_the_rope() -> None:
-    """What happened names the rope that it happened to, whichever end of its lengths it came to."""
-    happened = [describe_length_event("hoisted link", "hoist", end, MIN_LENGTH)[0] for end in (LOWER, UPPER)]
-    assert happened == ["the hoisted link is reeled in to zero length", "the hoisted link reached its longest length"]
-
-
 @pytest.mark.parametrize("name", PUSHING)
 def test_a_rigid_rope_pushes_only_where_it_may(runs: dict[str, Run], name: str) -> None:
     """A run goes on with a negative tension by `slack: allow`, the default, and ends before it by `slack: stop`."""
@@ -234,36 +226,12 @@ def test_a_drum_pays_out_by_its_motor(masses: list[float], push: bool) -> None:
     assert np.all(run.u == 30.0)
 
 
-def test_a_winch_with_friction_pays_out_by_its_motor() -> None:
-    """A winch without inertia that pays out against friction has the tension T = c l' - F, and its whole effort F."""
-    friction = {"rope": {"coulomb": 0.0, "static": 0.0, "viscous": 50.0}}
-    changes = HANGING | {"friction": friction, "inputs": {"rope": {"kind": "constant", "value": 3.0}}, "duration": 0.5}
-    changes |= {"initial.v": [0.0, 0.0, 0.0, 0.2, 0.0, 0.0], "integrator": FIXED, "rope": {"drive": "force"}}
-    run = crane_sim.simulate(load_scene("knuckle_winch", changes))
-    assert run.summary["saturated_steps"] == 0 and np.all(run.u[:, 3] == 3.0)
-    assert run.tension.min() > 1.0
-    np.testing.assert_allclose(run.tension, 50.0 * run.v[:, 3] - 3.0, atol=1e-9)  # rounding
-
-
-def test_a_drum_above_elastic_falls_pays_out_by_its_motor() -> None:
-    """Falls only pull, whatever their drum does: it takes every effort."""
-    model = load_scene("tower_set_down", {"hoist": {"drive": "force", "mass": 2000.0}}).model
-    assert system.saturate(model, (1.0, 2.0, 500.0)) == (1.0, 2.0, 500.0)
-
-
 @pytest.mark.parametrize("name", LAWS)
 def test_laws_in_the_equations_only_pull(runs: dict[str, Run], name: str) -> None:
     """A continuous law that wants a winch to push its load has zero applied in place of that, which is counted."""
     run, joint = runs[f"law {name}"], LAWS[name][2]
     assert run.error == "" and np.all(run.u[:, joint] <= 0.0) and np.any(run.u[:, joint] == 0.0)
     assert run.tension.min() >= 0.0 and run.limited == np.sum(run.u[:-1, joint] == 0.0)
-
-
-def test_demands_that_push_are_counted() -> None:
-    """A sampled law that wants a winch to push has its effort applied as zero in every period, and each is counted."""
-    scene = load_scene("overhead_hoist_energy", WINCH | {"control": {"law": "lqr"}, "duration": 0.2})
-    run = crane_sim.simulate(scene, law=lambda t, q, v: (0.0, 25.0))
-    assert run.summary["saturated_steps"] == 20 and np.all(run.u[:, 1] == 0.0)
 
 
 def test_inputs_that_push_are_counted_in_every_kind_of_run() -> None:
@@ -323,14 +291,6 @@ def test_a_run_over_ros_ends_at_a_stop(tmp_path: Path) -> None:
     summary = orchestration.run(load_scene("pendulum_free", PUSHED), record=tmp_path / "stop.rrd")
     assert "the suspension point along x reached its travel limit" in summary["error"]
     assert summary["recorded_steps"] == summary["steps"] > 90 and summary["lost_steps"] == 0
-
-
-def test_what_is_absent_costs_nothing() -> None:
-    """A crane without limits switches nothing; limits of positions alone are said to need no evaluation."""
-    for name in ("knuckle_setpoint", "knuckle_pole", "pendulum_free"):
-        assert system.switching(load_scene(name).model) is None
-    assert system.switching(load_scene("knuckle_setpoint", {"boom.limits": [0, 1]}).model).positions > 0
-    assert system.switching(load_scene("knuckle_setpoint", {"rope.slack": "stop"}).model).positions == 0
 
 
 @pytest.mark.parametrize(
