@@ -16,7 +16,6 @@ from crane_sim.models.contact.impacts import collide, impulse_work
 from crane_sim.models.contact.rigid import holding_forces, is_closed, normal_force_on
 from crane_sim.models.contact.surface import (
     ZERO,
-    CompliantContact,
     RigidContact,
     Surface,
     contact_point,
@@ -271,18 +270,3 @@ def test_impacts_give_no_energy_and_leave_no_approach() -> None:
         assert impulse.force[2] >= 0.0
         drag = np.hypot(*impulse.force[:2])
         assert drag <= contact.surface.friction * impulse.force[2] * (1.0 + 1e-12)
-
-
-@pytest.mark.parametrize("kind", ["rigid", "compliant"])
-def test_a_surface_out_of_reach_changes_nothing(kind: str) -> None:
-    """Above a surface that it does not touch, a load accelerates bit for bit as without one."""
-    surface = Surface(-99.0, FRICTION, SLIP, heaving())
-    rigidly, softly = RigidContact(CORNERS, surface, 0.2, 0.01), CompliantContact(CORNERS, surface, 1e5, 0.3)
-    plain = FallsCrane(Support(SUPPORTS["bridge"]), falls(), rigid(), ForceHoist(1.5), base=base())
-    load = Resting(2)
-    joints, rates, _ = mapped(load.q, load.v, 0.0 * load.v)
-    runs = [
-        system.acceleration(crane, T, system.state(crane, T, joints, rates), EFFORTS)
-        for crane in (plain, plain._replace(contact=rigidly if kind == "rigid" else softly))
-    ]
-    assert runs[0].tobytes() == runs[1].tobytes()

@@ -228,17 +228,3 @@ def test_exchanges_that_cannot_be_are_refused(change: Any, contact: Any, message
     with pytest.raises(crane_sim.SceneError) as error:
         crane_sim.load_scene(SCENE, {"events": [{"at": 0.5, "set": change}], **contact})
     assert message in str(error.value) and "\n" not in str(error.value)
-
-
-def test_the_wind_presses_on_what_was_taken_up() -> None:
-    """A load with windage that a hook without takes up is blown away as by a hook with a windage of no area."""
-    windage = {"area": 10.0, "drag_coefficient": 1.2}
-    events = [{"at": 0.05, "set": {"payload": HEAVY | {"windage": windage}}, "velocity": "hook"}]
-    document = SCENE | {"duration": 0.1, "wind": {"speed": 20.0}, "events": events}
-    del document["contact"]
-    ends = []
-    for each in (None, windage | {"area": 0.0}):
-        ends.append(crane_sim.simulate(document | {"payload": SCENE["payload"] | {"windage": each}}).payload[-1])
-    np.testing.assert_array_equal(ends[0], ends[1])
-    force = 0.5 * 1.225 * 10.0 * 1.2 * 20.0**2  # N, of air at 15 degrees
-    assert ends[0][0] == pytest.approx(0.5 * force / 3000.0 * 0.05**2, rel=0.05)  # m, less what the falls pull back

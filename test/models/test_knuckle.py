@@ -1,7 +1,6 @@
 """The knuckle crane's equations against published states, a second derivation, and conservation laws."""
 
 import json
-from math import radians
 from pathlib import Path
 from typing import Any
 
@@ -138,5 +137,3 @@ def test_energy_of_the_reference() -> None:
             assert crane_sim.energy(scene, sample["q"], sample["qd"]) == pytest.approx(
                 sample["E"], abs=1e-11
             )  # rounding of ~1e2 J
-
-

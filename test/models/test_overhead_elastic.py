@@ -15,7 +15,6 @@ from crane_sim.integrators.rodas import Rodas
 from crane_sim.models import guards
 from crane_sim.models.energy_meter import Meter
 from crane_sim.numerics.jit import entry_point
-from crane_sim.simulation.rollout import simulate
 
 DATA = Path(__file__).parents[1] / "data"
 CHAIN = json.loads((DATA / "chain.json").read_text())

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from spatial_scenes import REFERENCE, TIGHT, error_in_tolerances, scene_of, sine, turned
+from spatial_scenes import REFERENCE, error_in_tolerances, scene_of, sine, turned
 
 import crane_sim
 from crane_sim.simulation.rollout import Rollout, simulate

@@ -75,34 +75,6 @@ def test_a_reeving_without_strength_is_none() -> None:
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
-def test_friction_of_every_sheave_is_in_the_equations(direction: float) -> None:
-    """Acceleration, tensions and torque solve moment balances of all sheaves and the drum under what the falls pull."""
-    n, share, force, rate = 4, 0.03 / 2.03, -7e4, 0.3 * direction
-    p, u = crane(ReevedHoist(LOSSY)), (10.0, -20.0, force)
-    x, tensions, rows = state(p, rate), np.empty((1, 4)), np.empty((1, 6))
-    system.tensions(p, 0.0, x, u, tensions, 0, 0)
-    pull = float(np.sum(tensions + (spring := springs(p, x)) ** 2 / (2.0 * 8e6)))
-    assert np.all(spring > 0.0)
-    speeds, size = [n, *range(n - 1, 0, -1)], n + 2
-    a, b = np.zeros((size, size)), np.zeros(size)  # unknown: tensions from the drum on, acceleration
-    for i, speed in enumerate(speeds):
-        a[i, i], a[i, i + 1], a[i, -1] = -1 - direction * share, 1 - direction * share, -12.0 * speed
-    a[-2, 0], a[-2, -1], b[-2] = 1.0, -35.0 / 0.4**2 * n, -force / n
-    a[-1, 1:-1], b[-1] = 1.0, pull
-    solved = np.linalg.solve(a, b)
-    assert system.acceleration(p, 0.0, x, u)[2] == pytest.approx(solved[-1], rel=1e-9)
-    system.fall_tensions(p, 0.0, x, u, rows, 0)
-    assert rows[0, :5] == pytest.approx(solved[:-1], rel=1e-9)
-    assert rows[0, 5] == pytest.approx(force / n * 0.4, rel=1e-9)
-
-
-def springs(p: FallsCrane, x: Any) -> np.ndarray:
-    """Return EA e / L [N] of each fall, from its end points."""
-    top, bottom = p.falls.top + [x[0], x[1], 0.0], p.falls.bottom + [x[3], x[4], x[5]]
-    return 8e6 / x[2] * (np.linalg.norm(top - bottom, axis=1) - x[2])
-
-
-@pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_power_is_what_the_drive_gives_and_friction_takes(direction: float) -> None:
     """Energy changes at the rate of the power, with losses of sheaves, winch and falls counted in."""
     hoist = ReevedHoist(LOSSY, Friction(80.0, 120.0, 30.0, 0.2))
@@ -150,21 +122,6 @@ def test_a_load_is_set_down_and_picked_up_by_the_torque_of_a_drum() -> None:
     assert what.index("fall 1 went slack") < len(what) - 1 - what[::-1].index("fall 1 pulls")
     assert run.tensions.min() >= 0.0 and run.q[-1, 5] > -5.2  # lifted off again
     assert run.summary["energy_audit_max"] < 1e-9
-
-
-def test_lqr_believes_in_sheaves_without_loss() -> None:
-    """The law is designed for the crane without dry friction, whose load it holds by the lead line's share."""
-    changes = {"reference": {"q": [0.5, 0.0, 3.8]}, "control": {"law": "lqr", "period": 0.05}}
-    offset = {"payload.attachment": [0.05, 0.02, 1.0]}  # else no effort would turn the load
-    hoist = SCENE["hoist"] | {"friction": {"coulomb": 500, "static": 900}}
-    scene = load_scene(SCENE | {"hoist": hoist} | changes, offset)
-    law: Any = scene.law
-    p, tensions = scene.model, np.empty((1, 4))
-    x = system.state(p, 0.0, law.target, np.zeros_like(law.target))
-    system.tensions(p, 0.0, x, (0.0, 0.0, 0.0), tensions, 0, 0)
-    pull = float(np.sum(tensions + tensions**2 / (2 * 4 * STIFFNESS)))
-    assert law.rows[2].effort == pytest.approx(-pull, rel=1e-9)
-    assert abs(law.poles).max() < 1.0
 
 
 BAD = [

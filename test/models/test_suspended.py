@@ -304,7 +304,8 @@ def constraint_effort(crane: SuspendedCrane, t: float, x: Any, u: Any, joint: in
     """Return the effort that friction holds on a joint that sticks."""
     work = system.workspace(crane)
     solved = solve_dynamics(crane, t, x, u, work)
-    return float(constraint_effort_of(solved.dynamics, solved.net, solved.support, joint))
+    moved = solved.support
+    return float(constraint_effort_of(moved.dynamics, moved.net, moved.accelerations, joint))
 
 
 def test_a_knuckle_boom_held_in_line_is_a_telescopic_boom() -> None:
