@@ -97,7 +97,7 @@ def test_a_mount_at_the_reference_point_changes_nothing() -> None:
     assert mounted.q == pytest.approx(plain.q, abs=1e-12)  # rounding of sums in another order
 
 
-@pytest.mark.parametrize("name", ["tower_gust", "mobile_lift", "port_sts_container", "overhead_spatial", "knuckle_sea"])
+@pytest.mark.parametrize("name", ["tower_gust", "knuckle_sea"])
 def test_the_energy_audit_holds_on_a_mount(name: str) -> None:
     """What a mounted base gives a crane is what its energy gains: the audit of each kind of crane stays closed."""
     run = crane_sim.simulate(on_ship(name, MOTION | {"mount": MOUNT}, 0.1))

@@ -50,8 +50,7 @@ def gradient(name: str, q: Any) -> Any:
     return [(twist(name, up) - twist(name, down)) / (2 * STEP) for up, down in moved]
 
 
-@pytest.mark.parametrize("sea", [False, True], ids=["at rest", "at sea"])
-@pytest.mark.parametrize("name", ["tower", "mobile"])
+@pytest.mark.parametrize(("name", "sea"), [("tower", False), ("mobile", True)])
 def test_accelerations_are_those_of_virtual_work(name: str, sea: bool) -> None:
     """With torsion and its damping, all joint accelerations below three links agree with virtual work of the twist."""
     rng, ns, t = np.random.default_rng(5), len(START[name]), 1.3
