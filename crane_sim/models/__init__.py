@@ -6,7 +6,7 @@ Importing any module of this package imports all models, so that every model is 
 
 from crane_sim.models.elastic import bands
 from crane_sim.models.hanging import events
-from crane_sim.models.overhead import outputs, planar_outputs
+from crane_sim.models.overhead import outputs
 from crane_sim.models.single_rope import crane, modes
 
-__all__ = ["bands", "crane", "events", "modes", "outputs", "planar_outputs"]
+__all__ = ["bands", "crane", "events", "modes", "outputs"]

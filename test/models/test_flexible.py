@@ -251,7 +251,7 @@ def rubbing(bent: FlexibleSupport) -> Support:
     return Support(bent, MOTORS[:drives] + (0.0,) * bending, (DRY,) * drives + (None,) * bending)
 
 
-@pytest.mark.parametrize(("case", "sea"), zip(HELD, (False, True, True), strict=True))
+@pytest.mark.parametrize(("case", "sea"), [*zip(HELD, (False, True, True), strict=True)])
 def test_friction_and_motors_act_on_the_drives_of_a_structure_that_bends(case: str, sea: bool) -> None:
     """All accelerations agree with virtual work, where drives slip and where friction holds some of them.
 

@@ -15,7 +15,8 @@ State: one array [support, (l), r, q, and their rates, (energy supplied), modes]
 mass and the attitude q (unit quaternion) in the axes of the base; a mode is 1 for a taut fall, 0 for a slack one. Other
 modes stand behind the falls' (`hanging.layout`). Loads that are exchanged have the coordinates r of the first one's
 centre of mass, a point that stays fixed in their axes.
-The falls' forces are functions of the state: contact concerns the load alone.
+The falls' forces are functions of the state: contact concerns the load alone. Joint coordinates are the support's, l
+where a winch changes it, r, and q in the order (w, x, y, z).
 """
 
 from math import sqrt
@@ -26,34 +27,41 @@ from crane_sim.models.contact.forces import add_contact
 from crane_sim.models.contact.surface import CompliantContact, RigidContact, wrench_power
 from crane_sim.models.effects import PayloadDrag, PayloadForce
 from crane_sim.models.energy_meter import Meter
+from crane_sim.models.guards import Guard, encode, smaller_guard
 from crane_sim.models.hanging.carrier import (
     SupportMotion,
+    carrier_energies,
     move_support,
     posture_of,
     support_power,
     winch_power,
     winch_response,
     write_common_rates,
+    write_polyline,
 )
 from crane_sim.models.hanging.exchange import Exchange, body_of_coordinates, load_of
 from crane_sim.models.hanging.layout import contact_index, layout_of, rope_length
 from crane_sim.models.loads import (
     BodyState,
     RigidLoad,
+    align_quaternion,
     angular_acceleration,
     centre_acceleration,
     coordinate_acceleration,
     from_centre,
     imposed_load_power,
+    load_energies,
     load_force,
     quaternion_at,
 )
-from crane_sim.models.moving_base import base_kinematics_at, rotate_to_base
+from crane_sim.models.moving_base import base_kinematics_at, pose_at, rotate_to_base, to_world
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.hoist import Hoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist
 from crane_sim.models.supports.support import Support, arm_of, bare_tip
+from crane_sim.models.wind_kink import pressed_point, pressed_point_of
 from crane_sim.models.wind_load import airflow_at
+from crane_sim.multibody import linear
 from crane_sim.multibody.attitude import angular_velocity, quaternion_acceleration, rotation
 from crane_sim.multibody.tree import to_tree_axes
 from crane_sim.multibody.vectors import Vector, add, cross, dot, multiply, scale, subtract, to_turned_axes
@@ -267,3 +275,68 @@ def falls_power(p, x, solved):
     power += dot(force, load.velocity) + dot(moment, load.omega)
     power = power - pull.damping - pull.couple * solved.support.pose.yaw_rate
     return power if p.contact is None else power + wrench_power(solved.normal_forces.wrench, load)
+
+
+@system.project_in_place.register(FallsCrane)
+@routine
+def normalise(p, x):
+    """Give the quaternion its length 1, and take from its rates what is not across it."""
+    nq, first, _ = layout_of(p)
+    align_quaternion(x, first + 3, nq + first + 3)
+
+
+@routine
+def initialize_fall_modes(p, x):
+    """Set each fall's mode to that of its elongation."""
+    (_, _, modes), kinematics = layout_of(p), kinematics_of(p, x)
+    for i in range(len(p.falls.offset)):
+        fall = fall_state(p.falls, i, *kinematics)
+        x[modes + i] = 1.0 if min(fall.spring, fall.tension) > 0.0 else 0.0
+
+
+@system.tensions.register(FallsCrane)
+def write_tensions(p, t, x, u, rows, i, first):
+    """Write the tensions of all falls [N]."""
+    (_, _, modes), kinematics = layout_of(p), kinematics_of(p, x)
+    for k in range(len(p.falls.offset)):
+        fall = taut_fall(p.contact, fall_state(p.falls, k, *kinematics))
+        rows[i, first + k] = x[modes + k] * fall.tension
+
+
+@routine
+def falls_energies(p, base, x):
+    """Return the energies [J] of the crane, see `carrier_energies`."""
+    (_, _, modes), kinematics = layout_of(p), kinematics_of(p, x)
+    pose, _, load, (length, _) = kinematics
+    total = carrier_energies(p, base, x, pose)
+    total = linear.add(total, load_energies(base, load_of(p, x), load, p.gravity))
+    for i in range(len(p.falls.offset)):
+        spring, rest = fall_state(p.falls, i, *kinematics).spring, length + p.falls.offset[i]
+        stored = x[modes + i] * 0.5 * spring * spring * rest / p.falls.axial_stiffness[i]
+        total = linear.add(total, (0.0, stored, 0.0, 0.0))
+    return total
+
+
+@system.points.register(FallsCrane)
+def write_points(p, t, x, out):
+    """Write support and load in the world into out (N, 3)."""
+    (_, first, _), base = layout_of(p), pose_at(p.base, t)
+    i = write_polyline(posture_of(p, x), base, out)
+    out[i, 0], out[i, 1], out[i, 2] = to_world(base, (x[first], x[first + 1], x[first + 2]))
+
+
+@pressed_point.register(FallsCrane)
+def pressed_point_of_load(p, x):
+    """Return where the wind presses on the load in state x (3,) [m], in the axes of the base."""
+    return pressed_point_of(load_of(p, x), body_state(p, x))
+
+
+@routine
+def falls_guard(p, best, x):
+    """Return the smaller one of `best` and the guards of taut and slack falls."""
+    (_, _, modes), kinematics = layout_of(p), kinematics_of(p, x)
+    for i in range(len(p.falls.offset)):
+        fall = fall_state(p.falls, i, *kinematics)
+        value = fall.tension if x[modes + i] > 0.0 else -min(fall.spring, fall.tension)
+        best = smaller_guard(best, value, encode(Guard.LINK, i))
+    return best

@@ -9,13 +9,11 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.models.elastic import crane as elastic
-from crane_sim.models.elastic.crane import ElasticCrane
-from crane_sim.models.elastic.outputs import elastic_energies, initialize_link_modes, links_guard
+from crane_sim.models.elastic.crane import ElasticCrane, elastic_energies, initialize_link_modes, links_guard
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.falls import crane as falls
 from crane_sim.models.falls.contact_events import contact_guard, fill_contact, total_normal_force
-from crane_sim.models.falls.crane import FallsCrane
-from crane_sim.models.falls.outputs import falls_energies, falls_guard, initialize_fall_modes
+from crane_sim.models.falls.crane import FallsCrane, falls_energies, falls_guard, initialize_fall_modes
 from crane_sim.models.hanging.carrier import mode_of_winch, support_limits_guard, winch_guard, winch_sticks
 from crane_sim.models.hanging.exchange import count_exchanges, exchange_guard
 from crane_sim.models.hanging.joints import accelerations_of_joints, joint_coordinates, write_joints

@@ -24,10 +24,6 @@ class PrescribedHoist(NamedTuple):
 
     profile: Motion
 
-    def modes(self) -> int:
-        """Return the number of modes: one where friction holds the length, or slips."""
-        return 0
-
     def response(self, t: Any, tau: Any, mode: Any, motion: Any, gravity: Any) -> tuple[Any, Any]:
         """Return (inverse mass [1/kg], bias acceleration [m/s²]) of the length; without inertia (-1, tension [N]).
 
@@ -52,7 +48,7 @@ class ForceHoist(NamedTuple):
     friction: Friction | None = None  # N, of the drum, in terms of the rope
 
     def modes(self) -> int:
-        """Return one where it has friction."""
+        """Return the number of modes: one where it has friction, which holds the length or slips."""
         return 0 if self.friction is None else 1
 
     def response(self, t: Any, tau: Any, mode: Any, motion: Any, gravity: Any) -> tuple[Any, Any]:
@@ -77,10 +73,6 @@ class MasslessHoist(NamedTuple):
 
     push: float = 0.0  # 1: efforts that pay out are applied, 0: they count as zero, since a rope transmits tension only
 
-    def modes(self) -> int:
-        """Return none."""
-        return 0
-
     def response(self, t: Any, tau: Any, mode: Any, motion: Any, gravity: Any) -> tuple[Any, Any]:
         """Return the tension."""
         return -1.0, -tau[-1]
@@ -95,10 +87,6 @@ class MotionHoist(NamedTuple):
 
     time_constant: Positive | None = None  # s, of the lag; None: the input is the acceleration
     reeving: Reeving | None = None  # what its falls carry, and its drum's torque, follow from the motion
-
-    def modes(self) -> int:
-        """Return none."""
-        return 0
 
     def response(self, t: Any, tau: Any, mode: Any, motion: Any, gravity: Any) -> tuple[Any, Any]:
         """Return the acceleration that is imposed."""
@@ -131,8 +119,8 @@ def hoist_coordinates(hoist):
 
 
 def hoist_modes(hoist):
-    """Return the number of modes of a hoist."""
-    return 0 if hoist is None else hoist.modes()
+    """Return the number of modes of a hoist: of one with friction 1."""
+    return hoist.modes() if hasattr(hoist, "modes") else 0
 
 
 def hoist_response(hoist, t, tau, mode, motion, gravity):
