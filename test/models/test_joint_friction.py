@@ -91,7 +91,6 @@ SEA = {"roll": {"amplitude": 0.1, "frequency": 0.9, "phase": 1.0}, "heave": {"am
 MOVES = {"initial": {"q": [0.2, 0.6, 7.0, ROPE, 0.1, 0.2], "v": [0.3, 0.0, -0.2, 0.0, 0.4, -0.3]}}
 DRAGS = {name: group | {"stribeck": 0.1, "stiffness": 900.0, "damping": 30.0} for name, group in DRY.items()}
 METERED: dict[str, dict[str, Any]] = {
-    "by events": {"friction": DRY},
     "by bristles at sea": {"lugre": DRAGS, "base_motion": SEA},
     "motors at sea": {
         "friction": DRY,
@@ -215,14 +214,7 @@ SOME = {"coulomb": 3.0, "static": 5.0}
 MOTOR = {"motor": {"ratio": 10.0, "inertia": 0.1}}
 REJECTED: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
     "unknown": (BRIDGE, {"friction": {"slew": SOME}}, r"friction: unknown joint 'slew' \(known: trolley, bridge\)"),
-    "winch": (MOBILE, {"friction": {"rope": SOME}}, r"friction: unknown joint 'rope' \(known: slew, boom, telescope\)"),
     "both": (BRIDGE, {"friction": {"bridge": SOME}, "lugre": BRISTLES}, "lugre.bridge: stands beside friction.bridge"),
-    "static": (
-        BRIDGE,
-        {"friction.bridge": {"coulomb": 5, "static": 3}},
-        "friction.bridge.static = 3.0: .* coulomb = 5.0",
-    ),
-    "negative": (BRIDGE, {"friction.bridge": SOME | {"coulomb": -1}}, "friction.bridge.coulomb = -1: must be"),
     "locked": (LOCKED, {"friction.slew": SOME}, "friction.slew: belongs to a joint .* slew.drive is 'locked'"),
     "locked motor": (LOCKED, {"actuators.slew": MOTOR}, "actuators.slew.motor.inertia: .* slew.drive is 'locked'"),
     "two inertias": (
@@ -246,7 +238,6 @@ def test_friction_and_motors_that_cannot_be_are_named(case: str) -> None:
     ("name", "joint", "frequency"),
     [
         ("spreader_skew", "trolley", 6086.0),  # √(k / m) of a trolley of 27 t
-        ("bridge_hook_and_sling", "trolley", 28868.0),  # of one of 1.2 t
         ("tower_flexible_jib", "slew", 500.0),  # on the drive's side, the slew inertia without the jib's
     ],
 )
