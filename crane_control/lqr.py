@@ -146,7 +146,7 @@ def build_many(settings: Sequence[Mapping[str, Any]], nominals: Sequence[Scene])
     scenes = [without_dry_friction(nominal) for nominal in nominals]
     laws: list[Any] = [_options_of(*pair) for pair in zip(settings, scenes, strict=True)]
     sound = [i for i, law in enumerate(laws) if not isinstance(law, SceneError)]
-    rests = dict(zip(sound, equilibria([scenes[i] for i in sound]), strict=True))
+    rests: dict[int, Any] = dict(zip(sound, equilibria([scenes[i] for i in sound]), strict=True))
     laws = [rest if isinstance(rest := rests.get(i), SceneError) else law for i, law in enumerate(laws)]
     with threadpool_limits(limits=1, user_api="blas"):  # more threads wait longer for each other than they compute
         for group in by_kind(scenes):

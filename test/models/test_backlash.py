@@ -9,9 +9,9 @@ import pytest
 import crane_sim
 from crane_sim import system
 from crane_sim.models.cables.chain import Chain
+from crane_sim.models.carrier.layout import layout_of
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.guards import Guard, encode
-from crane_sim.models.hanging.layout import layout_of
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.backlash import Drive

@@ -11,6 +11,7 @@ from test_falls import falls, rigid
 from test_suspended import INERTIA, SEA, base, turn
 
 from crane_sim import system
+from crane_sim.models.carrier.layout import contact_index
 from crane_sim.models.contact.forces import slipping_forces
 from crane_sim.models.contact.impacts import collide, impulse_work
 from crane_sim.models.contact.rigid import holding_forces, is_closed, normal_force_on
@@ -23,7 +24,6 @@ from crane_sim.models.contact.surface import (
 )
 from crane_sim.models.falls.contact_events import load_alone
 from crane_sim.models.falls.crane import FallsCrane, body_state
-from crane_sim.models.hanging.layout import contact_index
 from crane_sim.models.loads import BodyState
 from crane_sim.models.supports.hoist import ForceHoist
 from crane_sim.models.supports.support import Support

@@ -9,10 +9,10 @@ from point_masses import Point, body_points, mp, mpf, mpmath, plus, ring_points,
 import crane_sim
 from crane_sim import system
 from crane_sim.models.cables.chain import Chain
+from crane_sim.models.carrier.exchange import Exchange
 from crane_sim.models.effects import BoomSpring
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.guards import Guard, encode
-from crane_sim.models.hanging.exchange import Exchange
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.stops import Stops
 from crane_sim.models.supports.bridge import Bridge, BridgeAxis

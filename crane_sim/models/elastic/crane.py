@@ -3,7 +3,7 @@
 State: one array [support, (l1), r_1 .. r_N, and their rates, (energy supplied), modes] with the nodes' positions r_k on
 the base: (x, z) each in the plane, (x, y, z) in space. Link k pulls with T = k e + c e', e its length beyond the rest
 length, l1 of the first link where there is a hoist. Where links only pull, each has a mode, 1 while it is taut, 0 while
-it is slack; other modes stand behind (`hanging.layout`).
+it is slack; other modes stand behind (`carrier.layout`).
 
 The nodes' accelerations, those of support and hoist, and what a moving base adds to them.
 """
@@ -12,10 +12,7 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 from crane_sim import system
-from crane_sim.models.effects import NodeForce, PayloadDrag, PayloadForce, force_on_node, values_of
-from crane_sim.models.energy_meter import Meter
-from crane_sim.models.guards import Guard, encode, smaller_guard
-from crane_sim.models.hanging.carrier import (
+from crane_sim.models.carrier.dynamics import (
     SupportMotion,
     carrier_energies,
     move_support,
@@ -27,8 +24,11 @@ from crane_sim.models.hanging.carrier import (
     write_common_rates,
     write_polyline,
 )
-from crane_sim.models.hanging.exchange import Exchange, load_of
-from crane_sim.models.hanging.layout import layout_of, rope_length
+from crane_sim.models.carrier.exchange import Exchange, load_of
+from crane_sim.models.carrier.layout import layout_of, rope_length
+from crane_sim.models.effects import NodeForce, PayloadDrag, PayloadForce, force_on_node, values_of
+from crane_sim.models.energy_meter import Meter
+from crane_sim.models.guards import Guard, encode, smaller_guard
 from crane_sim.models.loads import PointLoad, PointState, load_energies, load_force
 from crane_sim.models.moving_base import base_kinematics_at, imposed_acceleration, pose_at, to_world
 from crane_sim.models.stops import Stops

@@ -13,7 +13,7 @@ The falls together have `falls` times the number of ropes parts; lead lines of s
 
 State: one array [support, (l), r, q, and their rates, (energy supplied), modes] with the position r of the centre of
 mass and the attitude q (unit quaternion) in the axes of the base; a mode is 1 for a taut fall, 0 for a slack one. Other
-modes stand behind the falls' (`hanging.layout`). Loads that are exchanged have the coordinates r of the first one's
+modes stand behind the falls' (`carrier.layout`). Loads that are exchanged have the coordinates r of the first one's
 centre of mass, a point that stays fixed in their axes.
 The falls' forces are functions of the state: contact concerns the load alone. Joint coordinates are the support's, l
 where a winch changes it, r, and q in the order (w, x, y, z).
@@ -23,12 +23,7 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 from crane_sim import system
-from crane_sim.models.contact.forces import add_contact
-from crane_sim.models.contact.surface import CompliantContact, RigidContact, wrench_power
-from crane_sim.models.effects import PayloadDrag, PayloadForce
-from crane_sim.models.energy_meter import Meter
-from crane_sim.models.guards import Guard, encode, smaller_guard
-from crane_sim.models.hanging.carrier import (
+from crane_sim.models.carrier.dynamics import (
     SupportMotion,
     carrier_energies,
     move_support,
@@ -39,8 +34,13 @@ from crane_sim.models.hanging.carrier import (
     write_common_rates,
     write_polyline,
 )
-from crane_sim.models.hanging.exchange import Exchange, body_of_coordinates, load_of
-from crane_sim.models.hanging.layout import contact_index, layout_of, rope_length
+from crane_sim.models.carrier.exchange import Exchange, body_of_coordinates, load_of
+from crane_sim.models.carrier.layout import contact_index, layout_of, rope_length
+from crane_sim.models.contact.forces import add_contact
+from crane_sim.models.contact.surface import CompliantContact, RigidContact, wrench_power
+from crane_sim.models.effects import PayloadDrag, PayloadForce
+from crane_sim.models.energy_meter import Meter
+from crane_sim.models.guards import Guard, encode, smaller_guard
 from crane_sim.models.loads import (
     BodyState,
     RigidLoad,

@@ -1,1 +1,1 @@
-"""What cranes share whose load hangs below any support: layout of the state, support and winch, exchange of loads."""
+"""Functions of `crane_sim.system` that cranes share whose load hangs below any support: links, springs or falls."""

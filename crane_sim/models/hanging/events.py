@@ -3,12 +3,7 @@
 from typing import Any
 
 from crane_sim import system
-from crane_sim.models.contact.surface import RigidContact, contact_point, displacement_at
-from crane_sim.models.elastic.crane import payload_state
-from crane_sim.models.falls.contact_events import describe_contact, fill_contact, switch_contact
-from crane_sim.models.falls.crane import FallsCrane, body_state
-from crane_sim.models.guards import LOWER, TAUT, Guard, decode, encode, friction_event
-from crane_sim.models.hanging.exchange import (
+from crane_sim.models.carrier.exchange import (
     DONE,
     carried_energy,
     describe_exchange,
@@ -17,8 +12,13 @@ from crane_sim.models.hanging.exchange import (
     vector_at,
     with_exchange_switching,
 )
+from crane_sim.models.carrier.layout import exchange_index, layout_of, rope_length, winch_index
+from crane_sim.models.contact.surface import RigidContact, contact_point, displacement_at
+from crane_sim.models.elastic.crane import payload_state
+from crane_sim.models.falls.contact_events import describe_contact, fill_contact, switch_contact
+from crane_sim.models.falls.crane import FallsCrane, body_state
+from crane_sim.models.guards import LOWER, TAUT, Guard, decode, encode, friction_event
 from crane_sim.models.hanging.interface import HANGING, energies, solve
-from crane_sim.models.hanging.layout import exchange_index, layout_of, rope_length, winch_index
 from crane_sim.models.loads import coordinate_velocity
 from crane_sim.models.stops import (
     WINCH,

@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 
 from crane_sim import system
+from crane_sim.models.carrier.dynamics import mode_of_winch, support_limits_guard, winch_guard, winch_sticks
+from crane_sim.models.carrier.exchange import count_exchanges, exchange_guard
+from crane_sim.models.carrier.layout import layout_of, rope_length, state_size, winch_index
 from crane_sim.models.elastic import crane as elastic
 from crane_sim.models.elastic.crane import ElasticCrane, elastic_energies, initialize_link_modes, links_guard
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.falls import crane as falls
 from crane_sim.models.falls.contact_events import contact_guard, fill_contact, total_normal_force
 from crane_sim.models.falls.crane import FallsCrane, falls_energies, falls_guard, initialize_fall_modes
-from crane_sim.models.hanging.carrier import mode_of_winch, support_limits_guard, winch_guard, winch_sticks
-from crane_sim.models.hanging.exchange import count_exchanges, exchange_guard
 from crane_sim.models.hanging.joints import accelerations_of_joints, joint_coordinates, write_joints
-from crane_sim.models.hanging.layout import layout_of, rope_length, state_size, winch_index
 from crane_sim.models.moving_base import base_state
 from crane_sim.models.supports.backlash import mean_of_drives
 from crane_sim.models.supports.bridge import Bridge

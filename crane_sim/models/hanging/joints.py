@@ -14,7 +14,7 @@ from math import atan2, cos, sin, sqrt
 
 import numpy as np
 
-from crane_sim.models.hanging.layout import layout_of, rope_length
+from crane_sim.models.carrier.layout import layout_of, rope_length
 from crane_sim.models.single_rope.joint_coordinates import POLE
 from crane_sim.models.supports.driven_point import DrivenPoint
 from crane_sim.models.supports.hoist import hoist_coordinates

@@ -23,6 +23,17 @@ from crane_sim.models.cables.chain_3d import (
     row_of,
     solve_tensions,
 )
+from crane_sim.models.carrier.dynamics import (
+    SupportMotion,
+    move_support,
+    posture_of,
+    support_power,
+    winch_power,
+    winch_response,
+    write_common_rates,
+)
+from crane_sim.models.carrier.exchange import Exchange, load_of
+from crane_sim.models.carrier.layout import layout_of, rope_length
 from crane_sim.models.effects import (
     NodeForce,
     PayloadDrag,
@@ -32,17 +43,6 @@ from crane_sim.models.effects import (
     values_of,
 )
 from crane_sim.models.energy_meter import Meter
-from crane_sim.models.hanging.carrier import (
-    SupportMotion,
-    move_support,
-    posture_of,
-    support_power,
-    winch_power,
-    winch_response,
-    write_common_rates,
-)
-from crane_sim.models.hanging.exchange import Exchange, load_of
-from crane_sim.models.hanging.layout import layout_of, rope_length
 from crane_sim.models.loads import (
     PointLoad,
     RigidLoad,

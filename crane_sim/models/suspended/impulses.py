@@ -21,9 +21,9 @@ from crane_sim.models.cables.chain_3d import (
     row_of,
     solve_tensions,
 )
+from crane_sim.models.carrier.exchange import DONE, carried_energy, join, load_of, vector_at
+from crane_sim.models.carrier.layout import exchange_index, layout_of, rope_length
 from crane_sim.models.guards import Guard, encode
-from crane_sim.models.hanging.exchange import DONE, carried_energy, join, load_of, vector_at
-from crane_sim.models.hanging.layout import exchange_index, layout_of, rope_length
 from crane_sim.models.loads import RigidLoad, end_acceleration_across, end_mobility, load_state
 from crane_sim.models.moving_base import rotate_to_base
 from crane_sim.models.supports.hoist import hoist_response

@@ -2,10 +2,10 @@
 
 from crane_sim import system
 from crane_sim.models.cables.chain_3d import align
+from crane_sim.models.carrier.dynamics import carrier_energies, fall_guard, node_energies, posture_of, write_polyline
+from crane_sim.models.carrier.exchange import load_of
+from crane_sim.models.carrier.layout import layout_of, rope_length
 from crane_sim.models.guards import Guard, encode, smaller_guard
-from crane_sim.models.hanging.carrier import carrier_energies, fall_guard, node_energies, posture_of, write_polyline
-from crane_sim.models.hanging.exchange import load_of
-from crane_sim.models.hanging.layout import layout_of, rope_length
 from crane_sim.models.loads import RigidLoad, align_quaternion, load_energies, load_state
 from crane_sim.models.moving_base import pose_at, to_world
 from crane_sim.models.supports.support import bare_tip, read_state, yaw

@@ -7,9 +7,9 @@ import numpy as np
 
 from crane_sim.files.errors import SceneError
 from crane_sim.models.cables.chain import Chain, Joints, Rods
+from crane_sim.models.carrier.exchange import COLUMNS, Exchange
 from crane_sim.models.effects import NodeForce, PayloadForce
 from crane_sim.models.elastic.crane import ElasticCrane, Slack, Springs
-from crane_sim.models.hanging.exchange import COLUMNS, Exchange
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.overhead.double import DoubleCrane, TwoLinks
 from crane_sim.models.overhead.events import EventLimits

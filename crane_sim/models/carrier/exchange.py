@@ -12,8 +12,8 @@ Then the cable's impulses hold P (`impulses`).
 
 from typing import Any, NamedTuple
 
+from crane_sim.models.carrier.layout import exchange_index
 from crane_sim.models.guards import Guard, encode, smaller_guard
-from crane_sim.models.hanging.layout import exchange_index
 from crane_sim.models.loads import PointLoad, RigidLoad
 from crane_sim.models.moving_base import rotate_to_base
 from crane_sim.models.wind_load import Windage

@@ -2,8 +2,8 @@
 
 from typing import Any, NamedTuple
 
+from crane_sim.models.carrier.layout import layout_of, rope_length, winch_index
 from crane_sim.models.guards import LOWER, Guard, encode, smaller_guard
-from crane_sim.models.hanging.layout import layout_of, rope_length, winch_index
 from crane_sim.models.moving_base import added_energy, to_world
 from crane_sim.models.stops import length_guard
 from crane_sim.models.supports.backlash import drive_accelerations, drive_energies, play_power
