@@ -33,7 +33,9 @@ setup(
         (f"share/{NAME}/config/references", glob("config/references/*.json")),
     ],
     python_requires=">=3.11",
-    install_requires=["setuptools", "numpy>=2", "scipy", "llvmlite", "pydantic", "pyyaml", "rich", "click"],
+    install_requires=[
+        *("setuptools", "numpy>=2", "scipy", "threadpoolctl", "llvmlite", "pydantic", "pyyaml", "rich", "click")
+    ],
     extras_require={
         "ros": [
             "ros-diagnostic-msgs==5.3.6",

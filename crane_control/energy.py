@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from crane_control import knuckle_energy, knuckle_load_estimation, overhead_energy
-from crane_control.tracking.one_rope import check_has_one_rope
+from crane_control.tracking.suspension import check_has_one_rope
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import Law
 from crane_sim.scenes.scene import Scene

@@ -35,7 +35,6 @@ from crane_control.knuckle_energy import (
     ControlParameters,
     EnergyLaw,
     Settings,
-    compute_lyapunov,
     control_action,
 )
 from crane_sim import system
@@ -74,20 +73,6 @@ class MassEstimatingEnergyLaw(NamedTuple):
     def with_initial_state(self) -> "MassEstimatingEnergyLaw":
         """Return the law with an estimator at its initial state."""
         return self._replace(estimator=make_estimator_state(self.nominal))
-
-    def compute_lyapunov_for_mass(self, mass: float, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> float:
-        """Return W [J] of the proof for the true mass [kg], at t [s], joint positions q (nq,), velocities v (nq,)."""
-        nominal, winch = self.nominal, self.parameters.rope
-        boom, jib = nominal.support.boom, nominal.support.jib
-        assert winch is not None  # `build` rejects a rope without a force-driven winch
-        value, _ = compute_lyapunov(
-            EnergyLaw(self.parameters, nominal._replace(load=nominal.load._replace(mass=mass))), t, q, v
-        )
-        bound = (  # B
-            boom.length**2 / self.parameters.kd[1] + jib.length**2 / self.parameters.kd[2] + 1.0 / winch.kd
-        )
-        filter_error = (nominal.load.mass - mass) * nominal.gravity * exp(-self.filter_rate * t)  # f - m a
-        return value + 0.5 * bound / self.filter_rate * filter_error**2
 
 
 def make_estimator_state(nominal: Crane) -> MassEstimatorState:

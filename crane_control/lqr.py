@@ -14,16 +14,16 @@ Where the scene has a path of the joints, these follow it: z* is then the target
 velocities of the actuated joints in place of its own.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from pydantic import Field
+from threadpoolctl import threadpool_limits
 
-from crane_control.blas_threads import in_one_thread
 from crane_control.reduced_state import nominal_coordinate
-from crane_control.regulator import Array, solve_regulators_or_errors
+from crane_control.regulator import Array, solve_regulator
 from crane_sim import system
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.files.types import NonNegative, Positive
@@ -139,17 +139,22 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> LqrLaw:
 
 
 def build_many(settings: Sequence[Mapping[str, Any]], nominals: Sequence[Scene]) -> list[LqrLaw | SceneError]:
-    """Return the law of each of many scenes, or the error that `build` raises for it, in a fraction of the time."""
+    """Return the law of each of many scenes, or the error that `build` raises for it.
+
+    Rest and linear equations, which cost most, are computed for all scenes of a kind at once.
+    """
     scenes = [without_dry_friction(nominal) for nominal in nominals]
     laws: list[Any] = [_options_of(*pair) for pair in zip(settings, scenes, strict=True)]
     sound = [i for i, law in enumerate(laws) if not isinstance(law, SceneError)]
-    rests = dict(zip(sound, equilibria([scenes[i] for i in sound]), strict=True))
+    rests: dict[int, Any] = dict(zip(sound, equilibria([scenes[i] for i in sound]), strict=True))
     laws = [rest if isinstance(rest := rests.get(i), SceneError) else law for i, law in enumerate(laws)]
-    for plants in _plants_of(scenes, laws, rests):
-        with in_one_thread():
-            made = _make_laws(plants)
-        for i, law in zip(plants.indices, made, strict=True):
-            laws[i] = law
+    with threadpool_limits(limits=1, user_api="blas"):  # more threads wait longer for each other than they compute
+        for group in by_kind(scenes):
+            kind = [i for i in group if not isinstance(laws[i], SceneError)]
+            if kind:
+                matrices = state_matrices_of([scenes[i] for i in kind], *zip(*(rests[i] for i in kind), strict=True))
+                for i, a, b in zip(kind, *matrices, strict=True):
+                    laws[i] = _design(laws[i], scenes[i], rests[i], a, b)
     return laws
 
 
@@ -168,74 +173,25 @@ def _options_of(settings: Mapping[str, Any], scene: Scene) -> Settings | SceneEr
     return options
 
 
-class _Plants(NamedTuple):
-    """What the regulators of n scenes are computed from, whose m free deviations are the same."""
+def _design(options: Settings, scene: Scene, rest: tuple[Array, Array], a: Array, b: Array) -> LqrLaw | SceneError:
+    """Return the law of a scene about rest (positions (nq,), efforts (nu,)), or the error that it has no regulator.
 
-    indices: Sequence[int]  # of the scenes
-    scenes: Sequence[Scene]
-    rests: Sequence[tuple[Array, Array]]  # joint positions (nq,) and efforts (nu,) that are held
-    a: Array  # (n, m, m)
-    b: Array  # (n, m, nu)
-    q: Array  # (n, m, m), weights
-    r: Array  # (n, nu)
-    to_joints: Array  # (n, 2 nq, m), joint positions and velocities of the deviations
-
-
-def _plants_of(scenes: Sequence[Scene], options: Sequence[Any], rests: Mapping[int, Any]) -> Iterator[_Plants]:
-    """Yield the linear equations of scenes about rest, those of one kind together.
-
-    Args:
-        scenes: the nominal ones.
-        options: `Settings` of each, or the error that it has.
-        rests: positions and efforts by the number of the scene.
+    a, b are the linear equations of its n free deviations, (2 n, 2 n) and (2 n, nu); what nothing accelerates is left
+    out.
     """
-    for group in by_kind(scenes):
-        indices = [i for i in group if not isinstance(options[i], SceneError)]
-        if not indices:
-            continue
-        own = [scenes[i] for i in indices]
-        a, b = state_matrices_of(own, *zip(*(rests[i] for i in indices), strict=True))
-        masks = ~imposed_rows(a, b)
-        sampled = np.array([scene.sampled for scene in own])
-        _, parts = np.unique(np.column_stack([sampled, masks]), axis=0, return_inverse=True)
-        for part in range(parts.max() + 1):
-            chosen = np.flatnonzero(parts.ravel() == part)
-            moving = np.flatnonzero(np.tile(masks[chosen[0]], 2))
-            own_indices = [indices[i] for i in chosen]
-            yield _make_plants(own_indices, scenes, options, rests, (a[chosen], b[chosen], moving))
-
-
-def _make_plants(
-    indices: Sequence[int], scenes: Sequence[Scene], options: Sequence[Any], rests: Mapping[int, Any], linear: Any
-) -> _Plants:
-    """Return the plants of scenes with these indices and linear equations (a, b, which deviations are free)."""
-    (a, b, moving), own = linear, [scenes[i] for i in indices]
-    bases = np.array([tangent_basis(scene, rests[i][0]) for i, scene in zip(indices, own, strict=True)])
-    (_, nq, n), joints = bases.shape, list(own[0].joint_names)
-    to_joints = np.zeros((len(own), 2 * nq, 2 * n))
-    to_joints[:, :nq, :n] = to_joints[:, nq:, n:] = bases
-    to_joints, driven = to_joints[:, :, moving], [joints.index(name) for name in own[0].actuated]
-    accelerations = (bases @ b[:, n:])[:, driven, range(len(driven))]
-    weights = [_weights(options[i], scenes[i], each) for i, each in zip(indices, accelerations, strict=True)]
-    q = np.array([each[0] for each in weights])[:, :, None] * np.eye(2 * nq)
-    reduced = np.swapaxes(to_joints, 1, 2) @ q @ to_joints
-    r = np.array([each[1] for each in weights])
-    return _Plants(
-        indices, own, [rests[i] for i in indices], a[:, moving][:, :, moving], b[:, moving], reduced, r, to_joints
-    )
-
-
-def _make_laws(plants: _Plants) -> list[LqrLaw | SceneError]:
-    """Return the laws of plants, or the error of one that has no regulator."""
-    periods = [scene.period if scene.sampled else None for scene in plants.scenes]
-    found = solve_regulators_or_errors(plants.a, plants.b, plants.q, plants.r, periods)
-    return [
-        each if isinstance(each, SceneError) else _make_law(*each, scene, rest, to_joints)
-        for each, scene, rest, to_joints in zip(found, plants.scenes, plants.rests, plants.to_joints, strict=True)
-    ]
-
-
-def _make_law(gain: Array, poles: Any, scene: Scene, rest: tuple[Array, Array], to_joints: Array) -> LqrLaw:
+    basis, moving = tangent_basis(scene, rest[0]), np.flatnonzero(np.tile(~imposed_rows(a, b), 2))
+    nq, n = basis.shape
+    to_joints = np.zeros((2 * nq, 2 * n))
+    to_joints[:nq, :n] = to_joints[nq:, n:] = basis
+    to_joints = to_joints[:, moving]
+    driven = [scene.joint_names.index(name) for name in scene.actuated]
+    q, r = _weights(options, scene, (basis @ b[n:])[driven, range(len(driven))])
+    reduced = to_joints.T @ (q[:, None] * np.eye(2 * nq)) @ to_joints
+    period = scene.period if scene.sampled else None
+    try:
+        gain, poles = solve_regulator(a[np.ix_(moving, moving)], b[moving], reduced, r, period)
+    except SceneError as error:
+        return error
     target, efforts = rest
     rows = tuple(GainRow(float(effort), row.copy()) for effort, row in zip(efforts, gain @ to_joints.T, strict=True))
     return LqrLaw(rows, target, scene.trajectory, poles)

@@ -1,12 +1,12 @@
 """Cranes that tracking laws accept: a pendulum whose suspension point is driven, or a knuckle boom with a rope."""
 
-from crane_control.tracking.knuckle_boom import BoomServo
-from crane_control.tracking.one_rope import check_has_one_rope
+from crane_control.tracking.knuckle_boom import BoomServo, make_boom_servo
 from crane_control.tracking.tip_servo import PositionServo, Servo
-from crane_control.tracking.tip_workspace import make_boom_servo
 from crane_control.tracking.tracker import Pendulum
 from crane_sim.files.errors import SceneError
+from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.supports.support import structure_of
+from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.scenes.scene import Scene
 from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.trajectory import Trajectory
@@ -60,3 +60,17 @@ def make_tip_servo(
     if servo is not None:
         raise SceneError("control.servo: the suspension has one itself; leave it out, or take drive: acceleration")
     return PositionServo(plant_servo.kp, plant_servo.kd)
+
+
+def check_has_one_rope(law: str, nominal: Scene) -> None:
+    """Raise SceneError where the nominal crane has falls, further links or a rigid-body payload; law: its name."""
+    if isinstance(nominal.model, FallsCrane):  # its joints are the position of the load, not swing angles
+        line = "supports only one rope and a point mass; the scene has falls, possible with them: lqr, joint_trajectory"
+        raise SceneError(f"control.law = {law!r}: {line}")
+    if not isinstance(nominal.model, SuspendedCrane):
+        return
+    keys = ", ".join(getattr(nominal.file, "beyond_one_rope", ["links"]))
+    raise SceneError(
+        f"control.nominal: law {law!r} supports only one rope and a point mass; the nominal scene has {keys}; "
+        "leave that out there, as {links: [], payload: {mass: ..., inertia: null, attachment: null}} does"
+    )

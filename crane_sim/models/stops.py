@@ -34,9 +34,10 @@ def make_switching(stops, positions):
     return Switching(1, 0 if stops.taut > 0.0 else positions, None)
 
 
-def length_guard(stops, length, rate):
-    """Return the smaller guard of a rope's shortest and longest length, at this length [m] and rate [m/s]."""
-    best = length + stops.lookahead * min(rate, 0.0) - stops.shortest, encode(Guard.LENGTH, LOWER)
+def length_guard(stops, best, length, rate):
+    """Return the smallest one of `best` and the guards of a rope's shortest and longest length, by length and rate."""
+    shortest = length + stops.lookahead * min(rate, 0.0) - stops.shortest
+    best = smaller_guard(best, shortest, encode(Guard.LENGTH, LOWER))
     return smaller_guard(best, stops.longest - length, encode(Guard.LENGTH, UPPER))
 
 

@@ -115,8 +115,6 @@ def test_angles_ahead_of_every_joint() -> None:
 POSTURES = {
     "knuckle_setpoint": ((0.0, 0.6, -0.5, 2.0, 0.0, 0.0), (0.7, 0.6, -0.5, 2.0, 0.0, 0.0)),
     "mobile_lift": (None,),
-    "bridge_speed_drive": (None,),
-    "tower_gust": (None,),
 }
 
 

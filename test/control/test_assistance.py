@@ -42,15 +42,6 @@ def test_a_step_becomes_two() -> None:
     assert assistance.delay == pytest.approx(half_swing(5.0))
 
 
-def test_a_stop_leaves_nothing_to_be_commanded() -> None:
-    """After a stop the second half of a step before it is not commanded: the levers are at rest."""
-    assistance, q = Assistance(scene := workshop_crane()), scene.initial_q
-    assistance.record_command(0.0, (0.4, 0.0, 0.0))
-    assistance.forget_commands()
-    assistance.record_command(half_swing(5.0), (0.0, 0.0, 0.0))
-    np.testing.assert_allclose(assistance.compute_velocity_command(half_swing(5.0), q), 0.0, atol=1e-12)
-
-
 def test_assistance_that_is_switched_on_does_not_jump() -> None:
     """A speed that was held while the rope became longer, with assistance off, is the first one with it."""
     assistance, q = Assistance(scene := workshop_crane()), list(scene.initial_q)
@@ -84,15 +75,6 @@ def test_the_rope_has_its_present_length() -> None:
     q[2] = 2.0
     assistance.compute_velocity_command(1.0, q)
     assert assistance.delay == pytest.approx(half_swing(2.0), rel=1e-6)
-
-
-def test_a_reset_forgets() -> None:
-    """After the plant was reset nothing of the run before is passed on."""
-    scene = workshop_crane()
-    assistance = Assistance(scene)
-    assistance.record_command(50.0, (0.4, 0.4, 0.1))
-    assistance.record_command(0.0, (0.0, 0.0, 0.0))
-    assert assistance.compute_velocity_command(0.0, scene.initial_q) == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
 
 
 def test_the_vertical_is_the_present_one() -> None:

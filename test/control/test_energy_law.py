@@ -51,9 +51,7 @@ def test_the_shaped_energy_equals_the_published_one() -> None:
 
 LOOPS: dict[str, dict[str, Any]] = {
     "plain": {},
-    "quadratic friction": {"swing_friction": {"model": "quadratic", "tangential": 0.2, "radial": 0.1}},
     "drag": {"payload_drag": {"coefficient": 0.2}},
-    "locked rope": {"rope": {"drive": "locked"}},
     "springs and turning rods": {
         "springs": {"boom": {"stiffness": 50.0, "rest": 0.5}, "rope": {"stiffness": 5.0, "rest": 1.8}},
         "boom.axial_inertia": 0.5,
@@ -111,24 +109,10 @@ def test_lqr_rejects_a_knuckle_boom_straight_up() -> None:
         (lambda t, q, v: [float("nan")] * 4, "efforts that are not finite at t = 0 s"),
         (lambda t, q, v: [0.0, 190.0], "gave 2 efforts at t = 0 s, 4 joints are actuated"),
         (lambda t, q, v: 3.0, "the law returned 3.0 at t = 0 s, not 4 efforts: return (x,), a tuple"),
-        (lambda t, q, v: np.float64(3.0), "at t = 0 s, not 4 efforts: return (x,), a tuple"),
-        (lambda t, q, v: ["a"], "the law returned ['a'] at t = 0 s, not 4 efforts"),
-        (lambda t, q, v: {}["gain"], "the law failed at t = 0 s: KeyError"),
         (lambda t, q, v: (1.0 / x for x in (0.0,)), "the law failed at t = 0 s: ZeroDivisionError"),
-        (lambda t, q, v: (10**400,) * 4, "the law returned (1000"),
         (lambda t, q, v: int("a\nb"), "the law failed at t = 0 s: ValueError: invalid literal for int()"),
     ],
-    ids=[
-        "not finite",
-        "too few",
-        "a number",
-        "a number of numpy",
-        "no numbers",
-        "raises",
-        "raises later",
-        "too large",
-        "two lines",
-    ],
+    ids=["not finite", "too few", "a number", "raises later", "two lines"],
 )
 def test_a_faulty_law_is_a_single_line_error(law: Any, message: str) -> None:
     """A law that raises, or returns no vector of efforts, ends the run with a single-line error with the time."""

@@ -39,15 +39,6 @@ def test_commands_are_those_of_the_formula() -> None:
         assert by_position is not None and by_position(t, q, (0.0, 0.0)) == (x,)
 
 
-@pytest.mark.long
-def test_a_trolley_reaches_the_end_of_its_path() -> None:
-    """By position the trolley ends where the path does; the period's hold delays it by no more than two periods."""
-    loaded = scene("position", PATH)
-    run = simulate(loaded)
-    deviation = run.q[:, 0] - sample_trajectory(loaded.trajectory, run.t)[:, 0, 0]
-    assert abs(deviation[-1]) < 1e-9 and np.max(np.abs(deviation)) < 0.4 * 0.02  # path's velocity × two periods
-
-
 def test_a_deviation_decays_by_the_gain() -> None:
     """Below an exact speed drive a trolley that begins beside its path comes to it as exp(-h t)."""
     path = {"kind": "trajectory", "of": "joints", "joint_names": ["trolley"]}

@@ -9,6 +9,7 @@ import pytest
 import crane_sim
 from crane_sim import system
 from crane_sim.models.cables.chain import Chain
+from crane_sim.models.carrier.layout import layout_of
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.guards import Guard, encode
 from crane_sim.models.loads import PointLoad
@@ -71,10 +72,14 @@ def drives() -> Drives:
     return (first, second), (third,)
 
 
-@pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize("name", SUPPORTS)
+@pytest.mark.parametrize(
+    ("name", "case"), [("tower", "gap"), ("tower", "leaving"), ("bridge", "forwards"), ("mobile", "backwards")]
+)
 def test_a_joint_moves_by_what_its_shafts_push(name: str, case: str) -> None:
-    """Joints move as those of the crane without play under the shafts' forces, drives by efforts less these forces."""
+    """Joints move as those of the crane without play under the shafts' forces, drives by efforts less these forces.
+
+    The energy of masses, springs and weight changes by the power that the meter counts.
+    """
     lead, rate, mode = CASES[case]
     p, plain, ns = crane(name, drives()), crane(name, None), len(SUPPORTS[name][1])
     q, v = posture(name, ((lead, rate), (0.0, 0.2), (lead, rate)))
@@ -92,24 +97,19 @@ def test_a_joint_moves_by_what_its_shafts_push(name: str, case: str) -> None:
     np.testing.assert_allclose(got[-3:], own, rtol=1e-12)
     read = system.joints(p, x)
     np.testing.assert_allclose(np.array(read), np.array([q, v]), rtol=0.0, atol=1e-14)  # rounding of swing angles
+    check_meter(p, x, u)
 
 
-@pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize("name", SUPPORTS)
-def test_the_meter_counts_all_power(name: str, case: str) -> None:
-    """The energy of masses, springs and weight changes by the power that the meter counts, in every mode."""
-    p, ns = crane(name, drives()), len(SUPPORTS[name][1])
-    q, v = posture(name, (CASES[case][:2], (0.0, 0.2), CASES[case][:2]))
-    x, u = system.state(p, 0.0, q, v), (*EFFORTS[:ns], -60.0)
+def check_meter(p: Any, x: Any, u: Any) -> None:
+    """Assert that the energy changes by the power that the meter counts."""
     rates, h = system.rhs(p, 0.0, x, u), 1e-6
-    ends = [system.kinetic(p, y) + system.potential(p, y) for y in (x - h * rates, x + h * rates)]
-    metered = rates[-4]  # modes follow
-    assert metered == pytest.approx(system.power(p, 0.0, x, u), rel=1e-15)
-    scale = abs(metered) + abs(ends[0])
-    assert (ends[1] - ends[0]) / (2 * h) == pytest.approx(metered, abs=1e-8 * scale)  # h², rounding / h
+    low, high = (system.kinetic(p, y) + system.potential(p, y) for y in (x - h * rates, x + h * rates))
+    metered = rates[2 * layout_of(p)[0]]
+    scale = abs(metered) + abs(low)
+    assert (high - low) / (2 * h) == pytest.approx(metered, abs=1e-8 * scale)  # h², rounding / h
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", ["gap", "forwards"])
 def test_a_gantry_moves_by_what_its_shafts_push(case: str) -> None:
     """Below falls: accelerations are those without play under the shafts' forces, and the meter counts all power."""
     (lead, rate, mode), play, stiffness, damping = CASES[case], 0.02, 4e5, 2e3
@@ -127,24 +127,7 @@ def test_a_gantry_moves_by_what_its_shafts_push(case: str) -> None:
     expected = system.acceleration(plain.model, 0.0, y, u_plain)
     np.testing.assert_allclose(got, [*expected, (500.0 - push) / 900.0], rtol=1e-12, atol=1e-12)  # rounding
     np.testing.assert_array_equal(np.array(system.joints(p, x))[:, -1], [q[1] + lead, v[1] + rate])
-    rates, h = system.rhs(p, 0.0, x, u), 1e-6
-    low, high = (system.kinetic(p, y) + system.potential(p, y) for y in (x - h * rates, x + h * rates))
-    metered = rates[2 * len(got)]
-    assert (high - low) / (2 * h) == pytest.approx(metered, abs=1e-8 * (abs(metered) + abs(low)))  # h², rounding / h
-
-
-def test_equal_drives_side_by_side_are_one() -> None:
-    """Two equal drives in the same place move the joint as one with the sum of their inertias and stiffnesses."""
-    two = (), (Drive(2.0, 0.5, 0.02, 4e3, 20.0),) * 2
-    one = (), (Drive(4.0, 1.0, 0.02, 8e3, 40.0),)
-    results, (q, v) = [], posture("bridge", ((0.0, 0.0),) * 3)
-    for n, gears in ((2, two), (1, one)):
-        p = crane("bridge", gears)
-        x = system.state(p, 0.0, np.array([*q[:8], *[q[1] + 0.015] * n]), np.array([*v[:8], *[v[1] + 0.1] * n]))
-        results.append(
-            [*system.acceleration(p, 0.0, x, (3.0, 9.0, -60.0))[:9], system.kinetic(p, x), system.potential(p, x)]
-        )
-    np.testing.assert_allclose(results[0], results[1], rtol=1e-13, atol=1e-13)  # rounding
+    check_meter(p, x, u)
 
 
 def test_contact_begins_and_ends_by_its_guards() -> None:
@@ -253,12 +236,9 @@ def test_drives_in_tandem_cross_their_play_one_after_the_other() -> None:
 
 
 REJECTED = [
-    ({"bridge": []}, "backlash.bridge = []: needs at least one value"),
     ({"bridge": [{"play": 0.0}]}, "backlash.bridge[0].play = 0.0: must be greater than 0"),
-    ({"bridge": [{"inertia": 0.0}]}, "backlash.bridge[0].inertia = 0.0: must be greater than 0"),
     ({"bridge": [{"offset": 0.011}]}, "backlash.bridge[0].offset = 0.011: must be within half of the play, 0.01"),
     ({"slew": [{}]}, "backlash: unknown joint 'slew' (known: trolley, bridge)"),
-    ({"bridge": [{"gap": 0.1}]}, "backlash.bridge[0]: unknown key 'gap'"),
 ]
 
 
@@ -271,10 +251,9 @@ def test_play_that_cannot_be_is_refused(backlash: Any, line: str) -> None:
     assert line in str(error.value) and "\n" not in str(error.value)
 
 
-@pytest.mark.parametrize("name", ["tandem_play", "set_down_on_deck"])
-def test_a_fixed_step_is_judged_by_the_shafts(name: str) -> None:
+def test_a_fixed_step_is_judged_by_the_shafts() -> None:
     """A step that a drive of 10 kg on a shaft of 1e9 N/m cannot bear is refused, with the largest one that it can."""
     drive = {"inertia": 10.0, "play": 1e-3, "stiffness": 1e9}
     changes = {"backlash": {"bridge": [drive]}, "integrator": {"method": "rk4", "step": 0.005}}
     with pytest.raises(crane_sim.SceneError, match=r"integrator.step = 0.005: too large for the stiffest motion, 1.41"):
-        crane_sim.load_scene(name, changes)
+        crane_sim.load_scene("tandem_play", changes)

@@ -11,12 +11,12 @@ from test_falls import falls, rigid
 from test_suspended import INERTIA, SEA, base, turn
 
 from crane_sim import system
+from crane_sim.models.carrier.layout import contact_index
 from crane_sim.models.contact.forces import slipping_forces
 from crane_sim.models.contact.impacts import collide, impulse_work
 from crane_sim.models.contact.rigid import holding_forces, is_closed, normal_force_on
 from crane_sim.models.contact.surface import (
     ZERO,
-    CompliantContact,
     RigidContact,
     Surface,
     contact_point,
@@ -24,10 +24,9 @@ from crane_sim.models.contact.surface import (
 )
 from crane_sim.models.falls.contact_events import load_alone
 from crane_sim.models.falls.crane import FallsCrane, body_state
+from crane_sim.models.loads import BodyState
 from crane_sim.models.supports.hoist import ForceHoist
 from crane_sim.models.supports.support import Support
-from crane_sim.models.suspended.layout import contact_index
-from crane_sim.models.suspended.load_dynamics import BodyState
 from crane_sim.trajectories.base_motion import Base
 
 T, FRICTION, SLIP = 0.9, 0.4, 1e-3
@@ -271,30 +270,3 @@ def test_impacts_give_no_energy_and_leave_no_approach() -> None:
         assert impulse.force[2] >= 0.0
         drag = np.hypot(*impulse.force[:2])
         assert drag <= contact.surface.friction * impulse.force[2] * (1.0 + 1e-12)
-
-
-def test_a_flat_drop_leaves_with_the_restitution_s_part_of_its_speed() -> None:
-    """A load that comes down flat leaves with e times its speed: 1 - e² of its energy is lost."""
-    contact = RigidContact(CORNERS, Surface(-1.0, 0.3, SLIP), 0.6, 0.01)
-    square = contact._replace(points=CORNERS - (0.05, 0.0, 0.0))
-    load = rigid(np.diag([3.0, 4.0, 5.0]))
-    after, _ = collide(square, load, displacement_at(None, 0.0), body_at(ZERO, (0.0, 0.0, -2.0), ZERO), np.ones(4))
-    np.testing.assert_allclose(after.velocity, (0.0, 0.0, 1.2), atol=1e-13)  # of the sweeps
-    slow = body_at(ZERO, (0.0, 0.0, -0.0099), ZERO)
-    rest, _ = collide(square, load, displacement_at(None, 0.0), slow, np.ones(4))
-    assert abs(rest.velocity[2]) < 1e-15
-
-
-@pytest.mark.parametrize("kind", ["rigid", "compliant"])
-def test_a_surface_out_of_reach_changes_nothing(kind: str) -> None:
-    """Above a surface that it does not touch, a load accelerates bit for bit as without one."""
-    surface = Surface(-99.0, FRICTION, SLIP, heaving())
-    rigidly, softly = RigidContact(CORNERS, surface, 0.2, 0.01), CompliantContact(CORNERS, surface, 1e5, 0.3)
-    plain = FallsCrane(Support(SUPPORTS["bridge"]), falls(), rigid(), ForceHoist(1.5), base=base())
-    load = Resting(2)
-    joints, rates, _ = mapped(load.q, load.v, 0.0 * load.v)
-    runs = [
-        system.acceleration(crane, T, system.state(crane, T, joints, rates), EFFORTS)
-        for crane in (plain, plain._replace(contact=rigidly if kind == "rigid" else softly))
-    ]
-    assert runs[0].tobytes() == runs[1].tobytes()

@@ -1,15 +1,12 @@
 """Friction of joints of tower, mobile, bridge and gantry cranes: events, bristles, motors, and what they meet."""
 
-from functools import cache
 from typing import Any
 
 import mpmath
 import numpy as np
 import pytest
-import sympy
-from friction_events import Reference, Rubbing, Vector, bristle_forces, check_events, sines
+from friction_events import Rubbing, sines
 from mpmath import mp, mpf
-from scipy.integrate import solve_ivp
 
 import crane_sim
 from crane_sim import load_scene, system
@@ -84,99 +81,16 @@ MOBILE: dict[str, Any] = {
 }
 
 
-@cache
-def mobile_functions() -> tuple[Any, Any, Any]:
-    """Return (masses, Jacobians of places, their rates) of the mobile crane's points, functions of (q, v).
-
-    Each section is two points on the boom; the superstructure is apart.
-    """
-    q, v = sympy.symbols("q0:5"), sympy.symbols("v0:5")
-    a, boom, out, first, second = q
-    radial = sympy.Matrix([sympy.cos(a), sympy.sin(a), 0])
-    across, up = sympy.Matrix([-sympy.sin(a), sympy.cos(a), 0]), sympy.Matrix([0, 0, 1])
-    along = radial * sympy.cos(boom) + up * sympy.sin(boom)
-    foot = radial * FOOT[0] + up * FOOT[1]
-    points, masses = [], []
-    for (mass, _, inertia), middle in zip(SECTIONS, (SECTIONS[0][1], out - SECTIONS[1][1]), strict=True):
-        half = (inertia / mass) ** 0.5
-        points += [foot + along * (middle + side * half) for side in (1, -1)]
-        masses += [mass / 2, mass / 2]
-    hangs = radial * sympy.sin(second) + sympy.cos(second) * (across * sympy.sin(first) - up * sympy.cos(first))
-    points.append(foot + along * out + hangs * ROPE)
-    places = sympy.Matrix([x for point in points for x in point])
-    jacobian = places.jacobian(q)
-    rates = sum((jacobian.diff(x) * w for x, w in zip(q, v, strict=True)), sympy.zeros(*jacobian.shape))
-    both = sympy.lambdify([q, v], [jacobian, rates * sympy.Matrix(v)], cse=True)
-    return np.repeat([*masses, LOAD], 3), both, None
-
-
-def mobile_equations(q: Vector, v: Vector, u: Vector) -> tuple[Vector, Vector]:
-    """Return (mass matrix, generalised force) of (slew, boom, telescope, two swing angles): virtual work of points."""
-    masses, both, _ = mobile_functions()
-    jacobian, bias = both(q, v)
-    gravity = np.tile([0.0, 0.0, -9.81], len(masses) // 3)
-    matrix = jacobian.T @ (masses[:, None] * jacobian)
-    matrix[0, 0] += SUPERSTRUCTURE
-    return matrix, np.array([*u, 0.0, 0.0]) + jacobian.T @ (masses * (gravity - np.ravel(bias)))
-
-
-@cache
-def mobile_events(end: float) -> list[tuple[float, int, float]]:
-    """Return the events of the scene MOBILE by the reference."""
-    start = np.array([0.0, 0.6, 7.0, 0.01, 0.05, *np.zeros(5)])
-    return Reference(mobile_equations, WAVES, DRY).events(start, end)
-
-
-@pytest.mark.long
-def test_three_joints_of_a_mobile_crane_stick_and_slip() -> None:
-    """Slew, boom and telescope stick and slip at the times of virtual work with a constraint for each that sticks."""
-    expected = mobile_events(2.0)
-    assert len(expected) > 12 and {(0, 0.0), (1, 0.0), (2, 0.0)} <= {(j, mode) for _, j, mode in expected}
-    check_events(crane_sim.simulate(MOBILE | {"friction": DRY}), expected, list(DRY))
-
-
 BRISTLES: Rubbing = {
     "trolley": {"coulomb": 60.0, "static": 90.0, "stribeck": 0.05, "stiffness": 4e4, "damping": 300.0},
     "bridge": {"coulomb": 90.0, "static": 120.0, "stribeck": 0.1, "stiffness": 9e4, "damping": 900.0, "viscous": 30.0},
 }
 
 
-def bridge_equations(q: Vector, v: Vector, u: Vector) -> tuple[Vector, Vector]:
-    """Return (mass matrix, generalised force) of (trolley, bridge, two swing angles): virtual work of the load."""
-    (s1, c1), (s2, c2), (w1, w2), length, m = *((np.sin(a), np.cos(a)) for a in q[2:]), v[2:], 5.0, 800.0
-    first, second = length * np.array([0.0, c2 * c1, c2 * s1]), length * np.array([c2, -s2 * s1, s2 * c1])
-    jacobian = np.column_stack([np.eye(3)[:, :2], first, second])
-    bias = w1 * w1 * np.array([0.0, -c2 * s1, c2 * c1]) + 2.0 * w1 * w2 * np.array([0.0, -s2 * c1, -s2 * s1])
-    bias = length * (bias + w2 * w2 * np.array([-s2, -c2 * s1, c2 * c1]))
-    matrix = m * jacobian.T @ jacobian + np.diag([1000.0, 4000.0, 0.0, 0.0])
-    return matrix, np.array([*u, 0.0, 0.0]) + m * jacobian.T @ (np.array([0.0, 0.0, -9.81]) - bias)
-
-
-def test_bristles_of_a_bridge_crane_bend_as_the_paper_says() -> None:
-    """Trolley and bridge with LuGre friction move as virtual work with the bristles says, and the energy adds up."""
-    end = 2.0
-
-    def rates(_: float, y: Vector) -> Vector:
-        q, v, z = y[:4], y[4:8], y[8:]
-        force, bending = bristle_forces(BRISTLES, v[:2], z)
-        matrix, total = bridge_equations(q, v, -force)
-        return np.concatenate([v, np.linalg.solve(matrix, total), bending])
-
-    start = np.array([0.0, 0.0, 0.1, 0.05, *np.zeros(6)])
-    expected = solve_ivp(rates, (0.0, end), start, "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
-    run = crane_sim.simulate(BRIDGE | {"duration": end, "lugre": BRISTLES})
-    got = np.delete(np.concatenate([run.q[-1], run.v[-1]]), [2, 7])  # the rope keeps its length
-    assert run.events == [] and np.ptp(run.q[:, 0]) > 0.01
-    # |v| bends the equations where a joint turns round, which costs both solutions an order there
-    assert np.max(np.abs(got - expected[:8])) < 1e-9
-    assert run.summary["energy_audit_max"] < 1e-9
-
-
 SEA = {"roll": {"amplitude": 0.1, "frequency": 0.9, "phase": 1.0}, "heave": {"amplitude": 0.8, "frequency": 1.1}}
 MOVES = {"initial": {"q": [0.2, 0.6, 7.0, ROPE, 0.1, 0.2], "v": [0.3, 0.0, -0.2, 0.0, 0.4, -0.3]}}
 DRAGS = {name: group | {"stribeck": 0.1, "stiffness": 900.0, "damping": 30.0} for name, group in DRY.items()}
 METERED: dict[str, dict[str, Any]] = {
-    "by events": {"friction": DRY},
     "by bristles at sea": {"lugre": DRAGS, "base_motion": SEA},
     "motors at sea": {
         "friction": DRY,
@@ -300,14 +214,7 @@ SOME = {"coulomb": 3.0, "static": 5.0}
 MOTOR = {"motor": {"ratio": 10.0, "inertia": 0.1}}
 REJECTED: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
     "unknown": (BRIDGE, {"friction": {"slew": SOME}}, r"friction: unknown joint 'slew' \(known: trolley, bridge\)"),
-    "winch": (MOBILE, {"friction": {"rope": SOME}}, r"friction: unknown joint 'rope' \(known: slew, boom, telescope\)"),
     "both": (BRIDGE, {"friction": {"bridge": SOME}, "lugre": BRISTLES}, "lugre.bridge: stands beside friction.bridge"),
-    "static": (
-        BRIDGE,
-        {"friction.bridge": {"coulomb": 5, "static": 3}},
-        "friction.bridge.static = 3.0: .* coulomb = 5.0",
-    ),
-    "negative": (BRIDGE, {"friction.bridge": SOME | {"coulomb": -1}}, "friction.bridge.coulomb = -1: must be"),
     "locked": (LOCKED, {"friction.slew": SOME}, "friction.slew: belongs to a joint .* slew.drive is 'locked'"),
     "locked motor": (LOCKED, {"actuators.slew": MOTOR}, "actuators.slew.motor.inertia: .* slew.drive is 'locked'"),
     "two inertias": (
@@ -331,7 +238,6 @@ def test_friction_and_motors_that_cannot_be_are_named(case: str) -> None:
     ("name", "joint", "frequency"),
     [
         ("spreader_skew", "trolley", 6086.0),  # √(k / m) of a trolley of 27 t
-        ("bridge_hook_and_sling", "trolley", 28868.0),  # of one of 1.2 t
         ("tower_flexible_jib", "slew", 500.0),  # on the drive's side, the slew inertia without the jib's
     ],
 )
@@ -343,27 +249,3 @@ def test_a_fixed_step_is_judged_by_the_bristles(name: str, joint: str, frequency
         load_scene(name, changes | {"reference": None})
     line, stiffest = str(error.value), "integrator.step = 0.006: too large for the stiffest motion, "
     assert float(line.partition(stiffest)[2].split()[0]) == pytest.approx(frequency, rel=1e-3)
-
-
-def test_friction_without_strength_is_none() -> None:
-    """Joints whose friction is zero have none in the model, and motors without inertia neither: no state, no cost."""
-    none = {"coulomb": 0.0, "static": 0.0, "stribeck": 0.1}
-    motor = {"trolley": {"motor": {"ratio": 10.0}}}
-    model = load_scene(BRIDGE, {"friction": dict.fromkeys(BRISTLES, none), "actuators": motor}).model
-    plain = load_scene(BRIDGE).model
-    assert model.support == plain.support and model.stops is plain.stops is None
-
-
-@pytest.mark.parametrize("group", ["friction", "lugre"])
-def test_lqr_believes_in_viscous_friction_alone(group: str) -> None:
-    """LQR has the same gains with dry friction and with bristles as with their viscous part; energy is kept."""
-    keys = ("coulomb", "static", "viscous", *(BRISTLES["trolley"] if group == "lugre" else ()))
-    rubbing = {name: {key: part[key] for key in keys if key in part} for name, part in BRISTLES.items()}
-    viscous = {"bridge": {"coulomb": 0.0, "static": 0.0, "viscous": 30.0}}
-    law = {"control": {"law": "lqr", "period": 0.02}, "reference": {"q": [0.05, 0.02, 5.0]}, "rope": {"drive": "rate"}}
-    rubs, plain = load_scene(BRIDGE | law | {group: rubbing}), load_scene(BRIDGE | law | {"friction": viscous})
-    for lqr, other in zip(rubs.law.rows, plain.law.rows, strict=True):
-        assert lqr.effort == other.effort
-        np.testing.assert_array_equal(lqr.gain, other.gain)
-    run = crane_sim.simulate(load_scene(rubs, {"duration": 0.2}))
-    assert run.summary["energy_audit_max"] < 1e-9

@@ -125,17 +125,6 @@ def test_accelerations_are_those_of_masses_in_the_world(changes: dict[str, Any])
             assert relative(actual, newton(scene, q, v, u, t)) < 1e-11
 
 
-def test_heave_is_gravity() -> None:
-    """On a base that heaves, and does nothing else, the crane feels gravity g + z₀''."""
-    heave = SHIP["heave"]
-    moving = crane_sim.load_scene(CRANE | {"base_motion": {"heave": heave}}, {"rope.drive": "rate"})
-    t, state = 1.7, ((0.3, 0.6, -0.4, 2.2, 0.3, -0.5), (0.2, -0.1, 0.4, 0.3, 0.5, -0.7), (10.0, 300.0, 90.0, 0.4))
-    lift = -heave["amplitude"] * heave["frequency"] ** 2 * np.sin(heave["frequency"] * t + heave["phase"])
-    still = crane_sim.load_scene(CRANE | {"base_motion": None, "gravity": 9.81 + float(lift)}, {"rope.drive": "rate"})
-    actual = crane_sim.acceleration(moving, *state, t)
-    assert relative(actual, crane_sim.acceleration(still, *state)) < 1e-13  # rounding
-
-
 @pytest.mark.slow
 def test_a_run_on_a_ship_accounts_for_its_energy_and_is_shown_in_the_world() -> None:
     """What joints, base and air supply is what the energy gains, and every point is where its joints put it."""

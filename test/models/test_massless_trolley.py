@@ -40,10 +40,3 @@ def test_a_pushed_massless_trolley_pulls_the_load() -> None:
     """A force on a massless trolley is what the load is accelerated by, from rest: x = F t² / (2 m) of the load."""
     run = crane_sim.simulate(SCENE | {"initial": {}, "inputs": {"trolley": {"kind": "constant", "value": 50.0}}})
     assert np.abs(run.payload[:, 0] - 0.25 * run.t**2).max() < 1e-8  # 1e-10 of the force moves the trolley
-
-
-def test_a_massless_trolley_with_a_motor_has_the_inertia_of_that() -> None:
-    """The reflected inertia of a motor is mass enough: nothing is rounded."""
-    motor = {"trolley": {"motor": {"inertia": 0.1, "ratio": 10.0}}}
-    scene = crane_sim.load_scene(SCENE | {"actuators": motor})
-    assert scene.model.trolley.mass == pytest.approx(10.0, rel=1e-8) and "rounded" not in scene.notes

@@ -97,15 +97,7 @@ def test_a_mount_at_the_reference_point_changes_nothing() -> None:
     assert mounted.q == pytest.approx(plain.q, abs=1e-12)  # rounding of sums in another order
 
 
-def test_a_turn_of_the_mount_is_a_turn_of_the_vessel() -> None:
-    """Where only yaw turns the vessel, a mount turned about z is a vessel with that much more yaw."""
-    yaw = {"amplitude": 0.05, "frequency": 0.8, "offset": 0.3}
-    mounted = on_ship("knuckle_setpoint", {"yaw": yaw, "mount": {"yaw": 0.4}})
-    turned = on_ship("knuckle_setpoint", {"yaw": yaw | {"offset": 0.7}})
-    assert crane_sim.simulate(mounted).q == pytest.approx(crane_sim.simulate(turned).q, abs=1e-12)  # rounding
-
-
-@pytest.mark.parametrize("name", ["tower_gust", "mobile_lift", "port_sts_container", "overhead_spatial", "knuckle_sea"])
+@pytest.mark.parametrize("name", ["tower_gust", "knuckle_sea"])
 def test_the_energy_audit_holds_on_a_mount(name: str) -> None:
     """What a mounted base gives a crane is what its energy gains: the audit of each kind of crane stays closed."""
     run = crane_sim.simulate(on_ship(name, MOTION | {"mount": MOUNT}, 0.1))
@@ -137,10 +129,3 @@ def test_a_mount_out_of_the_plane_of_a_crane_is_refused(mount: dict[str, Any]) -
     """A crane in the plane stands in its plane."""
     with pytest.raises(SceneError, match=r"base_motion.mount: leaves the plane"):
         on_ship("overhead_energy", {"heave": {"amplitude": 0.1, "frequency": 1.0}, "mount": mount})
-
-
-def test_a_crane_in_the_plane_takes_a_mount_in_it() -> None:
-    """Lever arm in x and z, and a trim: the audit of the energy stays closed."""
-    motion = {"pitch": {"amplitude": 0.05, "frequency": 1.0}, "mount": {"position": [8.0, 0.0, 3.0], "pitch": 0.02}}
-    run = crane_sim.simulate(on_ship("overhead_swing", motion, 0.3))
-    assert run.summary["energy_audit_max"] < 1e-9  # the solver's tolerance

@@ -159,14 +159,6 @@ def test_energy_in_the_world_is_that_of_its_masses(crane: Callable[[], Any]) -> 
     assert abs(actual - crane_sim.energy(scene, q, v, TIME, frame="base")) > 1.0  # J: the base matters
 
 
-def test_relative_energy_knows_nothing_of_the_base() -> None:
-    """In the frame of the base, energy is that of the same crane on a base that rests."""
-    scene, q, v, _ = pendulum()
-    still = crane_sim.load_scene(scene.to_dict() | {"base_motion": None})
-    assert crane_sim.energy(scene, q, v, TIME, frame="base") == crane_sim.energy(still, q, v)
-    assert crane_sim.energy(still, q, v, frame="world") == crane_sim.energy(still, q, v, frame="base")
-
-
 def test_a_run_gives_both_energies() -> None:
     """A payload of 10 kg that hangs still on a heaving base has ½ m ż² + m g z more energy in the world."""
     heave = {"amplitude": 0.5, "frequency": 2.0, "phase": 0.3}

@@ -10,8 +10,6 @@ from spatial_scenes import TIGHT, scene_of
 
 import crane_sim
 
-STILL = {"sway": {"amplitude": 0.0, "frequency": 1.0}}
-
 
 def spatial(**groups: Any) -> crane_sim.Scene:
     """Return the scene of a chain in space."""
@@ -84,27 +82,6 @@ def test_an_elastic_cable_obeys_newton_in_the_world() -> None:
     crane = moving_base.Crane(5.0, 3.0, tuple(MASSES), tuple(LENGTHS), 2e3)
     assert np.max(np.abs(run.nodes - moving_base.nodes(crane, SHIP, positions, velocities, run.t))) < 1e-9
     assert run.summary["energy_audit_error"] < 1e-11
-
-
-def test_a_base_at_rest_is_the_ground() -> None:
-    """A base whose motion is zero leaves accelerations as they are without one."""
-    actual, expected = (
-        crane_sim.acceleration(scene, scene.initial_q, scene.initial_v, [3.0, -2.0])
-        for scene in (spatial(base_motion=STILL), spatial())
-    )
-    assert actual == pytest.approx(expected, abs=1e-14)  # the same sums, a few of them in another order
-
-
-@pytest.mark.slow
-def test_a_base_at_constant_velocity_changes_nothing() -> None:
-    """On a base at constant velocity the crane moves as on one at rest; in the world its nodes move with the base."""
-    slow = {"amplitude": 1e6, "frequency": 1e-6}  # 1 m/s: after 2 s it has slowed by 2e-12
-    moving, resting = (
-        crane_sim.simulate(spatial(base_motion=motion)) for motion in ({"sway": slow, "surge": slow}, STILL)
-    )
-    assert np.max(np.abs(moving.q - resting.q)) < 1e-10
-    displacement = moving.t[:, None, None] * np.array([1.0, 1.0, 0.0])
-    assert np.max(np.abs(moving.nodes - resting.nodes - displacement)) < 1e-8  # rounding of a sine of 1e6 m and more
 
 
 def test_an_accelerated_heave_is_gravity() -> None:

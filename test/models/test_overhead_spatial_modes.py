@@ -56,15 +56,6 @@ def wound(azimuth: float, **groups: Any) -> crane_sim.Scene:
     return turned("08b_force_winch_N2", azimuth, **({"inputs": inputs, "hoist": hoist, "initial": start} | groups))
 
 
-@pytest.mark.slow
-def test_a_force_driven_hoist() -> None:
-    """A winch with inertia pays out and winds up in any plane as its planar reference."""
-    name = "08b_force_winch_N2"
-    run = simulate(wound(2.0), sample_times=REFERENCE[name]["t"])
-    assert error_in_tolerances(run, name, 2.0) < 1.0
-    assert np.max(np.abs(run.q[:, 2] - REFERENCE[name]["l1"])) < 1e-9
-
-
 @pytest.mark.parametrize(
     ("groups", "message"),
     [

@@ -11,12 +11,9 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 from ship_motion import SHIP
-from urdf_kinematics import link_position
 
 import crane_sim
-from crane_sim.description import urdf
 from crane_sim.files.errors import SceneError
-from crane_sim.simulation.derived import derive
 from crane_sim.trajectories.base_motion import AXES, SplineBase
 
 LENGTH, MASS, GRAVITY = 1.255, 4.0, 9.81
@@ -153,27 +150,6 @@ def still(scene: crane_sim.Scene, drift: tuple[float, ...]) -> crane_sim.Scene:
     return replace(scene, model=scene.model._replace(base=base))
 
 
-@pytest.mark.long(cases=["constant velocity"])
-@pytest.mark.parametrize("drift", [(0.0,) * 6, (3.0, -2.0, 1.0, 0.0, 0.0, 0.0)], ids=["still", "constant velocity"])
-def test_a_base_that_does_not_accelerate_changes_nothing(drift: tuple[float, ...]) -> None:
-    """On a base that rests, or moves at constant velocity, the trajectory is that of the fixed base."""
-    scene = scene_of(initial={"tip": TIP, "direction": [0.6, 0.0, -0.8], "direction_rate": [0.0, 1.0, 0.0]})
-    fixed, moving = crane_sim.simulate(scene), crane_sim.simulate(still(scene, drift))
-    assert moving.q == pytest.approx(fixed.q, rel=0.0, abs=1e-13)  # rounding: nothing else is different
-    assert moving.payload - fixed.payload == pytest.approx(np.outer(fixed.t, drift[:3]), abs=1e-12)  # likewise, of 1e1
-
-
-def test_a_turning_base_is_a_turning_frame() -> None:
-    """On a base that yaws at a constant rate a payload at rest in the world is seen to go round, pulled by nothing."""
-    scene = still(
-        scene_of(gravity=0.0, initial={"direction": [1.0, 0.0, 0.0], "direction_rate": [0.0, -0.7, 0.0]}),
-        (0.0, 0.0, 0.0, 0.0, 0.0, 0.7),
-    )
-    run = crane_sim.simulate(scene)
-    assert run.payload == pytest.approx(np.tile([LENGTH, 0.0, 0.0], (len(run.t), 1)), abs=1e-10)  # 1e-12 a step
-    assert run.tension == pytest.approx(0.0, abs=1e-10)  # likewise
-
-
 def test_the_servo_is_a_second_order_lag() -> None:
     """A servo takes the tip to what is demanded as its two gains say, in every axis, whatever hangs below."""
     kp, kd, t = 49.4, 2.0, np.linspace(0.1, 2.0, 5)
@@ -189,16 +165,6 @@ def test_the_servo_is_a_second_order_lag() -> None:
         way = start[axis] - demanded[axis]
         assert run.q[:, axis] == pytest.approx(demanded[axis] + way * left, abs=1e-10)  # 1e-12 a step
     assert run.summary["energy_audit_error"] < 1e-10  # what the servo gives is metered
-
-
-def test_joint_states_place_the_payload() -> None:
-    """The URDF puts the payload where the model does, from the joint positions alone."""
-    scene = scene_of()
-    q = np.array([0.3, -0.2, 0.9, 0.48, 0.6, -0.64])
-    shown = derive(scene, np.zeros(1), q[None], np.zeros((1, 6)), np.zeros((1, 2)))
-    actual = link_position(urdf(scene), dict(zip(scene.joint_names, q, strict=True)), "payload_link")
-    assert actual == pytest.approx(shown.payload[0], abs=1e-8)  # the URDF prints nine digits
-    assert shown.payload[0] - shown.tip[0] == pytest.approx(LENGTH * q[3:], abs=1e-15)  # one product
 
 
 @pytest.mark.parametrize(

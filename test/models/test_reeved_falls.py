@@ -1,6 +1,5 @@
 """A winch whose ropes run over sheaves to elastic falls: what it turns, what it loses, and slack falls."""
 
-from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from crane_sim.models.falls.crane import Falls, FallsCrane
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.supports.bridge import Bridge, BridgeAxis
 from crane_sim.models.supports.friction import Friction
-from crane_sim.models.supports.hoist import ForceHoist, MotionHoist
+from crane_sim.models.supports.hoist import MotionHoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist
 from crane_sim.models.supports.reeving import Drum, Reeving, SheaveLoss
 from crane_sim.models.supports.support import Support
@@ -65,14 +64,6 @@ def answers(hoist: Any, rate: float, u: tuple[float, ...]) -> np.ndarray:
     return np.array([*system.acceleration(p, 0.0, x, u), *tensions[0], system.power(p, 0.0, x, u)])
 
 
-def test_inertia_of_sheaves_and_drum_is_a_reflected_mass() -> None:
-    """Without loss, the crane is the one whose winch has the mass of all sheaves and the drum."""
-    mass = 12.0 * (1 + 4 + 9 + 16) + 35.0 * (4 / 0.4) ** 2
-    u = (10.0, -20.0, -7e4)
-    reeved = answers(ReevedHoist(LOSSY._replace(loss=None)), 0.3, u)
-    np.testing.assert_allclose(reeved, answers(ForceHoist(mass), 0.3, u), rtol=1e-12)  # rounding
-
-
 def test_a_reeving_without_strength_is_none() -> None:
     """An imposed motion is that without a reeving, and a winch of a mass moves as with zero friction: bit for bit."""
     rates = [answers(MotionHoist(0.4, reeving), 0.3, (10.0, -20.0, 0.1)) for reeving in (None, LOSSY)]
@@ -81,34 +72,6 @@ def test_a_reeving_without_strength_is_none() -> None:
     none = {"hoist.friction": {"coulomb": 0.0, "static": 0.0}}
     hashes = {crane_sim.simulate(plain, overrides=o).summary["state_sha256"] for o in (None, none)}
     assert len(hashes) == 1
-
-
-@pytest.mark.parametrize("direction", [1.0, -1.0])
-def test_friction_of_every_sheave_is_in_the_equations(direction: float) -> None:
-    """Acceleration, tensions and torque solve moment balances of all sheaves and the drum under what the falls pull."""
-    n, share, force, rate = 4, 0.03 / 2.03, -7e4, 0.3 * direction
-    p, u = crane(ReevedHoist(LOSSY)), (10.0, -20.0, force)
-    x, tensions, rows = state(p, rate), np.empty((1, 4)), np.empty((1, 6))
-    system.tensions(p, 0.0, x, u, tensions, 0, 0)
-    pull = float(np.sum(tensions + (spring := springs(p, x)) ** 2 / (2.0 * 8e6)))
-    assert np.all(spring > 0.0)
-    speeds, size = [n, *range(n - 1, 0, -1)], n + 2
-    a, b = np.zeros((size, size)), np.zeros(size)  # unknown: tensions from the drum on, acceleration
-    for i, speed in enumerate(speeds):
-        a[i, i], a[i, i + 1], a[i, -1] = -1 - direction * share, 1 - direction * share, -12.0 * speed
-    a[-2, 0], a[-2, -1], b[-2] = 1.0, -35.0 / 0.4**2 * n, -force / n
-    a[-1, 1:-1], b[-1] = 1.0, pull
-    solved = np.linalg.solve(a, b)
-    assert system.acceleration(p, 0.0, x, u)[2] == pytest.approx(solved[-1], rel=1e-9)
-    system.fall_tensions(p, 0.0, x, u, rows, 0)
-    assert rows[0, :5] == pytest.approx(solved[:-1], rel=1e-9)
-    assert rows[0, 5] == pytest.approx(force / n * 0.4, rel=1e-9)
-
-
-def springs(p: FallsCrane, x: Any) -> np.ndarray:
-    """Return EA e / L [N] of each fall, from its end points."""
-    top, bottom = p.falls.top + [x[0], x[1], 0.0], p.falls.bottom + [x[3], x[4], x[5]]
-    return 8e6 / x[2] * (np.linalg.norm(top - bottom, axis=1) - x[2])
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
@@ -136,29 +99,6 @@ def test_a_winch_holds_until_its_pull_exceeds_friction() -> None:
     assert np.all(run.q[run.t < instant, 2] == 4.0)
 
 
-def test_a_slack_rope_leaves_winch_and_load_to_themselves() -> None:
-    """While the falls are slack the load falls freely and the drum turns by its drive alone, until they are taut."""
-    slack, force = 0.3, 2e4
-    inertia = 0.4 / 0.2**2 * (1 + 4 + 9 + 16) * 4 + 30.0 * (4 / 0.25) ** 2  # of four ropes' sheaves and one drum
-    sheaves = {"radius": 0.2, "inertia": 0.4}
-    changes = {
-        "hoist": {"drive": "force", "reeving": REEVED | {"sheaves": sheaves}},
-        "initial": {"length": 4.0, "position": [0.0, 0.0, -5.0 + slack], "orientation": [1, 0, 0, 0]},
-        "inputs": {"hoist": {"kind": "constant", "value": force}},
-        "duration": 0.3,
-    }
-    run = crane_sim.simulate(SCENE | changes)
-    instants = [t for t, what in run.events if what.endswith("pulls")]
-    taut = sqrt(2.0 * slack / (G - force / inertia))
-    assert instants == pytest.approx([taut] * 4, rel=1e-9)
-    before = run.t < taut
-    fallen = -5.0 + slack - 0.5 * G * run.t[before] ** 2
-    assert run.q[before, 5] == pytest.approx(fallen, abs=1e-11)  # the method's tolerance over the fall
-    assert run.q[before, 2] == pytest.approx(4.0 + 0.5 * force / inertia * run.t[before] ** 2, abs=1e-11)
-    assert np.all(run.tensions[before] == 0.0) and run.tensions.min() >= 0.0
-    assert run.summary["energy_audit_max"] < 1e-9
-
-
 def test_a_load_is_set_down_and_picked_up_by_the_torque_of_a_drum() -> None:
     """Falls slack on the ground and pull again, the winch sticks and slips, and no energy appears from nowhere."""
     corners = [[x, y, -2.0] for x in (0.6, -0.6) for y in (0.5, -0.5)]
@@ -182,21 +122,6 @@ def test_a_load_is_set_down_and_picked_up_by_the_torque_of_a_drum() -> None:
     assert what.index("fall 1 went slack") < len(what) - 1 - what[::-1].index("fall 1 pulls")
     assert run.tensions.min() >= 0.0 and run.q[-1, 5] > -5.2  # lifted off again
     assert run.summary["energy_audit_max"] < 1e-9
-
-
-def test_lqr_believes_in_sheaves_without_loss() -> None:
-    """The law is designed for the crane without dry friction, whose load it holds by the lead line's share."""
-    changes = {"reference": {"q": [0.5, 0.0, 3.8]}, "control": {"law": "lqr", "period": 0.05}}
-    offset = {"payload.attachment": [0.05, 0.02, 1.0]}  # else no effort would turn the load
-    hoist = SCENE["hoist"] | {"friction": {"coulomb": 500, "static": 900}}
-    scene = load_scene(SCENE | {"hoist": hoist} | changes, offset)
-    law: Any = scene.law
-    p, tensions = scene.model, np.empty((1, 4))
-    x = system.state(p, 0.0, law.target, np.zeros_like(law.target))
-    system.tensions(p, 0.0, x, (0.0, 0.0, 0.0), tensions, 0, 0)
-    pull = float(np.sum(tensions + tensions**2 / (2 * 4 * STIFFNESS)))
-    assert law.rows[2].effort == pytest.approx(-pull, rel=1e-9)
-    assert abs(law.poles).max() < 1.0
 
 
 BAD = [

@@ -53,13 +53,6 @@ def test_each_link_of_a_hanging_cable_carries_what_is_below(kind: str) -> None:
     assert tensions(scene) == pytest.approx(expected, rel=1e-12)
 
 
-@pytest.mark.parametrize("masses", [[1.0, 999.0], [1.0, 1001.0]], ids=["below the ratio", "above it"])
-def test_what_auto_picks_does_not_change_the_meaning(masses: list[float]) -> None:
-    """On both sides of the mass ratio at which `auto` takes a straight rod, the first tension is the top's."""
-    scene = scene_of({"model": "auto", "lengths": [1.0, 1.0], "node_masses": masses})
-    assert tensions(scene) == pytest.approx(weights(masses), rel=1e-12)
-
-
 @pytest.mark.parametrize("lengths", [[1.0, 0.8], [0.5, 0.6, 0.7]], ids=["double", "chain"])
 def test_a_straight_cable_pulls_as_its_chain_does(lengths: list[float]) -> None:
     """While it swings, link by link, a straight cable's tensions are those of the chain that it stands for."""
@@ -110,13 +103,3 @@ def test_periods_with_a_cable_that_pushes_are_counted_and_named(capsys: pytest.C
     assert "the cable was under compression of up to 39.24 N in 5 of 20 periods" in capsys.readouterr().out
     print_summary(run.summary | {"negative_tension_steps": 0}, scene)
     assert "pushed" not in capsys.readouterr().out
-
-
-def test_free_fall_is_no_push() -> None:
-    """A cable without a load has a tension of rounding, which is not counted."""
-    document = {"crane": "pendulum", "duration": 0.2, "rope": {"length": 1.0}, "payload": {"mass": 2.0}}
-    scene = crane_sim.load_scene(
-        document | {"gravity": 0.0, "suspension": {"drive": "acceleration", "height": "driven"}}
-    )
-    run = crane_sim.simulate(scene, law=lambda t, q, v: (0.0, 0.0, 1e-9))
-    assert run.summary["negative_tension_steps"] == 0

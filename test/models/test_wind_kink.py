@@ -1,6 +1,5 @@
 """The kink of the mean wind at the lowest height of its profile: steps end at it, whatever the method and the crane."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,9 +11,7 @@ import crane_sim
 from crane_sim import load_scene, system
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.integrators.gauss16 import Gauss16
-from crane_sim.models.stops import Stops
 from crane_sim.models.wind_kink import BAND, height_above_kink
-from crane_sim.trajectories.wind import Kink
 
 SWUNG: dict[str, Any] = {
     "crane": "pendulum",
@@ -52,16 +49,6 @@ def test_automatic_methods_take_kinks_for_switches() -> None:
     smooth = [{"wind.profile": None}, {"wind.profile.lowest": 2.0}, still]  # 5 m of rope below 7.2 m
     methods = [load_scene(SWUNG, tight | changes).method for changes in (*kinks, *smooth)]
     assert [type(method) for method in methods] == [DOP853] * 4 + [Gauss16] * 3
-
-
-def test_a_kink_out_of_reach_changes_nothing() -> None:
-    """A load that never comes to the kink has the states and the evaluations of a model that does not look for it."""
-    scene = load_scene(SWUNG, {"wind.profile.lowest": 2.0, "duration": 2.0})
-    assert scene.model.wind.kink is None and scene.model.stops is None  # 5 m of rope below 7.2 m
-    model = scene.model._replace(wind=scene.model.wind._replace(kink=Kink()), stops=Stops())
-    runs = [crane_sim.simulate(each) for each in (scene, replace(scene, model=model))]
-    keys = "state_sha256", "rhs_evaluations"
-    assert [runs[0].summary[key] for key in keys] == [runs[1].summary[key] for key in keys]
 
 
 BODY = {"mass": 100.0, "inertia": [30.0, 20.0, 40.0], "attachment": [0.3, -0.2, 0.5]}

@@ -38,13 +38,6 @@ class ContactResult(NamedTuple):
     normal_forces: Any  # `NormalForces`, None where contact is not modelled
 
 
-def count_contact_modes(contact):
-    """Return the number of floats of the contact's modes: one for each point, and of a rigid one that for stick."""
-    if contact is None:
-        return 0
-    return len(contact.points) + (1 if isinstance(contact, RigidContact) else 0)
-
-
 def add_contact(contact, load, t, x, first, state, free):
     """Return the load's accelerations with contact.
 

@@ -12,7 +12,7 @@ normal force N on a point that slips by (v_x, v_y) comes with -μ N (v_x, v_y) /
 from math import sqrt
 from typing import Any, NamedTuple
 
-from crane_sim.models.suspended.load_dynamics import from_centre
+from crane_sim.models.loads import from_centre
 from crane_sim.multibody.vectors import ZERO, Vector, add, cross, dot, multiply, scale, subtract
 from crane_sim.trajectories.base_motion import Base, axis_at
 
@@ -74,6 +74,13 @@ class Wrench(NamedTuple):
 
     force: Vector  # N
     moment: Vector  # N m
+
+
+def count_contact_modes(contact):
+    """Return the number of floats of the contact's modes: one for each point, and of a rigid one that for stick."""
+    if contact is None:
+        return 0
+    return len(contact.points) + (1 if isinstance(contact, RigidContact) else 0)
 
 
 def displacement_at(motion, t):

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
+from crane_sim.models.carrier.layout import layout_of
 from crane_sim.models.elastic.crane import ElasticCrane
-from crane_sim.models.suspended.layout import layout_of
 from crane_sim.numerics.derivatives import DIRECTIONS, directional_derivatives
 from crane_sim.numerics.jit import routine, simd_range
 from crane_sim.numerics.linear_systems import add_band_product, factor_band, solve_band

@@ -3,7 +3,7 @@
 State: one array [support, (l1), r_1 .. r_N, and their rates, (energy supplied), modes] with the nodes' positions r_k on
 the base: (x, z) each in the plane, (x, y, z) in space. Link k pulls with T = k e + c e', e its length beyond the rest
 length, l1 of the first link where there is a hoist. Where links only pull, each has a mode, 1 while it is taut, 0 while
-it is slack; other modes stand behind (`suspended.layout`).
+it is slack; other modes stand behind (`carrier.layout`).
 
 The nodes' accelerations, those of support and hoist, and what a moving base adds to them.
 """
@@ -12,23 +12,34 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 from crane_sim import system
+from crane_sim.models.carrier.dynamics import (
+    SupportMotion,
+    carrier_energies,
+    move_support,
+    node_energies,
+    posture_of,
+    support_power,
+    winch_power,
+    winch_response,
+    write_common_rates,
+    write_polyline,
+)
+from crane_sim.models.carrier.exchange import Exchange, load_of
+from crane_sim.models.carrier.layout import layout_of, rope_length
 from crane_sim.models.effects import NodeForce, PayloadDrag, PayloadForce, force_on_node, values_of
 from crane_sim.models.energy_meter import Meter
-from crane_sim.models.loads import PointLoad
-from crane_sim.models.moving_base import base_kinematics_at, imposed_acceleration
+from crane_sim.models.guards import Guard, encode, smaller_guard
+from crane_sim.models.loads import PointLoad, PointState, load_energies, load_force
+from crane_sim.models.moving_base import base_kinematics_at, imposed_acceleration, pose_at, to_world
 from crane_sim.models.stops import Stops
-from crane_sim.models.supports.backlash import play_power
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.hoist import Hoist
-from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_power, winch_response
-from crane_sim.models.supports.support import Posture, Support, bare_tip, compute_posture, coordinate_count, read_state
-from crane_sim.models.supports.support_dynamics import Dynamics, drive_power
-from crane_sim.models.suspended.crane import OverheadJoints, load_force, solve_support, write_common_rates
-from crane_sim.models.suspended.exchange import Exchange, load_of
-from crane_sim.models.suspended.layout import layout_of, rope_length, winch_index
-from crane_sim.models.suspended.load_dynamics import PointState
-from crane_sim.models.suspended.winch import mode_of_winch
+from crane_sim.models.supports.reeved_hoist import ReevedHoist
+from crane_sim.models.supports.support import Support, bare_tip
+from crane_sim.models.suspended.crane import OverheadJoints
+from crane_sim.models.wind_kink import pressed_point
 from crane_sim.models.wind_load import airflow_at
+from crane_sim.multibody import linear
 from crane_sim.multibody.tree import to_tree_axes
 from crane_sim.multibody.vectors import Vector, add, dot, scale, subtract
 from crane_sim.numerics.jit import routine
@@ -77,7 +88,7 @@ class ElasticCrane(NamedTuple):
         """Return the number of coordinates of the nodes."""
         return self.dimensions() * len(self.cable.masses)
 
-    def fall_modes(self):
+    def cable_modes(self):
         """Return the number of links that have a mode."""
         return 0 if self.cable.slack is None else len(self.cable.masses)
 
@@ -97,14 +108,9 @@ class Pull(NamedTuple):
 class ElasticSolution(NamedTuple):
     """Motion and forces at one instant, in addition to the accelerations of the nodes."""
 
-    pose: Posture  # of the support
-    dynamics: Dynamics
-    support: Any  # accelerations of its coordinates
+    support: SupportMotion
     length: Any  # m/s², acceleration of the first link's length
-    tau: Any  # efforts on the coordinates of drives, springs, base and wind
-    net: Any  # what accelerates the coordinates: `net_efforts`
     paid: Any  # N, pull of the first link on its length
-    command: Any  # efforts of the drives
     outside_power: Any  # W, of base, wind and forces on nodes and load, less what dampers take
 
 
@@ -143,6 +149,11 @@ def further_stretch(p, x, k):
     return stretch_of(node_at(p, x, k), node_at(p, x, k + 1), p.cable.lengths[k], 0.0)
 
 
+def stretch_at(p, x, k, tip):
+    """Return the result of `stretch_of` for link k, from 0."""
+    return first_stretch(p, x, tip) if k == 0 else further_stretch(p, x, k)
+
+
 def tautness(p, x, k):
     """Return the mode of link k, from 0: 1 taut or 0 slack."""
     return 1.0 if p.cable.slack is None else x[layout_of(p)[2] + k]
@@ -153,11 +164,6 @@ def pull_of(p, x, k, stretched):
     (n, stretch, rate), taut = stretched, tautness(p, x, k)
     damping = taut * p.cable.damping[k] * rate
     return Pull(n, taut * p.cable.stiffness[k] * stretch + damping, damping * rate)
-
-
-def tip_of(p, x):
-    """Return (position, velocity) of the support's tip in state x."""
-    return bare_tip(compute_posture(p.support, read_state(p.support, x, layout_of(p)[0])))
 
 
 def payload_state(p, x):
@@ -179,48 +185,45 @@ def write_node(p, base, x, k, force, mass, out):
 
 
 @routine
-def write_nodes(p, t, x, base, given, force, out):
+def write_nodes(p, t, x, base, given, first, out):
     """Write the nodes' accelerations into the state's derivative `out`.
 
     Args:
         p, t, x: the crane, time [s], state.
         base: as of `base_kinematics_at`.
         given: force (3,) [N] on the load.
-        force: pull (3,) [N] of the first link on its upper node.
+        first: Pull of the first link on its upper node.
         out: to write to.
 
     Returns:
-        the power [W] of base and forces, less what the dampers of links below the first take.
+        the power [W] of base and forces, less what the dampers of links take.
     """
     n, power, values = len(p.cable.masses), 0.0, values_of(p.forces, t)
+    force = scale(first.tension, first.n)
     for k in range(1, n):
         below = pull_of(p, x, k, further_stretch(p, x, k))
         pull, push = scale(below.tension, below.n), force_on_node(p.forces, values, k)
         node = add(subtract(pull, force), push)
-        power += (
-            write_node(p, base, x, k, node, p.cable.masses[k - 1], out) + dot(push, node_at(p, x, k)[1]) - below.lost
-        )
+        imposed = write_node(p, base, x, k, node, p.cable.masses[k - 1], out)
+        power += imposed + dot(push, node_at(p, x, k)[1]) - below.lost
         force = pull
     given = add(given, force_on_node(p.forces, values, n))
     power += write_node(p, base, x, n, subtract(given, force), load_of(p, x).mass, out)
-    return power + dot(given, node_at(p, x, n)[1])
+    return power + dot(given, node_at(p, x, n)[1]) - first.lost
 
 
 @routine
 def solve_dynamics(p, t, x, tau, out):
     """Return motion and forces at time t in state x under efforts tau; write the nodes' accelerations into `out`."""
-    (nq, _, _), base, motion = layout_of(p), base_kinematics_at(p.base, p.gravity, t), rope_length(p, x)
-    pose = compute_posture(p.support, read_state(p.support, x, nq))
-    first, flow = pull_of(p, x, 0, first_stretch(p, x, bare_tip(pose))), airflow_at(p.wind, p.base, t, 0.0)
-    pull = scale(first.tension, first.n)
-    at_tip = to_tree_axes(pose.kinematics.turn, pull)
-    dynamics, efforts, net, qdd = solve_support(p, t, pose, tau, flow, base, 0, at_tip)
-    at = nq + coordinate_count(p.support), winch_index(p)
-    inv_mass, bias_acc = winch_response(p.hoist, t, tau, x, at, (*motion, p.gravity))
+    pose, base = posture_of(p, x), base_kinematics_at(p.base, p.gravity, t)
+    first = pull_of(p, x, 0, first_stretch(p, x, bare_tip(pose)))
+    flow = airflow_at(p.wind, p.base, t, 0.0)
+    at_tip = to_tree_axes(pose.kinematics.turn, scale(first.tension, first.n))
+    support = move_support(p, t, pose, tau, flow, base, 0, at_tip)
+    inv_mass, bias_acc = winch_response(p, t, x, tau)
     given, _ = load_force(p, load_of(p, x), t, flow, base, payload_state(p, x))
-    power = write_nodes(p, t, x, base, given, pull, out) - first.lost
-    length = bias_acc + inv_mass * first.tension
-    return ElasticSolution(pose, dynamics, qdd, length, efforts, net, first.tension, tau, power)
+    power = write_nodes(p, t, x, base, given, first, out)
+    return ElasticSolution(support, bias_acc + inv_mass * first.tension, first.tension, power)
 
 
 @system.rhs_into.register(ElasticCrane)
@@ -236,7 +239,75 @@ def write_elastic_derivative(p, t, x, u, out, work):
 
 def elastic_power(p, x, solved):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
-    power = drive_power(solved.pose, solved.dynamics, solved.tau, solved.net, solved.support) + solved.outside_power
-    power += play_power(p.support.drives, solved.command, solved.pose)
-    motion = (*rope_length(p, x), solved.length)
-    return power + winch_power(p.hoist, solved.command, mode_of_winch(p, x), motion, solved.paid, p.gravity)
+    return support_power(p, solved) + solved.outside_power + winch_power(p, x, solved)
+
+
+@routine
+def initialize_link_modes(p, x):
+    """Set the modes of links that go slack to those of their elongations."""
+    if p.cable.slack is None:
+        return
+    (_, _, modes), tip = layout_of(p), bare_tip(posture_of(p, x))
+    for k in range(len(p.cable.masses)):
+        x[modes + k] = 1.0 if min(*link_forces(p, x, k, tip)) >= 0.0 else 0.0
+
+
+def link_forces(p, x, k, tip):
+    """Return (k e, k e + c e') [N] of link k: where it is taut it pulls by the second one."""
+    _, stretch, rate = stretch_at(p, x, k, tip)
+    spring = p.cable.stiffness[k] * stretch
+    return spring, spring + p.cable.damping[k] * rate
+
+
+@routine
+def elastic_energies(p, base, x):
+    """Return the energies [J] of the crane, see `carrier_energies`."""
+    pose, n = posture_of(p, x), len(p.cable.masses)
+    total, tip = carrier_energies(p, base, x, pose), bare_tip(pose)
+    for k in range(n):
+        _, stretch, _ = stretch_at(p, x, k, tip)
+        stored = 0.5 * tautness(p, x, k) * p.cable.stiffness[k] * stretch * stretch
+        total = linear.add(total, (0.0, stored, 0.0, 0.0))
+    for k in range(1, n):
+        total = linear.add(total, node_energies(base, p.cable.masses[k - 1], node_at(p, x, k), p.gravity))
+    return linear.add(total, load_energies(base, load_of(p, x), payload_state(p, x), p.gravity))
+
+
+@system.tensions.register(ElasticCrane)
+@routine
+def write_tensions(p, t, x, u, rows, i, first):
+    """Write the tensions of all links [N]."""
+    tip = bare_tip(posture_of(p, x))
+    for k in range(len(p.cable.masses)):
+        rows[i, first + k] = pull_of(p, x, k, stretch_at(p, x, k, tip)).tension
+
+
+@system.points.register(ElasticCrane)
+@routine
+def write_points(p, t, x, out):
+    """Write support and nodes in the world into out (N, 3)."""
+    base = pose_at(p.base, t)
+    i = write_polyline(posture_of(p, x), base, out)
+    for k in range(len(p.cable.masses)):
+        out[i + k, 0], out[i + k, 1], out[i + k, 2] = to_world(base, node_at(p, x, k + 1)[0])
+
+
+@pressed_point.register(ElasticCrane)
+def pressed_point_of_load(p, x):
+    """Return where the wind presses on the load in state x (3,) [m], in the axes of the base."""
+    return payload_state(p, x).position
+
+
+def links_guard(p, best, x):
+    """Return the smaller one of `best` and the guards [N] of links that only pull.
+
+    A slack one pulls where both its e and its k e + c e' are > 0.
+    """
+    if p.cable.slack is None:
+        return best
+    tip = bare_tip(posture_of(p, x))
+    for k in range(len(p.cable.masses)):
+        spring, total = link_forces(p, x, k, tip)
+        value = total if tautness(p, x, k) > 0.0 else -min(spring, total)
+        best = smaller_guard(best, value, encode(Guard.LINK, k))
+    return best

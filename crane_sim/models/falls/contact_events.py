@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from crane_sim.models.carrier.exchange import load_of
+from crane_sim.models.carrier.layout import contact_index, layout_of
 from crane_sim.models.contact.forces import add_contact, compliant_normal_force, slipping_forces
 from crane_sim.models.contact.impacts import NEAR, PARTS, collide, impulse_work, settle, sum_wrenches
 from crane_sim.models.contact.rigid import (
@@ -28,11 +30,9 @@ from crane_sim.models.contact.surface import (
 )
 from crane_sim.models.falls.crane import body_state, kinematics_of, load_acceleration, sum_falls
 from crane_sim.models.guards import BOUNCES, LEAVES, TOUCHES, Guard, decode, encode, smaller_guard
+from crane_sim.models.loads import coordinate_velocity
 from crane_sim.models.moving_base import base_kinematics_at
 from crane_sim.models.suspended.crane import load_force
-from crane_sim.models.suspended.exchange import load_of
-from crane_sim.models.suspended.layout import contact_index, layout_of
-from crane_sim.models.suspended.load_dynamics import coordinate_velocity
 from crane_sim.models.wind_load import airflow_at
 from crane_sim.multibody.attitude import quaternion_rate
 from crane_sim.multibody.vectors import ZERO, multiply, scale, subtract

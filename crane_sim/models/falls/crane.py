@@ -13,52 +13,58 @@ The falls together have `falls` times the number of ropes parts; lead lines of s
 
 State: one array [support, (l), r, q, and their rates, (energy supplied), modes] with the position r of the centre of
 mass and the attitude q (unit quaternion) in the axes of the base; a mode is 1 for a taut fall, 0 for a slack one. Other
-modes stand behind the falls' (`suspended.layout`). Loads that are exchanged have the coordinates r of the first one's
+modes stand behind the falls' (`carrier.layout`). Loads that are exchanged have the coordinates r of the first one's
 centre of mass, a point that stays fixed in their axes.
-The falls' forces are functions of the state: contact concerns the load alone.
+The falls' forces are functions of the state: contact concerns the load alone. Joint coordinates are the support's, l
+where a winch changes it, r, and q in the order (w, x, y, z).
 """
 
 from math import sqrt
 from typing import Any, NamedTuple
 
 from crane_sim import system
+from crane_sim.models.carrier.dynamics import (
+    SupportMotion,
+    carrier_energies,
+    move_support,
+    posture_of,
+    support_power,
+    winch_power,
+    winch_response,
+    write_common_rates,
+    write_polyline,
+)
+from crane_sim.models.carrier.exchange import Exchange, body_of_coordinates, load_of
+from crane_sim.models.carrier.layout import contact_index, layout_of, rope_length
 from crane_sim.models.contact.forces import add_contact
 from crane_sim.models.contact.surface import CompliantContact, RigidContact, wrench_power
 from crane_sim.models.effects import PayloadDrag, PayloadForce
 from crane_sim.models.energy_meter import Meter
-from crane_sim.models.loads import RigidLoad
-from crane_sim.models.moving_base import base_kinematics_at, rotate_to_base
-from crane_sim.models.stops import Stops
-from crane_sim.models.supports.backlash import play_power
-from crane_sim.models.supports.hoist import Hoist
-from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_power, winch_response
-from crane_sim.models.supports.support import (
-    Posture,
-    Support,
-    arm_of,
-    bare_tip,
-    compute_posture,
-    coordinate_count,
-    read_state,
-)
-from crane_sim.models.supports.support_dynamics import Dynamics, drive_power
-from crane_sim.models.suspended.crane import load_force, solve_support, write_common_rates
-from crane_sim.models.suspended.exchange import Exchange, body_of_coordinates, load_of
-from crane_sim.models.suspended.layout import contact_index, layout_of, rope_length, winch_index
-from crane_sim.models.suspended.load_dynamics import (
+from crane_sim.models.guards import Guard, encode, smaller_guard
+from crane_sim.models.loads import (
     BodyState,
+    RigidLoad,
+    align_quaternion,
     angular_acceleration,
     centre_acceleration,
     coordinate_acceleration,
     from_centre,
     imposed_load_power,
+    load_energies,
+    load_force,
     quaternion_at,
 )
-from crane_sim.models.suspended.winch import mode_of_winch
+from crane_sim.models.moving_base import base_kinematics_at, pose_at, rotate_to_base, to_world
+from crane_sim.models.stops import Stops
+from crane_sim.models.supports.hoist import Hoist
+from crane_sim.models.supports.reeved_hoist import ReevedHoist
+from crane_sim.models.supports.support import Support, arm_of, bare_tip
+from crane_sim.models.wind_kink import pressed_point, pressed_point_of
 from crane_sim.models.wind_load import airflow_at
+from crane_sim.multibody import linear
 from crane_sim.multibody.attitude import angular_velocity, quaternion_acceleration, rotation
 from crane_sim.multibody.tree import to_tree_axes
-from crane_sim.multibody.vectors import add, cross, dot, multiply, scale, subtract, to_turned_axes
+from crane_sim.multibody.vectors import Vector, add, cross, dot, multiply, scale, subtract, to_turned_axes
 from crane_sim.numerics.jit import routine
 from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.wind import Wind
@@ -96,7 +102,7 @@ class FallsCrane(NamedTuple):
         """Return the number of coordinates of the load: its position and its attitude."""
         return 7
 
-    def fall_modes(self):
+    def cable_modes(self):
         """Return the number of falls, each of which has a mode."""
         return len(self.falls.offset)
 
@@ -108,9 +114,9 @@ class FallsCrane(NamedTuple):
 class Fall(NamedTuple):
     """One fall at one instant, in the axes of the base."""
 
-    n: tuple[float, float, float]  # unit vector from the load's point to the support's
-    lever: tuple[float, float, float]  # m, of the load's point from its centre of mass
-    top: tuple[float, float, float]  # m, of the support's point from the tip, in the support's frame
+    n: Vector  # unit vector from the load's point to the support's
+    lever: Vector  # m, of the load's point from its centre of mass
+    top: Vector  # m, of the support's point from the tip, in the support's frame
     spring: float  # N, EA e / L, also where it is slack
     tension: float  # N, with the damping, also where it is slack
     damping: float  # W, that the damper takes while taut
@@ -120,8 +126,8 @@ class Fall(NamedTuple):
 class Pull(NamedTuple):
     """Sum over the falls."""
 
-    force: tuple[float, float, float]  # N, on the load, in the axes of the base
-    moment: tuple[float, float, float]  # N m, on the load about its centre of mass, in the axes of the base
+    force: Vector  # N, on the load, in the axes of the base
+    moment: Vector  # N m, on the load about its centre of mass, in the axes of the base
     couple: float  # N m, on the support about the vertical through the tip
     paid: float  # N, Σ T + T²/(2 EA): on the length
     damping: float  # W, that dampers take
@@ -130,19 +136,14 @@ class Pull(NamedTuple):
 class FallsSolution(NamedTuple):
     """Motion and forces at one instant."""
 
-    pose: Posture  # of the support
-    dynamics: Dynamics
-    support: Any  # accelerations of its coordinates
-    length: float  # m/s², acceleration of the falls' common length
-    centre: tuple[float, float, float]  # m/s², of the load
-    alpha: tuple[float, float, float]  # rad/s², of the load, in its own axes
+    support: SupportMotion
+    length: Any  # m/s², acceleration of the falls' common length
+    paid: Any  # N, pull of all falls on their length
+    centre: Vector  # m/s², of the load
+    alpha: Vector  # rad/s², of the load, in its own axes
     load: BodyState
     pull: Pull
     given: Any  # by `load_force`
-    tau: Any  # efforts on the coordinates of drives, springs, base, wind and falls
-    net: Any  # what accelerates the coordinates: `net_efforts`
-    paid: float  # N, pull of all falls on their length
-    command: Any  # efforts of the drives
     base: Any
     normal_forces: Any  # of contact, None without
 
@@ -211,27 +212,34 @@ def sum_falls(p, x, pose, tip, load, length):
 
 def kinematics_of(p, x):
     """Return what `fall_state` takes besides the falls and a number, in state x."""
-    nq, _, _ = layout_of(p)
-    pose = compute_posture(p.support, read_state(p.support, x, nq))
+    pose = posture_of(p, x)
     return pose, bare_tip(pose), body_state(p, x), rope_length(p, x)
 
 
 @routine
 def solve_dynamics(p, t, x, tau):
     """Return motion and forces at time t in state x under joint efforts tau."""
-    (nq, _, _), base, body = layout_of(p), base_kinematics_at(p.base, p.gravity, t), load_of(p, x)
-    kinematics = kinematics_of(p, x)
-    pose, _, load, motion = kinematics
+    base, body, kinematics = base_kinematics_at(p.base, p.gravity, t), load_of(p, x), kinematics_of(p, x)
+    pose, _, load, _ = kinematics
     pull, flow = sum_falls(p, x, *kinematics), airflow_at(p.wind, p.base, t, 0.0)
-    given = load_force(p, body, t, flow, base, load)
     tip_force = scale(-1.0, to_tree_axes(pose.kinematics.turn, pull.force))
-    dynamics, efforts, net, qdd = solve_support(p, t, pose, tau, flow, base, pull.couple, tip_force)
-    at = nq + coordinate_count(p.support), winch_index(p)
-    inv_mass, bias_acc = winch_response(p.hoist, t, tau, x, at, (*motion, p.gravity))
-    free, length = load_acceleration(p, body, base, load, pull, given), bias_acc + inv_mass * pull.paid
-    centre, alpha, normal_forces = add_contact(p.contact, body, t, x, contact_index(p), load, free)
-    solution = pose, dynamics, qdd, length, centre, alpha, load, pull, given, efforts, net, pull.paid, tau
-    return FallsSolution(*solution, base, normal_forces)
+    support = move_support(p, t, pose, tau, flow, base, pull.couple, tip_force)
+    inv_mass, bias_acc = winch_response(p, t, x, tau)
+    given = load_force(p, body, t, flow, base, load)
+    free = load_acceleration(p, body, base, load, pull, given)
+    contact = add_contact(p.contact, body, t, x, contact_index(p), load, free)
+    return FallsSolution(
+        support,
+        bias_acc + inv_mass * pull.paid,
+        pull.paid,
+        contact.centre,
+        contact.alpha,
+        load,
+        pull,
+        given,
+        base,
+        contact.normal_forces,
+    )
 
 
 def load_acceleration(p, body, base, load, pull, given):
@@ -261,12 +269,74 @@ def write_falls_derivative(p, t, x, u, out, work):
 
 def falls_power(p, x, solved):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
-    load, pull, motion = solved.load, solved.pull, (*rope_length(p, x), solved.length)
-    given, moment = solved.given
-    power = drive_power(solved.pose, solved.dynamics, solved.tau, solved.net, solved.support)
-    power += play_power(p.support.drives, solved.command, solved.pose)
-    winch = winch_power(p.hoist, solved.command, mode_of_winch(p, x), motion, pull.paid, p.gravity)
-    power += winch + imposed_load_power(solved.base, load_of(p, x), load)
-    power += dot(given, load.velocity) + dot(moment, load.omega)
-    power = power - pull.damping - pull.couple * solved.pose.yaw_rate
+    load, pull, (force, moment) = solved.load, solved.pull, solved.given
+    imposed = imposed_load_power(solved.base, load_of(p, x), load)
+    power = support_power(p, solved) + (winch_power(p, x, solved) + imposed)
+    power += dot(force, load.velocity) + dot(moment, load.omega)
+    power = power - pull.damping - pull.couple * solved.support.pose.yaw_rate
     return power if p.contact is None else power + wrench_power(solved.normal_forces.wrench, load)
+
+
+@system.project_in_place.register(FallsCrane)
+@routine
+def normalise(p, x):
+    """Give the quaternion its length 1, and take from its rates what is not across it."""
+    nq, first, _ = layout_of(p)
+    align_quaternion(x, first + 3, nq + first + 3)
+
+
+@routine
+def initialize_fall_modes(p, x):
+    """Set each fall's mode to that of its elongation."""
+    (_, _, modes), kinematics = layout_of(p), kinematics_of(p, x)
+    for i in range(len(p.falls.offset)):
+        fall = fall_state(p.falls, i, *kinematics)
+        x[modes + i] = 1.0 if min(fall.spring, fall.tension) > 0.0 else 0.0
+
+
+@system.tensions.register(FallsCrane)
+def write_tensions(p, t, x, u, rows, i, first):
+    """Write the tensions of all falls [N]."""
+    (_, _, modes), kinematics = layout_of(p), kinematics_of(p, x)
+    for k in range(len(p.falls.offset)):
+        fall = taut_fall(p.contact, fall_state(p.falls, k, *kinematics))
+        rows[i, first + k] = x[modes + k] * fall.tension
+
+
+@routine
+def falls_energies(p, base, x):
+    """Return the energies [J] of the crane, see `carrier_energies`."""
+    (_, _, modes), kinematics = layout_of(p), kinematics_of(p, x)
+    pose, _, load, (length, _) = kinematics
+    total = carrier_energies(p, base, x, pose)
+    total = linear.add(total, load_energies(base, load_of(p, x), load, p.gravity))
+    for i in range(len(p.falls.offset)):
+        spring, rest = fall_state(p.falls, i, *kinematics).spring, length + p.falls.offset[i]
+        stored = x[modes + i] * 0.5 * spring * spring * rest / p.falls.axial_stiffness[i]
+        total = linear.add(total, (0.0, stored, 0.0, 0.0))
+    return total
+
+
+@system.points.register(FallsCrane)
+def write_points(p, t, x, out):
+    """Write support and load in the world into out (N, 3)."""
+    (_, first, _), base = layout_of(p), pose_at(p.base, t)
+    i = write_polyline(posture_of(p, x), base, out)
+    out[i, 0], out[i, 1], out[i, 2] = to_world(base, (x[first], x[first + 1], x[first + 2]))
+
+
+@pressed_point.register(FallsCrane)
+def pressed_point_of_load(p, x):
+    """Return where the wind presses on the load in state x (3,) [m], in the axes of the base."""
+    return pressed_point_of(load_of(p, x), body_state(p, x))
+
+
+@routine
+def falls_guard(p, best, x):
+    """Return the smaller one of `best` and the guards of taut and slack falls."""
+    (_, _, modes), kinematics = layout_of(p), kinematics_of(p, x)
+    for i in range(len(p.falls.offset)):
+        fall = fall_state(p.falls, i, *kinematics)
+        value = fall.tension if x[modes + i] > 0.0 else -min(fall.spring, fall.tension)
+        best = smaller_guard(best, value, encode(Guard.LINK, i))
+    return best

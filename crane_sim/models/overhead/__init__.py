@@ -23,3 +23,8 @@ def first_link(p, x):
         return p.cable.lengths[0], 0
     nq, first, _ = layout_of(p)
     return x[first - 1], x[nq + first - 1]
+
+
+def hoist_mode(x):
+    """Return the mode of the hoist's friction in state x: it stands before the number of payload changes."""
+    return x[len(x) - 2]

@@ -8,8 +8,7 @@ from crane_sim import system
 from crane_sim.models.energy_meter import Meter, meter_entry
 from crane_sim.models.overhead import layout_of
 from crane_sim.models.overhead.double import DoubleCrane
-from crane_sim.models.overhead.events import switching_of
-from crane_sim.models.overhead.modes import describe_switch, initial_modes
+from crane_sim.models.overhead.events import describe_switch, initial_modes, switching_of
 from crane_sim.models.overhead.planar import PlanarCrane
 from crane_sim.models.overhead.rod import RodCrane
 from crane_sim.models.overhead.spring import SpringCrane
@@ -21,6 +20,7 @@ OF_TUPLES = RodCrane, DoubleCrane, SpringCrane
 ALL = *OF_TUPLES, PlanarCrane
 
 system.kink_guard.register(PlanarCrane)(kink_guard)
+system.switching.register(RodCrane, PlanarCrane)(switching_of)
 system.describe_event.register(RodCrane, PlanarCrane)(describe_switch)
 pressed_point.register(PlanarCrane)(PlanarCrane.payload_position)
 
@@ -108,12 +108,6 @@ def actuated_entries(p, row, trolley, hoist):
 def limit_efforts(p, u):
     """Return what the hoist can apply."""
     return limit_hoist(p.hoist, u)
-
-
-@system.switching.register(RodCrane, PlanarCrane)
-def switching(p):
-    """Return how the equations switch: by friction, limits and the kink of a wind."""
-    return switching_of(p)
 
 
 @system.with_meter.register(*ALL)

@@ -1,8 +1,11 @@
 """An overhead crane in the vertical plane: a trolley and a chain of N rigid links, with a hoist or without.
 
-State: one array [x, (l1), α_1 .. α_N, x', (l1'), α_1' .. α_N', (energy supplied), (modes)].
+State: one array [x, (l1), α_1 .. α_N, x', (l1'), α_1' .. α_N', (energy supplied), (modes)]. On a moving base energies
+are those relative to it. What it adds, mass by mass, leaves out an axis with prescribed motion, which has no mass, and
+the drum's reflected mass, which does not rotate with the base.
 """
 
+from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -28,21 +31,34 @@ from crane_sim.models.cables.chain import (
     copy_constants,
     fill_known_sines,
     fill_sines,
+    joint_energy,
     joint_power,
     massless_hoist_acceleration,
+    rod_energy,
     rod_pull,
     solve_links,
     work_array,
 )
+from crane_sim.models.cables.chain_3d import row_of
 from crane_sim.models.effects import NodeForce, PayloadDrag, PayloadForce, force_power
 from crane_sim.models.energy_meter import Meter
-from crane_sim.models.moving_base import base_kinematics_at
-from crane_sim.models.overhead import first_link, layout_of
-from crane_sim.models.overhead.events import drives_power
-from crane_sim.models.overhead.modes import EventLimits, get_payload_mass, mode_rate, trolley_mode
+from crane_sim.models.guards import Guard, decode, encode, friction_event, smaller_guard
+from crane_sim.models.moving_base import added_energy, added_spin, base_kinematics_at, base_state, pose_at, to_world
+from crane_sim.models.overhead import first_link, hoist_mode, layout_of
+from crane_sim.models.overhead.events import (
+    EventLimits,
+    drives_power,
+    get_payload_mass,
+    initial_modes,
+    mode_of_stopped_drive,
+    mode_rate,
+    needs_forces,
+    smallest_drive_guard,
+    trolley_mode,
+)
 from crane_sim.models.overhead.planar_loads import add_links_load, add_payload_force
-from crane_sim.models.supports.hoist import Hoist, hoist_mode, hoist_response
-from crane_sim.models.supports.rails import Axis
+from crane_sim.models.supports.hoist import HOIST, Hoist, hoist_reflected_mass, hoist_response
+from crane_sim.models.supports.rails import Axis, axis_mass
 from crane_sim.models.wind_load import Windage
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import local_array, routine, simd_range, use_wide_vectors
@@ -93,9 +109,10 @@ class PlanarCrane(NamedTuple):
         nq, first, modes = layout_of(self)
         self.fill_links(x, w)
         inv_mass, bias_acc = self.trolley.response(t, tau, 0, x[nq], trolley_mode(self.event_limits, x, modes))
-        hoist_inv_mass, hoist_bias_acc = hoist_response(self.hoist, t, tau, x[nq + first - 1], hoist_mode(x))
+        first_length = first_link(self, x)
+        winch = hoist_response(self.hoist, t, tau, hoist_mode(x), first_length, self.gravity)
+        hoist_inv_mass, hoist_bias_acc = winch
         assemble_rhs(w, bias_acc, self.gravity)
-        rate = first_link(self, x)[1]
         base = base_kinematics_at(self.base, self.gravity, t)
         field = add_links_load(base, self, x, w)
         twist = add_joints(self.joints, w, x, first) + field.x
@@ -104,7 +121,7 @@ class PlanarCrane(NamedTuple):
         add_node_forces(self.forces, t, w)
         wind_power = add_payload_force(self, base, t, x, w)
         rhs_along = w[RHS_ALONG, 0]
-        solve_links(self.rods, w, (inv_mass, hoist_inv_mass, hoist_bias_acc, rate))
+        solve_links(self.rods, w, (inv_mass, hoist_inv_mass, hoist_bias_acc, first_length[1]))
         pull = w[TENSION, 0] * w[SIN, 0] + rod_pull(self.rods, w) + twist
         if hoist_inv_mass >= 0.0:
             paid = hoist_bias_acc + hoist_inv_mass * w[TENSION, 0]
@@ -139,16 +156,6 @@ class PlanarCrane(NamedTuple):
             v[k + 1, 0] = v[k, 0] + paid * s + swing * c
             v[k + 1, 2] = v[k, 2] - paid * c + swing * s
         return v
-
-    def write_nodes(self, x, r, v):
-        """Write positions and velocities (N + 1, 3) of trolley and nodes relative to the base."""
-        w = system.workspace(self)
-        self.fill_links(x, w)
-        v[:] = self.node_velocities(x, w)
-        r[0, 0] = x[0]
-        for k in range(len(r) - 1):
-            r[k + 1, 0] = r[k, 0] + w[LENGTH, k] * w[SIN, k]
-            r[k + 1, 2] = r[k, 2] - w[LENGTH, k] * w[COS, k]
 
     def payload_position(self, x):
         """Return the payload's position (3,) [m] relative to the base."""
@@ -205,3 +212,132 @@ def chain_power(p, t, x, tau, solved, work):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
     power = drives_power(p, x, tau, work[TENSION, 0], solved.pull, first_link(p, x)[1]) + solved.outside_power
     return power + (0.0 if p.forces is None else force_power(p.forces, t, p.node_velocities(x, work)))
+
+
+@system.state.register(PlanarCrane)
+def initial_state(p, t, q, v):
+    """Return the state, with the modes that follow from velocities."""
+    (nq, _, first), modes = layout_of(p), initial_modes(p, t, v)
+    x = np.zeros(first + len(modes))
+    for i in range(nq):
+        x[i], x[nq + i] = q[i], v[i]
+    for i, mode in enumerate(modes):
+        x[first + i] = mode
+    return x
+
+
+@system.power.register(PlanarCrane)
+def external_power(p, t, x, u):
+    """Return the power [W] under a source of efforts."""
+    tau, work = system.effort(u, p, t, x), system.workspace(p)
+    return chain_power(p, t, x, tau, p.solve(t, x, tau, work), work)
+
+
+@system.tensions.register(PlanarCrane)
+def write_tensions(p, t, x, u, rows, i, first):
+    """Write the tensions of all links [N]."""
+    work = system.workspace(p)
+    p.solve(t, x, system.effort(u, p, t, x), work)
+    for k in range(len(p.cable.masses)):
+        rows[i, first + k] = work[TENSION, k]
+
+
+@system.kinetic.register(PlanarCrane)
+@routine
+def kinetic_energy(p, x):
+    """Return the kinetic energy [J] of trolley, hoist, links and nodes."""
+    (nq, first, _), work, rate = layout_of(p), system.workspace(p), first_link(p, x)[1]
+    p.fill_links(x, work)
+    v = p.node_velocities(x, work)
+    kinetic = 0.5 * axis_mass(p.trolley) * x[nq] ** 2
+    kinetic += 0.5 * hoist_reflected_mass(p.hoist) * rate * rate
+    kinetic += rod_energy(p.rods, x[nq + first : 2 * nq])
+    for k in range(len(p.cable.masses)):
+        mass = 1.0 / work[INV_MASS, k]
+        kinetic += 0.5 * mass * (v[k + 1, 0] ** 2 + v[k + 1, 1] ** 2 + v[k + 1, 2] ** 2)
+    return kinetic
+
+
+@system.potential.register(PlanarCrane)
+@routine
+def potential_energy(p, x):
+    """Return the potential energy [J] of nodes and joints."""
+    nq, first, _ = layout_of(p)
+    w = system.workspace(p)
+    p.fill_links(x, w)
+    z, potential = 0.0, joint_energy(p.joints, x[first:nq])
+    for k in range(len(p.cable.masses)):
+        z = z - w[LENGTH, k] * w[COS, k]
+        potential += 1.0 / w[INV_MASS, k] * p.gravity * z
+    return potential
+
+
+@system.points.register(PlanarCrane)
+def write_points(p, t, x, out):
+    """Write trolley and nodes."""
+    (_, first, _), length = layout_of(p), first_link(p, x)[0]
+    out[0, 0], out[0, 1], out[0, 2] = x[0], 0.0, 0.0
+    for k in range(len(p.cable.masses)):
+        link = length if k == 0 else p.cable.lengths[k]
+        out[k + 1, 0] = out[k, 0] + link * sin(x[first + k])
+        out[k + 1, 1] = 0.0
+        out[k + 1, 2] = out[k, 2] - link * cos(x[first + k])
+    if p.base is not None:
+        pose = pose_at(p.base, t)
+        for k in range(len(out)):
+            out[k, 0], out[k, 1], out[k, 2] = to_world(pose, row_of(out, k))
+
+
+@system.base_energy.register(PlanarCrane)
+@routine
+def base_energy(p, t, x):
+    """Return what a moving base adds to the energies of trolley, nodes, and links that rotate as rods."""
+    base, w = base_state(p.base, t, 0.0), system.workspace(p)
+    if base is None:
+        return 0.0, 0.0
+    p.fill_links(x, w)
+    velocity, position = p.node_velocities(x, w), (x[0], 0.0, 0.0)
+    kinetic, potential = added_energy(base, p.gravity, axis_mass(p.trolley), position, row_of(velocity, 0))
+    for k in range(len(p.cable.masses)):
+        position = position[0] + w[LENGTH, k] * w[SIN, k], 0.0, position[2] - w[LENGTH, k] * w[COS, k]
+        more = added_energy(base, p.gravity, 1.0 / w[INV_MASS, k], position, row_of(velocity, k + 1))
+        kinetic, potential = kinetic + more[0], potential + more[1]
+        if p.rods is not None:  # angles of links grow against turns about y
+            tensor = 0.0, p.rods.inertia[k], (0.0, 1.0, 0.0)
+            kinetic += added_spin(base, tensor, (0.0, -w[RATE, k], 0.0))
+    return kinetic, potential
+
+
+@system.guard.register(PlanarCrane)
+@routine
+def smallest_guard(p, t, x, u, work):
+    """Return the smallest guard, of drives, payload and links that must stay taut."""
+    tau, forces = system.effort(u, p, t, x), needs_forces(p, x)
+    pull = p.solve(t, x, tau, work).pull if forces else 0.0
+    best = smallest_drive_guard(p, t, x, tau, work[TENSION, 0], pull, first_link(p, x)[0])
+    if p.event_limits.stops.taut > 0.0:
+        for k in range(len(p.cable.masses)):
+            best = smaller_guard(best, work[TENSION, k], encode(Guard.LINK, k))
+    return best[0], best[1], int(forces)
+
+
+@system.apply_reset_map.register(PlanarCrane)
+@routine
+def switch(p, t, x, u, number):
+    """Return the state after a change of the payload or of a drive's friction; all other guards end a run."""
+    (nq, first, modes), (kind, joint, _) = layout_of(p), decode(number)
+    tau, x = system.effort(u, p, t, x), x.copy()
+    if kind == Guard.PAYLOAD:
+        before = system.kinetic(p, x) + system.potential(p, x)
+        x[len(x) - 1] += 1.0
+        gained = system.kinetic(p, x) + system.potential(p, x) - before  # the payload takes its energy along
+        x[2 * nq] += gained
+        return x, number, True
+    if kind == Guard.FRICTION:
+        rate, mode = (nq + first - 1, len(x) - 2) if joint == HOIST else (nq, modes)
+        mode_before, work = x[mode], system.workspace(p)
+        x[rate], x[mode] = (0.0 if mode_before != 0.0 else x[rate]), 0.0
+        pull = p.solve(t, x, tau, work).pull
+        x[mode] = mode_of_stopped_drive(p, joint, mode_before, tau, work[TENSION, 0], pull)
+        return x, friction_event(joint, x[mode]), True
+    return x, number, False

@@ -17,12 +17,11 @@ from crane_sim.models.cables.chain import (
     add_couple,
     add_node_acceleration,
 )
-from crane_sim.models.loads import PointLoad
+from crane_sim.models.loads import PointLoad, PointState
 from crane_sim.models.moving_base import imposed_acceleration
 from crane_sim.models.overhead import first_link, layout_of
 from crane_sim.models.supports.rails import axis_mass
 from crane_sim.models.suspended.crane import load_force
-from crane_sim.models.suspended.load_dynamics import PointState
 from crane_sim.models.wind_load import airflow_at
 from crane_sim.multibody.vectors import ZERO
 

@@ -16,19 +16,22 @@ from typing import Any, NamedTuple
 from crane_sim import system
 from crane_sim.models.energy_meter import Meter, meter_entry
 from crane_sim.models.guards import Guard, decode, encode, friction_event, smaller_guard
-from crane_sim.models.overhead import layout_of
+from crane_sim.models.overhead import hoist_mode, layout_of
 from crane_sim.models.overhead.events import (
+    EventLimits,
     drives_power,
+    drum_modes,
+    get_payload_mass,
     mode_of_stopped_drive,
+    mode_rate,
     needs_forces,
     smallest_drive_guard,
+    trolley_mode,
 )
-from crane_sim.models.overhead.modes import EventLimits, drum_modes, get_payload_mass, mode_rate, trolley_mode
 from crane_sim.models.supports.hoist import (
     HOIST,
     Hoist,
     MasslessHoist,
-    hoist_mode,
     hoist_reflected_mass,
     hoist_response,
 )
@@ -137,7 +140,7 @@ def solve_swing(p, t, x, tau):
     inv_mass, bias_acc = p.trolley.response(t, tau, 0, v, trolley_mode(p.event_limits, x, modes))
     across_mass, across_acc = gram / second, p.gravity * s + 2.0 * rate * w
     rest = total * p.gravity * c + first * w * w
-    of_hoist = hoist_response(p.hoist, t, tau, x[nq + 1], hoist_mode(x))
+    of_hoist = hoist_response(p.hoist, t, tau, hoist_mode(x), (length, rate), p.gravity)
     a, tension, paid = solve_pull(p.hoist, total, rest, bias_acc, inv_mass, s, c, (across_mass, across_acc), of_hoist)
     turning = -(first / second) * (c * a + across_acc)
     return Swing(s, c, a, paid, turning, tension, tension * s - across_mass * (c * a + across_acc) * c)
@@ -228,7 +231,7 @@ def smallest_guard(p, t, x, u, work):
     tau, forces = system.effort(u, p, t, x), needs_forces(p, x)
     tension, pull = top_forces(p, t, x, tau) if forces else (0.0, 0.0)
     best = smallest_drive_guard(p, t, x, tau, tension, pull, hoisted_rod(p, x)[0])
-    value, number = smaller_guard(best, tension, encode(Guard.LINK, 0)) if p.event_limits.taut > 0.0 else best
+    value, number = smaller_guard(best, tension, encode(Guard.LINK, 0)) if p.event_limits.stops.taut > 0.0 else best
     return value, number, int(forces)
 
 

@@ -209,24 +209,9 @@ def write_tension(p, t, x, u, rows, i, first):
 
 
 system.saturate.register(Crane)(limit_winch)
-
-
-@system.joints.register(Crane)
-def joints_of_crane(p, x):
-    """Return the joints of support, rope and swing."""
-    return joint_coordinates(p, x)
-
-
-@system.actuated_joints.register(Crane)
-def actuated_joints_of_crane(p, x):
-    """Return the joints of support and winch."""
-    return actuated_joints(p, x)
-
-
-@system.efforts_from_row.register(Crane)
-def efforts_of_crane(p, row):
-    """Return the efforts on support and winch."""
-    return efforts_from_row(p, row)
+system.joints.register(Crane)(joint_coordinates)
+system.actuated_joints.register(Crane)(actuated_joints)
+system.efforts_from_row.register(Crane)(efforts_from_row)
 
 
 @system.state.register(Crane)

@@ -90,18 +90,12 @@ def stop_joint(x, joint, rope_state):
     return (xs, xc, *x[2:-1], replace_entry(x[-1], joint, 0.0))
 
 
-def after_guard(friction, joint, friction_state, efforts):
-    """Return the new mode of a joint whose guard has failed in mode `friction_state`, at rest under `efforts`."""
-    mode = friction_state
+def after_guard(friction, x, joint, mode, efforts):
+    """Return (state x with the new mode of a joint at rest whose guard has failed in `mode`, the event)."""
     for k, part in enumerate(friction):
         if isinstance(part, Friction) and joint == k:
-            mode = part.breakaway_mode(friction_state, efforts[k])
-    return mode
-
-
-def with_friction_state(x, joint, friction_state):
-    """Return state x with the friction state of a joint replaced, and the number of that event."""
-    return (*x[:-1], replace_entry(x[-1], joint, friction_state)), friction_event(joint, friction_state)
+            mode = part.breakaway_mode(mode, efforts[k])
+    return (*x[:-1], replace_entry(x[-1], joint, mode)), friction_event(joint, mode)
 
 
 def initial_friction_states(friction, v):

@@ -1,5 +1,7 @@
 """Guards of a crane with one rope: of positions alone, unless the rope must stay taut or joints stick and slip."""
 
+from math import inf
+
 from crane_sim import system
 from crane_sim.models.cables.rope import rope_kinematics
 from crane_sim.models.guards import Guard, decode, encode, smaller_guard
@@ -10,7 +12,6 @@ from crane_sim.models.single_rope.joint_friction import (
     constraint_efforts,
     friction_guards,
     stop_joint,
-    with_friction_state,
 )
 from crane_sim.models.stops import Stops, describe_stop, length_guard, make_switching
 from crane_sim.models.supports.friction import step_control_of
@@ -49,7 +50,8 @@ def smallest_guard(p, t, x, u, work):
     stops, taut = p.stops, p.stops.taut > 0.0
     forces = taut or any_joint_sticks(p.friction, x)
     rope_state = rope_kinematics(p.support.forward_kinematics(x[0]), x[1])
-    best = p.support.guard(length_guard(stops, rope_state.length, rope_state.rate), x[0])
+    best = length_guard(stops, (inf, 0), rope_state.length, rope_state.rate)
+    best = p.support.guard(best, x[0])
     tension, efforts = tension_and_constraint_efforts(p, t, x, u) if forces else (0.0, NO_EFFORTS)
     if taut:
         best = smaller_guard(best, tension, encode(Guard.LINK, 0))
@@ -71,7 +73,7 @@ def switch_joint(p, t, x, u, number):
         return x, number, False
     still = stop_joint(x, joint, rope_kinematics(p.support.forward_kinematics(x[0]), x[1]))
     efforts = constraint_efforts(p, solve_motion(p, t, still, system.effort(u, p, t, still)))
-    return (*with_friction_state(still, joint, after_guard(p.friction, joint, x[-1][joint], efforts)), True)
+    return (*after_guard(p.friction, still, joint, x[-1][joint], efforts), True)
 
 
 @system.describe_event.register(Crane)

@@ -1,12 +1,17 @@
 """Hoists, which change the first link's length: its acceleration as a function of the tension.
 
 All have the methods of `PrescribedHoist`; a crane without a hoist has None, for which there are functions. The hoist's
-effort is the last one of those of all joints, `tau`.
+effort is the last one of those of all joints, `tau`. `motion` begins with the length [m] and its rate [m/s]; a power
+needs its acceleration [m/s²] behind them.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from crane_sim.files.types import Positive
+from crane_sim.models.guards import Guard, encode, smaller_guard
+from crane_sim.models.stops import WINCH
 from crane_sim.models.supports.friction import Friction, forced_response, friction_force
 from crane_sim.models.supports.reeving import Reeving
 from crane_sim.trajectories.profiles import Motion, motion_acceleration
@@ -19,24 +24,21 @@ class PrescribedHoist(NamedTuple):
 
     profile: Motion
 
-    def modes(self):
-        """Return the number of modes: one where friction holds the length, or slips."""
-        return 0
-
-    def response(self, t, tau, rate, mode):
+    def response(self, t: Any, tau: Any, mode: Any, motion: Any, gravity: Any) -> tuple[Any, Any]:
         """Return (inverse mass [1/kg], bias acceleration [m/s²]) of the length; without inertia (-1, tension [N]).
 
         Args:
             t: time [s].
             tau: efforts of all joints [N].
-            rate: of the length [m/s].
             mode: of the hoist's friction, anything without.
+            motion: of the length.
+            gravity: acceleration of free fall [m/s²].
         """
         return 0.0, motion_acceleration(self.profile, t)
 
-    def power(self, tau, rate, tension):
-        """Return the power [W] that the winch supplies at this rate of length and tension."""
-        return -tension * rate
+    def power(self, tau: Any, mode: Any, motion: Any, pull: Any, gravity: Any) -> Any:
+        """Return the power [W] that the winch supplies, its losses taken off, where `pull` [N] acts on the length."""
+        return -pull * motion[1]
 
 
 class ForceHoist(NamedTuple):
@@ -45,25 +47,25 @@ class ForceHoist(NamedTuple):
     reflected_mass: Positive  # kg, drum inertia over radius squared
     friction: Friction | None = None  # N, of the drum, in terms of the rope
 
-    def modes(self):
-        """Return one where it has friction."""
+    def modes(self) -> int:
+        """Return the number of modes: one where it has friction, which holds the length or slips."""
         return 0 if self.friction is None else 1
 
-    def response(self, t, tau, rate, mode):
+    def response(self, t: Any, tau: Any, mode: Any, motion: Any, gravity: Any) -> tuple[Any, Any]:
         """Return that of a mass under a force."""
-        return forced_response(self.friction, self.reflected_mass, tau[-1], rate, mode)
+        return forced_response(self.friction, self.reflected_mass, tau[-1], motion[1], mode)
 
-    def power(self, tau, rate, tension):
+    def power(self, tau: Any, mode: Any, motion: Any, pull: Any, gravity: Any) -> Any:
         """Return the power of the force, less what friction takes."""
-        return (tau[-1] - friction_force(self.friction, rate)) * rate
+        return (tau[-1] - friction_force(self.friction, motion[1])) * motion[1]
 
-    def winch_guard(self, tau, mode, motion, pull):
-        """Return the guard of its friction; motion: (length, rate, gravity), pull [N] on the length."""
+    def winch_guard(self, tau: Any, mode: Any, motion: Any, pull: Any, gravity: Any) -> Any:
+        """Return the guard of its stick and slip under a pull [N] on the length."""
         return 1.0 if self.friction is None else self.friction.guard(motion[1], mode, tau[-1] + pull)
 
-    def stopped_mode(self, mode_before, tau, pull, length, gravity):
-        """Return the result of `mode_of_stopped_winch`."""
-        return 0.0 if self.friction is None else self.friction.breakaway_mode(mode_before, tau[-1] + pull)
+    def stopped_mode(self, tau: Any, mode: Any, motion: Any, pull: Any, gravity: Any) -> Any:
+        """Return its mode at rest after its guard has failed in `mode`, see `Friction.breakaway_mode`."""
+        return 0.0 if self.friction is None else self.friction.breakaway_mode(mode, tau[-1] + pull)
 
 
 class MasslessHoist(NamedTuple):
@@ -71,17 +73,13 @@ class MasslessHoist(NamedTuple):
 
     push: float = 0.0  # 1: efforts that pay out are applied, 0: they count as zero, since a rope transmits tension only
 
-    def modes(self):
-        """Return none."""
-        return 0
-
-    def response(self, t, tau, rate, mode):
+    def response(self, t: Any, tau: Any, mode: Any, motion: Any, gravity: Any) -> tuple[Any, Any]:
         """Return the tension."""
         return -1.0, -tau[-1]
 
-    def power(self, tau, rate, tension):
-        """Return the power against the tension."""
-        return -tension * rate
+    def power(self, tau: Any, mode: Any, motion: Any, pull: Any, gravity: Any) -> Any:
+        """Return the power against the pull."""
+        return -pull * motion[1]
 
 
 class MotionHoist(NamedTuple):
@@ -90,17 +88,21 @@ class MotionHoist(NamedTuple):
     time_constant: Positive | None = None  # s, of the lag; None: the input is the acceleration
     reeving: Reeving | None = None  # what its falls carry, and its drum's torque, follow from the motion
 
-    def modes(self):
-        """Return none."""
-        return 0
-
-    def response(self, t, tau, rate, mode):
+    def response(self, t: Any, tau: Any, mode: Any, motion: Any, gravity: Any) -> tuple[Any, Any]:
         """Return the acceleration that is imposed."""
-        return 0.0, winch_acceleration(self.time_constant, rate, tau[-1])
+        return 0.0, winch_acceleration(self.time_constant, motion[1], tau[-1])
 
-    def power(self, tau, rate, tension):
-        """Return the power of the motion against the tension."""
-        return -tension * rate
+    def power(self, tau: Any, mode: Any, motion: Any, pull: Any, gravity: Any) -> Any:
+        """Return the power of the motion against the pull."""
+        return -pull * motion[1]
+
+    def slip_direction(self, rate: Any, mode: Any) -> Any:
+        """Return the direction of `sheave_factor` of its rope: that in which it moves."""
+        return np.sign(rate)
+
+    def rope_direction(self, tau: Any, mode: Any, motion: Any, pull: Any, gravity: Any) -> Any:
+        """Return the direction of `sheave_factor` by which tensions follow from the pull: none at rest."""
+        return np.sign(motion[1])
 
 
 Hoist = PrescribedHoist | ForceHoist | MasslessHoist | MotionHoist
@@ -117,18 +119,20 @@ def hoist_coordinates(hoist):
 
 
 def hoist_modes(hoist):
-    """Return the number of modes of a hoist."""
-    return 0 if hoist is None else hoist.modes()
+    """Return the number of modes of a hoist: of one with friction 1."""
+    return hoist.modes() if hasattr(hoist, "modes") else 0
 
 
-def hoist_mode(x):
-    """Return the mode of an overhead crane's hoist in state x: it stands before the number of payload changes."""
-    return x[len(x) - 2]
-
-
-def hoist_response(hoist, t, tau, rate, mode):
+def hoist_response(hoist, t, tau, mode, motion, gravity):
     """Return the result of `response`, that of a length that stays without a hoist."""
-    return (0, 0) if hoist is None else hoist.response(t, tau, rate, mode)
+    return (0, 0) if hoist is None else hoist.response(t, tau, mode, motion, gravity)
+
+
+def hoist_guard(hoist, best, tau, mode, motion, pull, gravity):
+    """Return the smaller one of `best` and the guard of a winch's stick and slip, where it has friction."""
+    if hoist_modes(hoist) == 0:
+        return best
+    return smaller_guard(best, hoist.winch_guard(tau, mode, motion, pull, gravity), encode(Guard.FRICTION, WINCH))
 
 
 def hoist_reflected_mass(hoist):

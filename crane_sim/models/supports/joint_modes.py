@@ -60,16 +60,16 @@ def support_guard(support: Support, best: Any, state: SupportState) -> Any:
     return best
 
 
-def sticking_guard(support: Support, best: Any, state: SupportState, solved: Any) -> Any:
+def sticking_guard(support: Support, best: Any, state: SupportState, moved: Any) -> Any:
     """Return the smallest one of `best` and of the guards of joints that friction holds.
 
     Args:
         support, best, state: the support, the smallest other guard, and the support's state.
-        solved: a solution of the crane's equations with `dynamics`, `net` and `support`, the accelerations (n,).
+        moved: the SupportMotion.
     """
     for (i, friction), friction_state in zip(frictions_of(support), state.friction, strict=True):
         if friction.sticks(friction_state):
-            held = constraint_effort(solved.dynamics, solved.net, solved.support, i)
+            held = constraint_effort(moved.dynamics, moved.net, moved.accelerations, i)
             value = friction.guard(state.v[i], friction_state, held)
             best = smaller_guard(best, value, encode(Guard.FRICTION, i))
     return best
@@ -84,15 +84,15 @@ def friction_state_index(support: Support, x: Any, joint: Any) -> Any:
     return index
 
 
-def mode_after_guard(support: Support, joint: Any, mode_before: Any, solved: Any) -> Any:
+def mode_after_guard(support: Support, joint: Any, mode_before: Any, moved: Any) -> Any:
     """Return the mode of a joint at rest after its guard has failed in mode `mode_before`.
 
-    `solved` is the solution with the joint held, as of `sticking_guard`.
+    `moved` is the SupportMotion with the joint held.
     """
     mode = mode_before
     for i, friction in frictions_of(support):
         if isinstance(friction, Friction) and i == joint:
-            held = constraint_effort(solved.dynamics, solved.net, solved.support, i)
+            held = constraint_effort(moved.dynamics, moved.net, moved.accelerations, i)
             mode = friction.breakaway_mode(mode_before, held)
     return mode
 

@@ -23,62 +23,46 @@ from crane_sim.models.cables.chain_3d import (
     row_of,
     solve_tensions,
 )
+from crane_sim.models.carrier.dynamics import (
+    SupportMotion,
+    move_support,
+    posture_of,
+    support_power,
+    winch_power,
+    winch_response,
+    write_common_rates,
+)
+from crane_sim.models.carrier.exchange import Exchange, load_of
+from crane_sim.models.carrier.layout import layout_of, rope_length
 from crane_sim.models.effects import (
     NodeForce,
     PayloadDrag,
     PayloadForce,
     SwingFriction,
-    add_drag,
     force_on_node,
     values_of,
 )
 from crane_sim.models.energy_meter import Meter
-from crane_sim.models.loads import PointLoad, RigidLoad
-from crane_sim.models.moving_base import airspeed, base_kinematics_at, imposed_acceleration, pose_at, to_base
-from crane_sim.models.stops import Stops
-from crane_sim.models.supports.backlash import drive_accelerations, play_power
-from crane_sim.models.supports.hoist import Hoist
-from crane_sim.models.supports.joint_modes import write_friction_rates
-from crane_sim.models.supports.reeved_hoist import ReevedHoist, winch_mode, winch_power, winch_response
-from crane_sim.models.supports.support import (
-    Posture,
-    Support,
-    bare_tip,
-    compute_posture,
-    coordinate_count,
-    read_state,
-    tip_acceleration,
-    tip_rate,
-    yaw,
-)
-from crane_sim.models.supports.support_dynamics import (
-    Dynamics,
-    accelerations,
-    base_efforts,
-    compute_dynamics,
-    drive_power,
-    joint_efforts,
-    net_efforts,
-    prescribed_accelerations,
-    responses,
-    tip_efforts,
-    wind_efforts,
-    yaw_efforts,
-)
-from crane_sim.models.suspended.exchange import Exchange, load_of
-from crane_sim.models.suspended.layout import layout_of, rope_length, winch_index
-from crane_sim.models.suspended.load_dynamics import (
+from crane_sim.models.loads import (
+    PointLoad,
+    RigidLoad,
     centre_acceleration,
     end_acceleration_across,
     end_acceleration_free,
     end_mobility,
     imposed_load_power,
     load_coordinates,
+    load_force,
     load_state,
     moment_power,
-    wind_on_load,
     write_load_acceleration,
 )
+from crane_sim.models.moving_base import base_kinematics_at, imposed_acceleration
+from crane_sim.models.stops import Stops
+from crane_sim.models.supports.hoist import Hoist
+from crane_sim.models.supports.reeved_hoist import ReevedHoist
+from crane_sim.models.supports.support import Support, bare_tip, tip_acceleration, tip_rate, yaw
+from crane_sim.models.supports.support_dynamics import responses, tip_efforts
 from crane_sim.models.suspended.swing_friction import pull_first_node, pull_load, pull_tip, swing_pull
 from crane_sim.models.suspended.torsion import (
     Torsion,
@@ -95,7 +79,6 @@ from crane_sim.multibody.tree import to_tree_axes
 from crane_sim.multibody.vectors import ZERO, add, dot, scale
 from crane_sim.numerics.jit import routine
 from crane_sim.trajectories.base_motion import AnyBase
-from crane_sim.trajectories.inputs import value_at
 from crane_sim.trajectories.wind import Wind
 
 
@@ -127,8 +110,8 @@ class SuspendedCrane(NamedTuple):
         """Return the number of coordinates of what hangs: unit vectors of links, and the load's own."""
         return 3 * len(self.cable.masses) + load_coordinates(self.load)
 
-    def fall_modes(self):
-        """Return the number of modes of falls: rigid links have none."""
+    def cable_modes(self):
+        """Return the number of modes of the cable: rigid links have none."""
         return 0
 
     def fixed_length(self):
@@ -148,19 +131,14 @@ class Work(NamedTuple):
 class SuspendedSolution(NamedTuple):
     """Support, load and base at one instant, in addition to the work arrays."""
 
-    pose: Posture  # of the support
-    dynamics: Dynamics
-    support: Any  # accelerations of its coordinates
-    length: float  # m/s², acceleration of the first link's length
-    tau: Any  # efforts on the coordinates of drives, springs, base, wind and torsion
-    net: Any  # what accelerates the coordinates: `net_efforts`, with those of the rope
-    paid: float  # N, pull of the first link on its length
-    command: Any  # efforts of the drives
-    load: NamedTuple  # kinematics
+    support: SupportMotion
+    length: Any  # m/s², acceleration of the first link's length
+    paid: Any  # N, pull of the first link on its length
+    load: Any  # kinematics
     base: Any  # kinematics, None at rest
-    outside_power: float  # W, that base and forces supply to nodes, and the base to the load
+    outside_power: Any  # W, that base and forces supply to nodes, and the base to the load
     given: Any  # by `load_force`
-    moment: tuple[float, float, float]  # N m, of wind and torsion on the load, in its axes
+    moment: Any  # (3,) N m, of wind and torsion on the load, in its axes
     twist: Any  # `Twist` of the rope, None without torsion
     swing: Any  # `SwingPull`, None without friction of the swing
 
@@ -216,89 +194,74 @@ def fill_node_accelerations(p, base, values, links, rate, node, acc):
     return next_node(links, n - 1, rate, node), power
 
 
-def load_force(p, body, t, flow, base, load):
-    """Return force (3,) [N] and moment (3,) [N m, in the load's axes] of air, wind and given forces on the load.
-
-    Args:
-        p: the crane.
-        body: parameters of its load.
-        t, flow, base, load: time [s], wind in the base's axes, base and kinematics of the load.
-    """
-    air = airspeed(base, load.position, load.velocity)
-    force = add_given_force(p.force, add_drag(p.drag, ZERO, air), p.base, t)
-    wind, moment = wind_on_load(flow, base, body, load)
-    return add(force, wind), moment
-
-
-def add_given_force(given, force, base, t):
-    """Return the force (3,) [N] plus the given one on the payload at time t, in the axes of the base."""
-    if given is None:
-        return force
-    whole = value_at(given.x, t), value_at(given.y, t), value_at(given.z, t)
-    return add(force, to_base(pose_at(base, t), whole))
-
-
-def solve_support(p, t, pose, tau, flow, base, couple, force):
-    """Return (Dynamics, efforts, what accelerates the coordinates, their accelerations) of the support.
-
-    Args:
-        p, t, pose: the crane, time [s], and the posture of its support.
-        tau, flow, base: efforts of drives, wind in the base's axes, base.
-        couple, force: about the vertical [N m], and (3,) [N] on the tip, in the tree's axes: of what hangs.
-    """
-    dynamics = compute_dynamics(p.support, pose)
-    efforts = linear.add(joint_efforts(p.support, pose, tau), base_efforts(pose, base))
-    efforts = linear.add(efforts, wind_efforts(pose, flow, base))
-    efforts = linear.add(efforts, yaw_efforts(pose, couple))
-    net = linear.add(net_efforts(dynamics, p.gravity, efforts), tip_efforts(pose, force))
-    return dynamics, efforts, net, accelerations(dynamics, net, prescribed_accelerations(p.support, pose, t, tau))
-
-
 @routine
 def solve_dynamics(p, t, x, tau, work):
     """Return support, load and base at time t in state x under joint efforts tau; tensions and links are in work.
 
     The accelerations in `work` are then those under the first link's pull on the tip, and the last one's on the load.
     """
-    nq, _, _ = layout_of(p)
-    body, (links, acc, tension, ratio) = load_of(p, x), work
+    links, acc, tension, _ = work
     fill_directions(p, x, links)
-    n, (length, rate) = len(tension), rope_length(p, x)
-    pose, base = compute_posture(p.support, read_state(p.support, x, nq)), base_kinematics_at(p.base, p.gravity, t)
-    values = values_of(p.forces, t)
-    node, power = fill_node_accelerations(p, base, values, links, rate, bare_tip(pose), acc)
-    load = load_state(body, x, nq, node)
-    last, upper = row_of(links.units, n - 1), row_of(links.units, 0)
-    links.inv_masses[n - 1] = end_mobility(body, load, last)
+    pose, base = posture_of(p, x), base_kinematics_at(p.base, p.gravity, t)
+    flow, values = airflow_at(p.wind, p.base, t, 0.0), values_of(p.forces, t)
+    node, power = fill_node_accelerations(p, base, values, links, rope_length(p, x)[1], bare_tip(pose), acc)
+    body = load_of(p, x)
+    load = load_state(body, x, layout_of(p)[0], node)
+    # torsion and friction of the swing: between load, nodes and tip
     twist = twist_of(p.torsion, links, load, yaw(p.support, pose.state.q), pose.yaw_rate)
-    swing, flow = swing_pull(p.swing_friction, pose, links), airflow_at(p.wind, p.base, t, 0.0)
+    swing = swing_pull(p.swing_friction, pose, links)
     push_nodes(twist, links, acc)
     pull_first_node(swing, links, acc)
+    # the load without the last link's pull
     force, moment = load_force(p, body, t, flow, base, load)
-    given = add(force, force_on_node(p.forces, values, n)), moment
+    given = add(force, force_on_node(p.forces, values, len(tension))), moment
     force, moment = pull_load(swing, links, body, load, *twist_load(twist, links, body, load, *given))
+    fill_load_end(p, body, base, load, force, moment, work)
+    # the support without the first link's pull
+    couple, push = pull_tip(swing, twist_couple(twist), twist_tip(twist, links, ZERO))
+    free = move_support(p, t, pose, tau, flow, base, couple, to_tree_axes(pose.kinematics.turn, push))
+    support, length = pull_links(p, t, x, body, load, free, work)
+    power += imposed_load_power(base, body, load)
+    return SuspendedSolution(support, length, tension[0], load, base, power, given, moment, twist, swing)
+
+
+def fill_load_end(p, body, base, load, force, moment, work):
+    """Fill mobility and acceleration of the load's attachment under force [N] and moment [N m], without the cable."""
+    links, acc, n = work.links, work.acc, len(work.tension)
+    links.inv_masses[n - 1] = end_mobility(body, load, row_of(links.units, n - 1))
     free = centre_acceleration(body, base, load, force, p.gravity)
     acc[n, 0], acc[n, 1], acc[n, 2] = end_acceleration_free(body, base, load, free, moment)
-    couple, push = pull_tip(swing, twist_couple(twist), twist_tip(twist, links, ZERO))
-    pushed = to_tree_axes(pose.kinematics.turn, push)
-    dynamics, efforts, net, qdd = solve_support(p, t, pose, tau, flow, base, couple, pushed)
-    acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration(pose, qdd)
-    levers = tip_efforts(pose, to_tree_axes(pose.kinematics.turn, upper))
-    answer = responses(dynamics, levers)
-    at, motion = (nq + coordinate_count(p.support), winch_index(p)), (length, rate, p.gravity)
-    hoist_inv_mass, hoist_bias_acc = winch_response(p.hoist, t, tau, x, at, motion)
-    top = SupportEnd(linear.inner(levers, answer), hoist_inv_mass, hoist_bias_acc, rate)
+
+
+def pull_links(p, t, x, body, load, free, work):
+    """Fill the tensions, and what they add to the accelerations of tip and load.
+
+    Args:
+        p, t, x: the crane, time [s], state.
+        body, load: parameters of the load and its kinematics.
+        free: SupportMotion without the cable's pull.
+        work: accelerations without tensions.
+
+    Returns:
+        SupportMotion under the first link's pull, acceleration of its length [m/s²].
+    """
+    links, acc, tension, ratio = work
+    n, pose = len(tension), free.pose
+    acc[0, 0], acc[0, 1], acc[0, 2] = tip_acceleration(pose, free.accelerations)
+    levers = tip_efforts(pose, to_tree_axes(pose.kinematics.turn, row_of(links.units, 0)))
+    answer = responses(free.dynamics, levers)
+    winch = winch_response(p, t, x, free.command)
+    top = SupportEnd(linear.inner(levers, answer), *winch, rope_length(p, x)[1])
     solve_tensions(links, top, acc, tension, ratio)
-    length_acc = hoisted_length_acceleration(links, top, acc, tension)
-    net = linear.add(net, linear.scale(tension[0], levers))
-    qdd = linear.add(qdd, linear.scale(tension[0], answer))
-    moved, across = tip_rate(pose, answer), end_acceleration_across(body, load, last, tension[n - 1])
+    length = hoisted_length_acceleration(links, top, acc, tension)
+    net = linear.add(free.net, linear.scale(tension[0], levers))
+    qdd = linear.add(free.accelerations, linear.scale(tension[0], answer))
+    moved = tip_rate(pose, answer)
+    across = end_acceleration_across(body, load, row_of(links.units, n - 1), tension[n - 1])
     for i in range(3):
         acc[0, i] += tension[0] * moved[i]
         acc[n, i] += across[i]
-    power += imposed_load_power(base, body, load)
-    parts = given, moment, twist, swing
-    return SuspendedSolution(pose, dynamics, qdd, length_acc, efforts, net, tension[0], tau, load, base, power, *parts)
+    return free._replace(net=net, accelerations=qdd), length
 
 
 @system.rhs_into.register(SuspendedCrane)
@@ -319,31 +282,11 @@ def write_suspended_derivative(p, t, x, u, out, work):
         out[2 * nq] = suspended_power(p, x, solved)
 
 
-def write_common_rates(p, x, solved, out):
-    """Write rates of coordinates, accelerations of support, its drives and the hoist, and rates of modes into `out`."""
-    (nq, first, modes), n = layout_of(p), len(solved.support)
-    for i in range(nq):
-        out[i] = x[nq + i]
-    for i in range(n):
-        out[nq + i] = solved.support[i]
-    for i, drive_acc in enumerate(drive_accelerations(p.support.drives, solved.command, solved.pose)):
-        out[nq + n + i] = drive_acc
-    if p.hoist is not None:
-        out[nq + first - 1] = solved.length
-    for i in range(modes, len(out)):
-        out[i] = 0.0
-    write_friction_rates(p.support, solved.pose.state, out)
-
-
 def suspended_power(p, x, solved):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
-    motion, load = (*rope_length(p, x), solved.length), solved.load
-    force, moment = solved.given
-    power = drive_power(solved.pose, solved.dynamics, solved.tau, solved.net, solved.support) + solved.outside_power
-    mode = winch_mode(p.hoist, x, winch_index(p))
-    power += winch_power(p.hoist, solved.command, mode, motion, solved.paid, p.gravity)
-    power += play_power(p.support.drives, solved.command, solved.pose)
-    power = add_twist_power(solved.twist, power, solved.pose.yaw_rate)
+    (force, moment), yaw_rate = solved.given, solved.support.pose.yaw_rate
+    power = support_power(p, solved) + solved.outside_power + winch_power(p, x, solved)
+    power = add_twist_power(solved.twist, power, yaw_rate)
     if solved.swing is not None:
-        power -= solved.swing.loss + solved.swing.couple * solved.pose.yaw_rate
-    return power + dot(force, load.velocity) + moment_power(p.load, load, moment)
+        power -= solved.swing.loss + solved.swing.couple * yaw_rate
+    return power + dot(force, solved.load.velocity) + moment_power(p.load, solved.load, moment)

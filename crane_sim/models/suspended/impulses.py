@@ -21,8 +21,10 @@ from crane_sim.models.cables.chain_3d import (
     row_of,
     solve_tensions,
 )
+from crane_sim.models.carrier.exchange import DONE, carried_energy, join, load_of, vector_at
+from crane_sim.models.carrier.layout import exchange_index, layout_of, rope_length
 from crane_sim.models.guards import Guard, encode
-from crane_sim.models.loads import RigidLoad
+from crane_sim.models.loads import RigidLoad, end_acceleration_across, end_mobility, load_state
 from crane_sim.models.moving_base import rotate_to_base
 from crane_sim.models.supports.hoist import hoist_response
 from crane_sim.models.supports.joint_modes import reset_friction_modes
@@ -37,9 +39,6 @@ from crane_sim.models.supports.support import (
 )
 from crane_sim.models.supports.support_dynamics import compute_dynamics, prescribed_power, responses, tip_efforts
 from crane_sim.models.suspended.crane import fill_directions, next_node
-from crane_sim.models.suspended.exchange import DONE, carried_energy, join, load_of, vector_at
-from crane_sim.models.suspended.layout import exchange_index, layout_of, rope_length
-from crane_sim.models.suspended.load_dynamics import end_acceleration_across, end_mobility, load_state
 from crane_sim.multibody import linear
 from crane_sim.multibody.attitude import quaternion_rate
 from crane_sim.multibody.tree import to_tree_axes
@@ -118,7 +117,9 @@ def add_jumps(p, load, x, y, state, joined):
     last, upper = row_of(links.units, n - 1), row_of(links.units, 0)
     links.inv_masses[n - 1] = end_mobility(load, state, last)
     pose, nothing = posture_at_rest(p.support, x, nq), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    winch = 0.0 if isinstance(p.hoist, ReevedHoist) else hoist_response(p.hoist, 0.0, nothing, x[nq + ns], 1.0)[0]
+    winch = 0.0
+    if not isinstance(p.hoist, ReevedHoist):
+        winch, _ = hoist_response(p.hoist, 0.0, nothing, 1.0, (0.0, x[nq + ns]), p.gravity)
     levers = tip_efforts(pose, to_tree_axes(pose.kinematics.turn, upper))
     dynamics = compute_dynamics(p.support, pose)
     answer = responses(dynamics, levers)

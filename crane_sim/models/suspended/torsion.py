@@ -147,6 +147,6 @@ def add_twist_power(twist, power, yaw_rate):
     return power if twist is None else power + twist.moment * yaw_rate - twist.loss
 
 
-def add_twist_energy(twist, torsion, potential):
-    """Return the potential energy [J] with that of torsion."""
-    return potential if twist is None else potential + 0.5 * torsion.stiffness * twist.angle * twist.angle
+def twist_energy(twist, torsion):
+    """Return the potential energy [J] of torsion."""
+    return 0.0 if twist is None else 0.5 * torsion.stiffness * twist.angle * twist.angle

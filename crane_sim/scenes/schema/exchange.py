@@ -8,8 +8,8 @@ import numpy as np
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative
+from crane_sim.models.carrier.exchange import COLUMNS, Exchange
 from crane_sim.models.loads import PointLoad, RigidLoad
-from crane_sim.models.suspended.exchange import COLUMNS, Exchange
 from crane_sim.models.wind_load import AnyWindage, Windage
 from crane_sim.scenes.schema.groups import Group
 from crane_sim.scenes.schema.rigging import Payload, Vector

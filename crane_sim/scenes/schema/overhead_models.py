@@ -7,18 +7,18 @@ import numpy as np
 
 from crane_sim.files.errors import SceneError
 from crane_sim.models.cables.chain import Chain, Joints, Rods, make_chain
+from crane_sim.models.carrier.exchange import COLUMNS, Exchange
 from crane_sim.models.effects import NodeForce, PayloadForce
 from crane_sim.models.elastic.crane import ElasticCrane, Slack, Springs
 from crane_sim.models.loads import PointLoad
 from crane_sim.models.overhead.double import DoubleCrane, TwoLinks
-from crane_sim.models.overhead.modes import EventLimits
+from crane_sim.models.overhead.events import EventLimits
 from crane_sim.models.overhead.planar import PlanarCrane
 from crane_sim.models.overhead.rod import Line, RodCrane
 from crane_sim.models.overhead.spring import Spring, SpringCrane
 from crane_sim.models.stops import MIN_LENGTH, Stops
 from crane_sim.models.supports.hoist import Hoist, MasslessHoist
 from crane_sim.models.suspended.crane import OverheadJoints, SuspendedCrane
-from crane_sim.models.suspended.exchange import COLUMNS, Exchange
 from crane_sim.models.wind_load import Windage
 from crane_sim.scenes.schema.base_motion import Mount
 from crane_sim.scenes.schema.exchange import NO_WINDAGE, REST, order_of
@@ -153,7 +153,6 @@ def _elastic_crane(file: OverheadCrane) -> ElasticCrane | SpringCrane:
 def _hanging_parts(file: OverheadCrane) -> dict[str, Any]:
     """Return what cranes with a support have besides support, cable and hoist."""
     limits, (wind, windage) = make_event_limits(file), _wind_of(file)
-    stops = None if limits is None else Stops(limits.shortest, limits.longest, taut=limits.taut)
     return {
         "load": PointLoad(float(file.parts.masses[-1]), windage),
         "base": _base_of(file),
@@ -161,7 +160,7 @@ def _hanging_parts(file: OverheadCrane) -> dict[str, Any]:
         "drag": file.payload_drag,
         "force": _force_of(file),
         "forces": forces_of(file),
-        "stops": stops,
+        "stops": None if limits is None else limits.stops,
         "exchange": _exchange_of(file, limits, windage) if limits is not None and file.events else None,
         "overhead": OverheadJoints(),
     }
@@ -253,12 +252,11 @@ def make_event_limits(file: OverheadCrane) -> EventLimits | None:
         return None
     trolley = axes[0] or (-np.inf, np.inf)
     events = sorted(file.events, key=lambda event: event.at)
+    least = MIN_LENGTH if has_hoist else 0.0
+    shortest, longest = hoist or (least, np.inf)
     return EventLimits(
-        lower=trolley[0],
-        upper=trolley[1],
-        shortest=max(hoist[0], MIN_LENGTH) if hoist else MIN_LENGTH if has_hoist else 0.0,
-        longest=hoist[1] if hoist else np.inf,
-        taut=float(file.cable.slack == "stop"),
+        trolley,
+        Stops(max(shortest, least), longest, taut=float(file.cable.slack == "stop")),
         times=np.array([event.at for event in events]),
         masses=np.array([file.parts.masses[-1], *(event.set.payload.mass for event in events)]),
     )

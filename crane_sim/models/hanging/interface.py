@@ -1,6 +1,6 @@
-"""Functions of `crane_sim.system` that suspended cranes and those with elastic falls share: support, hoist and a load.
+"""Functions of `crane_sim.system` that cranes share whose load hangs below a support, by links, springs or falls.
 
-The two differ in what hangs between support and load: its energies, its forces, and guards that follow from them.
+They differ in what hangs between support and load: its energies, its forces, and guards that follow from them.
 """
 
 from typing import Any
@@ -8,62 +8,55 @@ from typing import Any
 import numpy as np
 
 from crane_sim import system
+from crane_sim.models.carrier.dynamics import mode_of_winch, support_limits_guard, winch_guard, winch_sticks
+from crane_sim.models.carrier.exchange import count_exchanges, exchange_guard
+from crane_sim.models.carrier.layout import layout_of, rope_length, state_size, winch_index
 from crane_sim.models.elastic import crane as elastic
-from crane_sim.models.elastic import outputs as elastic_outputs
-from crane_sim.models.elastic.crane import ElasticCrane
+from crane_sim.models.elastic.crane import ElasticCrane, elastic_energies, initialize_link_modes, links_guard
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.falls import crane as falls
-from crane_sim.models.falls import outputs as falls_outputs
-from crane_sim.models.falls.crane import FallsCrane
-from crane_sim.models.guards import Guard, decode, friction_event
+from crane_sim.models.falls.contact_events import contact_guard, fill_contact, total_normal_force
+from crane_sim.models.falls.crane import FallsCrane, falls_energies, falls_guard, initialize_fall_modes
+from crane_sim.models.hanging.joints import accelerations_of_joints, joint_coordinates, write_joints
 from crane_sim.models.moving_base import base_state
-from crane_sim.models.stops import WINCH, make_switching
 from crane_sim.models.supports.backlash import mean_of_drives
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.driven_point import DrivenPoint
-from crane_sim.models.supports.friction import friction_of, step_control_of
 from crane_sim.models.supports.hoist import MotionHoist, PrescribedHoist, hoist_entry, hoist_modes, limit_hoist
-from crane_sim.models.supports.joint_modes import (
-    friction_state_index,
-    mode_after_guard,
-    switch_drive,
-    with_support_switching,
-)
-from crane_sim.models.supports.reeved_hoist import ReevedHoist, mode_of_stopped_winch
-from crane_sim.models.supports.reeving_outputs import hoist_falls, write_fall_tensions
+from crane_sim.models.supports.joint_modes import any_joint_sticks, initialize_modes, sticking_guard
+from crane_sim.models.supports.reeved_hoist import ReevedHoist, hoist_falls, write_fall_tensions
 from crane_sim.models.supports.support import own_count, polyline_size, read_state, takes_energy
 from crane_sim.models.suspended import crane as suspended
-from crane_sim.models.suspended import impulses
-from crane_sim.models.suspended import outputs as suspended_outputs
 from crane_sim.models.suspended.crane import SuspendedCrane
-from crane_sim.models.suspended.exchange import with_exchange_switching
-from crane_sim.models.suspended.layout import layout_of, rope_length, winch_index
-from crane_sim.models.suspended.winch import mode_of_winch
-from crane_sim.models.wind_kink import kink_guard, with_kink_switching
+from crane_sim.models.suspended.outputs import suspended_energies, taut_guard, twist_guard
+from crane_sim.models.wind_kink import kink_guard
 from crane_sim.numerics.jit import routine
-from crane_sim.system import EVENT_LOG_CAPACITY, Switching
 
 HANGING = SuspendedCrane, FallsCrane, ElasticCrane
 
 system.kink_guard.register(*HANGING)(kink_guard)
+system.contact_force.register(FallsCrane)(total_normal_force)
 
 
-def solve(p, t, x, tau):
-    """Return the solution of the equations at time t in state x under joint efforts tau."""
+def solve(p, t, x, tau, work):
+    """Return the solution of the equations at time t in state x under joint efforts tau.
+
+    `work` is of `system.workspace`; that of a suspended crane has its tensions then.
+    """
     if isinstance(p, FallsCrane):
         return falls.solve_dynamics(p, t, x, tau)
     if isinstance(p, ElasticCrane):
         return elastic.solve_dynamics(p, t, x, tau, np.empty(len(x)))
-    return suspended.solve_dynamics(p, t, x, tau, system.workspace(p))
+    return suspended.solve_dynamics(p, t, x, tau, work)
 
 
 def energies(p, base, x):
-    """Return (kinetic, potential) energy [J] relative to the base, and those that it adds; base: BaseState or None."""
+    """Return the energies [J] of the crane, see `carrier_energies`."""
     if isinstance(p, FallsCrane):
-        return falls_outputs.falls_energies(p, base, x)
+        return falls_energies(p, base, x)
     if isinstance(p, ElasticCrane):
-        return elastic_outputs.elastic_energies(p, base, x)
-    return suspended_outputs.suspended_energies(p, base, x)
+        return elastic_energies(p, base, x)
+    return suspended_energies(p, base, x)
 
 
 @system.kinetic.register(*HANGING)
@@ -88,10 +81,12 @@ def base_energies(p, t, x):
 @system.power.register(*HANGING)
 def external_power(p, t, x, u):
     """Return the power [W] under a source of efforts."""
-    solved = solve(p, t, x, system.effort(u, p, t, x))
+    solved = solve(p, t, x, system.effort(u, p, t, x), system.workspace(p))
+    if isinstance(p, FallsCrane):
+        return falls.falls_power(p, x, solved)
     if isinstance(p, ElasticCrane):
         return elastic.elastic_power(p, x, solved)
-    return falls.falls_power(p, x, solved) if isinstance(p, FallsCrane) else suspended.suspended_power(p, x, solved)
+    return suspended.suspended_power(p, x, solved)
 
 
 @system.energy_supplied.register(*HANGING)
@@ -128,10 +123,52 @@ def project(p, x):
     return x
 
 
+@system.link_count.register(*HANGING)
+def count_links(p):
+    """Return the number of links or falls."""
+    return len(p.falls.offset) if isinstance(p, FallsCrane) else len(p.cable.masses)
+
+
+@system.point_count.register(*HANGING)
+def count_points(p):
+    """Return the number of points of support and nodes, or load on falls."""
+    return polyline_size(p.support) + (1 if isinstance(p, FallsCrane) else len(p.cable.masses))
+
+
 @system.tip_index.register(*HANGING)
 def tip_index(p):
     """Return the index of the support's tip among the points."""
     return polyline_size(p.support) - 1
+
+
+@system.state.register(*HANGING)
+def initial_state(p, t, q, v):
+    """Return the state, an array, with the modes that follow from positions and velocities."""
+    x = np.zeros(state_size(p))
+    write_joints(p, x, q, v)
+    count_exchanges(p, t, x)
+    if isinstance(p, FallsCrane):
+        initialize_fall_modes(p, x)
+    if isinstance(p, ElasticCrane):
+        initialize_link_modes(p, x)
+    if hoist_modes(p.hoist) > 0:
+        x[winch_index(p)] = np.sign(rope_length(p, x)[1])
+    if isinstance(p, FallsCrane):
+        fill_contact(p, t, x)
+    initialize_modes(p.support, x, read_state(p.support, x, layout_of(p)[0]))
+    return x
+
+
+@system.joints.register(*HANGING)
+def joint_arrays(p, x):
+    """Return (q, v), arrays (nj,)."""
+    return joint_coordinates(p, x)
+
+
+@system.acceleration.register(*HANGING)
+def joint_accelerations(p, t, x, u):
+    """Return the second derivatives (nj,) of the joint coordinates."""
+    return accelerations_of_joints(p, x, system.rhs(p, t, x, u))
 
 
 @system.actuated_joints.register(*HANGING)
@@ -162,71 +199,36 @@ def limit_efforts(p, u):
     return limit_hoist(p.hoist, u)
 
 
-@system.switching.register(*HANGING)
-def switching(p):
-    """Return how the equations switch: by what hangs, the support, exchanges of the load and the kink of a wind."""
-    of_support = with_support_switching(p.support, rope_switching(p))
-    return with_kink_switching(p.wind, with_exchange_switching(p.exchange, of_support))
-
-
-def rope_switching(p):
-    """Return how the equations switch by falls, by friction of a winch, or by the stops."""
-    slackens = isinstance(p, FallsCrane) or (isinstance(p, ElasticCrane) and p.cable.slack is not None)
-    if slackens or isinstance(p.hoist, ReevedHoist) or hoist_modes(p.hoist) > 0:
-        return Switching(EVENT_LOG_CAPACITY, 0, step_control_of(friction_of(p.hoist)))
-    return make_switching(p.stops, 0)
-
-
-@system.apply_reset_map.register(*HANGING)
-def switch(p, t, x, u, number):
-    """Return (state after an event, the event, whether the run goes on)."""
-    kind, joint, _ = decode(number)
-    if kind == Guard.FRICTION:
-        return after_friction_guard(p, t, x, system.effort(u, p, t, x), joint)
-    if kind == Guard.BACKLASH:
-        return switch_drive(p.support, x, read_state(p.support, x, layout_of(p)[0]), number)
+@system.guard.register(*HANGING)
+@routine
+def smallest_guard(p, t, x, u, work):
+    """Return (the smallest guard, its number, evaluations): limits, exchanges, cable, friction, contact."""
+    state, tau, pull = read_state(p.support, x, layout_of(p)[0]), system.effort(u, p, t, x), 0.0
+    best = cable_guard(p, exchange_guard(p, support_limits_guard(p, x), t, x), x, work)
+    forces = must_stay_taut(p) or winch_sticks(p, x) or any_joint_sticks(p.support, state)
+    if forces:
+        solved = solve(p, t, x, tau, work)
+        pull = solved.paid
+        best = sticking_guard(p.support, best, state, solved.support)
+        if isinstance(p, SuspendedCrane):
+            best = taut_guard(p, best, x, solved.length, work.tension)
+    best, evaluations = winch_guard(p, best, x, tau, pull), int(forces)
     if isinstance(p, FallsCrane):
-        return falls_outputs.switch(p, t, x, number)
-    if isinstance(p, ElasticCrane):
-        return elastic_outputs.switch(p, t, x, number)
-    if p.exchange is not None and kind == Guard.PAYLOAD:
-        return impulses.apply_exchange(p, t, x)
-    return x, number, False
+        value, number, more = contact_guard(p, t, x, best)
+        best, evaluations = (value, number), evaluations + more
+    return best[0], best[1], evaluations
 
 
-def after_friction_guard(p, t, x, tau, joint):
-    """Return the result of `switch` after the guard of the friction of a joint or of the winch has failed."""
-    if hoist_modes(p.hoist) > 0 and joint == WINCH:
-        return after_winch_guard(p, t, x, tau)
-    return after_joint_guard(p, t, x, tau, joint)
+def cable_guard(p, best, x, work):
+    """Return the smaller one of `best` and the guards of falls, links and twist, which depend on the state alone."""
+    if isinstance(p, FallsCrane):
+        return falls_guard(p, best, x)
+    return links_guard(p, best, x) if isinstance(p, ElasticCrane) else twist_guard(p, best, x, work.links)
 
 
-@routine
-def after_joint_guard(p, t, x, tau, joint):
-    """Return the result of `switch` after the guard of the friction of a support's joint has failed."""
-    nq, _, _ = layout_of(p)
-    x, k = x.copy(), friction_state_index(p.support, x, joint)
-    mode_before = stop(x, nq + joint, k)
-    x[k] = mode_after_guard(p.support, joint, mode_before, solve(p, t, x, tau))
-    return x, friction_event(joint, x[k]), True
-
-
-@routine
-def after_winch_guard(p, t, x, tau):
-    """Return the result of `switch` after the guard of the winch's friction has failed."""
-    nq, first, _ = layout_of(p)
-    x, k = x.copy(), winch_index(p)
-    mode_before = stop(x, nq + first - 1, k)
-    pull, (length, _) = solve(p, t, x, tau).paid, rope_length(p, x)
-    x[k] = mode_of_stopped_winch(p.hoist, mode_before, tau, pull, length, p.gravity)
-    return x, friction_event(WINCH, x[k]), True
-
-
-def stop(x, rate, mode):
-    """Return the mode x[mode] of what friction held or slowed down, and set its rate and mode to those of rest."""
-    mode_before = x[mode]
-    x[rate], x[mode] = (0.0 if mode_before != 0.0 else x[rate]), 0.0
-    return mode_before
+def must_stay_taut(p):
+    """Return whether a run ends where a rigid link goes slack."""
+    return isinstance(p, SuspendedCrane) and p.stops is not None and p.stops.taut > 0.0
 
 
 @system.fall_count.register(*HANGING)
@@ -239,6 +241,6 @@ def count_falls(p):
 def write_tensions_of_falls(p, t, x, u, rows, i):
     """Write the tensions of lead line and falls [N], and the drum's torque [N m]."""
     tau = system.effort(u, p, t, x)
-    solved = solve(p, t, x, tau)
+    solved = solve(p, t, x, tau, system.workspace(p))
     motion = (*rope_length(p, x), solved.length)
     write_fall_tensions(p.hoist, tau, mode_of_winch(p, x), motion, solved.paid, p.gravity, rows[i])

@@ -1,14 +1,15 @@
 """Where things stand in the state of a crane whose load hangs below a support, with a hoist or without.
 
 A state is one array [support, (length), what hangs, and their rates, (energy supplied), modes]. The modes are those of
-falls, that of the winch, where it has friction, the number of exchanges of the load, where it has any, then those of
-contact, drives and joints. Parameters of such a crane have methods `hanging_coordinates`, `fall_modes` and
+falls or links, that of the winch, where it has friction, the number of exchanges of the load, where it has any, then
+those of contact, drives and joints. Parameters of such a crane have methods `hanging_coordinates`, `cable_modes` and
 `fixed_length`.
 """
 
+from crane_sim.models.contact.surface import count_contact_modes
 from crane_sim.models.energy_meter import meter_size
 from crane_sim.models.supports.hoist import hoist_coordinates, hoist_modes
-from crane_sim.models.supports.support import coordinate_count
+from crane_sim.models.supports.support import coordinate_count, drive_count, friction_state_count
 
 
 def layout_of(p):
@@ -28,7 +29,7 @@ def rope_length(p, x):
 
 def winch_index(p):
     """Return the index of the winch's mode, where it has friction."""
-    return layout_of(p)[2] + p.fall_modes()
+    return layout_of(p)[2] + p.cable_modes()
 
 
 def exchange_index(p):
@@ -39,3 +40,9 @@ def exchange_index(p):
 def contact_index(p):
     """Return the index of the first mode of contact, where the load has any, or else of what stands behind."""
     return exchange_index(p) + (0 if p.exchange is None else 1)
+
+
+def state_size(p):
+    """Return the number of entries of the state."""
+    contact = count_contact_modes(getattr(p, "contact", None))
+    return contact_index(p) + contact + drive_count(p.support) + friction_state_count(p.support)

@@ -12,10 +12,10 @@ Then the cable's impulses hold P (`impulses`).
 
 from typing import Any, NamedTuple
 
+from crane_sim.models.carrier.layout import exchange_index
 from crane_sim.models.guards import Guard, encode, smaller_guard
 from crane_sim.models.loads import PointLoad, RigidLoad
 from crane_sim.models.moving_base import rotate_to_base
-from crane_sim.models.suspended.layout import exchange_index
 from crane_sim.models.wind_load import Windage
 from crane_sim.multibody.vectors import ZERO, Vector, add, cross, dot, multiply, scale, subtract
 from crane_sim.system import EVENT_LOG_CAPACITY, Switching
@@ -150,19 +150,14 @@ def carried_energy(load, after, state):
     return energy - 0.5 * (load.mass * dot(v0, v0) + dot(w, multiply(load.inertia, w)))
 
 
-def describe_exchange(exchange: Exchange, k: int, outcome: int, rods: bool) -> tuple[str, str]:
+def describe_exchange(exchange: Exchange, k: int, outcome: int, forbidden: tuple[str, str]) -> tuple[str, str]:
     """Return texts (meaning of exchange k, what a user can change); the outcome is DONE, or it ended the run.
 
     Args:
         exchange, k, outcome: of the payload, number and outcome of the event.
-        rods: whether the links may be rods, which push: falls of a reeving may not.
+        forbidden: why it would end a run, what a user can change.
     """
     before, after = float(exchange.masses[k]), float(exchange.masses[k + 1])
     word, change = ("taken up", after - before) if after > before else ("let go", before - after)
     text = f"payload of {change:g} kg {word}, {after:g} kg hang now"
-    if outcome == DONE:
-        return text, ""
-    return (
-        f"{text}: a link would push at that",
-        f"change events[{k}].velocity" + (", or take rope.slack: allow if links are rods" if rods else ""),
-    )
+    return (text, "") if outcome == DONE else (f"{text}: {forbidden[0]}", forbidden[1])

@@ -1,4 +1,4 @@
-"""Joint coordinates of a suspended crane: the simple crane's first, then further links and the load's attitude.
+"""Joint coordinates of a crane whose load hangs below a support: the simple crane's, further links, load's attitude.
 
 A support that turns gives those of `single_rope`: its own coordinates, the first link's length and its two swing
 angles in the turning frame,
@@ -14,15 +14,12 @@ from math import atan2, cos, sin, sqrt
 
 import numpy as np
 
-from crane_sim import system
+from crane_sim.models.carrier.layout import layout_of, rope_length
 from crane_sim.models.single_rope.joint_coordinates import POLE
 from crane_sim.models.supports.driven_point import DrivenPoint
-from crane_sim.models.supports.hoist import hoist_coordinates, hoist_modes
-from crane_sim.models.supports.joint_modes import initialize_modes
+from crane_sim.models.supports.hoist import hoist_coordinates
 from crane_sim.models.supports.support import (
     coordinate_count,
-    drive_count,
-    friction_state_count,
     read_state,
     to_coordinate_order,
     to_joint_order,
@@ -30,8 +27,6 @@ from crane_sim.models.supports.support import (
     yaw,
 )
 from crane_sim.models.suspended.crane import SuspendedCrane
-from crane_sim.models.suspended.exchange import count_exchanges
-from crane_sim.models.suspended.layout import contact_index, layout_of, rope_length, winch_index
 from crane_sim.multibody.vectors import to_turned_axes
 from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import routine
@@ -39,7 +34,7 @@ from crane_sim.numerics.jit import routine
 
 def has_swing_angles(p):
     """Return whether the first link is given by its length and swing angles; otherwise by its unit vector."""
-    return p.overhead is None and not isinstance(p.support.structure, DrivenPoint)
+    return isinstance(p, SuspendedCrane) and p.overhead is None and not isinstance(p.support.structure, DrivenPoint)
 
 
 def swing_start(p):
@@ -102,9 +97,8 @@ def yaw_entry(support, row, i):
     return sum((row[i + k] for k in support.structure.mechanism().yaw), 0.0)
 
 
-@system.joints.register(SuspendedCrane)
 @routine
-def joint_arrays(p, x):
+def joint_coordinates(p, x):
     """Return (q, v), arrays (nj,)."""
     nq, _, _ = layout_of(p)
     q, v = to_joint_order(p.support, x[:nq]), to_joint_order(p.support, x[nq : 2 * nq])
@@ -114,22 +108,14 @@ def joint_arrays(p, x):
     return with_swing(p, q, (length, *angles)), with_swing(p, v, (rate, *angle_rates))
 
 
-@system.state.register(SuspendedCrane)
-def initial_state(p, t, q, v):
-    """Return the state, an array, with the modes that follow from positions and velocities."""
-    nq, _, _ = layout_of(p)
-    x = np.zeros(contact_index(p) + drive_count(p.support) + friction_state_count(p.support))
-    if has_swing_angles(p):
-        fill_coordinates(p, x, without_swing(p, q), without_swing(p, v))
-        start = swing_start(p)
-        write_direction(p, x, *vector_of((q[start + 1], q[start + 2]), (v[start + 1], v[start + 2])))
-    else:
+def write_joints(p, x, q, v):
+    """Write joint positions and velocities into state x."""
+    if not has_swing_angles(p):
         fill_coordinates(p, x, q, v)
-    if hoist_modes(p.hoist) > 0:
-        x[winch_index(p)] = np.sign(rope_length(p, x)[1])
-    count_exchanges(p, t, x)
-    initialize_modes(p.support, x, read_state(p.support, x, nq))
-    return x
+        return
+    fill_coordinates(p, x, without_swing(p, q), without_swing(p, v))
+    i = swing_start(p) + 1
+    write_direction(p, x, *vector_of((q[i], q[i + 1]), (v[i], v[i + 1])))
 
 
 def fill_coordinates(p, x, q, v):
@@ -147,12 +133,6 @@ def write_direction(p, x, direction, rates):
     rates = (rates[0] - w * direction[1], rates[1] + w * direction[0], rates[2])
     (x[first], x[first + 1], x[first + 2]) = to_turned_axes(direction, -s, c)
     (x[nq + first], x[nq + first + 1], x[nq + first + 2]) = to_turned_axes(rates, -s, c)
-
-
-@system.acceleration.register(SuspendedCrane)
-def joint_accelerations(p, t, x, u):
-    """Return the second derivatives (nj,) of the joint coordinates."""
-    return accelerations_of_joints(p, x, system.rhs(p, t, x, u))
 
 
 @routine
