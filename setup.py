@@ -54,7 +54,7 @@ setup(
         "gym": ["gymnasium"],
         "gamepad": ["evdev"],
         "docs": ["zensical==0.0.*"],
-        "peers": ["mujoco", "exudyn", "pin", "drake", "casadi", "heyoka", "cranebench"],
+        "peers": ["mujoco", "pin", "casadi", "heyoka"],
         "bench": ["jinja2", "matplotlib"],
         "test": ["pytest", "pytest-xdist", "hypothesis", "sympy", "mpmath"],
     },

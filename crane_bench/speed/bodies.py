@@ -1,8 +1,8 @@
-"""A rigid load beside MuJoCo and Exudyn, speed against error: `crane bench bodies`.
+"""A rigid load beside MuJoCo, speed against error: `crane bench bodies`.
 
-The engines get the scene's own bodies, joints, falls and inputs (`peers.mechanism`). An error is the distance at the
+MuJoCo gets the scene's own bodies, joints, falls and inputs (`peers.mechanism`). An error is the distance at the
 end of the run of the load's attachment, on falls of its centre of mass, from our own finest run; beside it stands the
-angle of the load's attitude. What all engines agree on was computed from three formulations.
+angle of the load's attitude.
 """
 
 from collections.abc import Sequence
@@ -14,18 +14,18 @@ from crane_bench.speed.body_cases import CASES, STEPS, BodyCase, body_scene, mak
 from crane_bench.speed.cases import ERROR_LEVELS, MIN_TRUST, ReferenceSolution, is_asked
 from crane_bench.speed.engine import EngineUnavailable
 from crane_bench.speed.measurement import machine
-from crane_bench.speed.peers import exudyn_bodies, mujoco_bodies
+from crane_bench.speed.peers import mujoco_bodies
 from crane_bench.speed.peers.mechanism import Mechanism, mechanism_of
 from crane_bench.speed.results import cheapest_points, read_points
 from crane_bench.speed.sweep import Trial, WorkPrecisionPoint, measure_points, sweep_method
 
 METHODS = ("rk4", "rk8")
 """Ours, with steps that end at the inputs' kinks: error control does not look for those, and so gains nothing here."""
-PEERS: tuple[ModuleType, ...] = (mujoco_bodies, exudyn_bodies)
+PEERS: tuple[ModuleType, ...] = (mujoco_bodies,)
 CANNOT = (
-    "Only ours models falls that go slack at an instant (MuJoCo damps slack tendons, Exudyn's springs push) and ropes",
-    "of prescribed length as such (theirs have a winch 1e12 times as heavy as what hangs on it). These scenes were",
-    "freed from wind that presses by relative velocity, laws, sensors and drives.",
+    "Only ours models falls that go slack at an instant (MuJoCo damps slack tendons) and ropes of prescribed length as",
+    "such (MuJoCo has a winch 1e12 times as heavy as what hangs on it). These scenes were freed from wind that presses",
+    "by relative velocity, laws, sensors and drives.",
 )
 BODY_ERROR_LEVELS = ERROR_LEVELS[:4]  # m: these references are too coarse for the finest
 
