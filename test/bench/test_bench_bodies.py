@@ -11,7 +11,7 @@ from crane_bench.speed import bodies
 from crane_bench.speed.body_cases import CASES, BodyCase, body_scene
 from crane_bench.speed.crane_sim_engine import NAME, CraneSimEngine
 from crane_bench.speed.engine import EngineUnavailable, Run
-from crane_bench.speed.peers import mujoco_bodies
+from crane_bench.speed.peers import mujoco_engine
 from crane_bench.speed.peers.mechanism import (
     Mechanism,
     attitude_of,
@@ -100,7 +100,7 @@ def test_mujoco_converges_to_our_end(case: BodyCase) -> None:
     """Position and attitude of the load converge to those of this simulator with the order of the engine's method."""
     scene, made = mechanism(case)
     ours = CraneSimEngine(scene).make_run(RK8(1.0 / 64.0))(1)
-    runs = [nearest_run(available(mujoco_bodies), made, "RK4", setting) for setting in (0.02, 0.01)]
+    runs = [nearest_run(available(mujoco_engine), made, "RK4", setting) for setting in (0.02, 0.01)]
     ends = [run.execute(1) for run in runs]
     errors = [float(np.linalg.norm(end.payload - ours.payload)) for end in ends]
     assert ours.attitude is not None and ends[1].attitude is not None
@@ -113,7 +113,7 @@ def test_mujoco_converges_to_our_end(case: BodyCase) -> None:
 def test_a_run_that_fails_stays_in_the_sweep() -> None:
     """A step far too long ends far away or in no number, and the next run with the same engine is right again."""
     _, made = mechanism(CASES[0], 30.0)
-    coarse, fine = (nearest_run(available(mujoco_bodies), made, "RK4", setting) for setting in (0.2, 0.04))
+    coarse, fine = (nearest_run(available(mujoco_engine), made, "RK4", setting) for setting in (0.2, 0.04))
     assert not np.linalg.norm(coarse.execute(1).payload) < 1e3  # m; the load hangs within 20 m
     assert np.linalg.norm(fine.execute(1).payload) < 20.0
 
@@ -122,7 +122,7 @@ def test_a_missing_engine_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without its package an engine is unavailable, named in a single line."""
     monkeypatch.setitem(sys.modules, "mujoco", None)
     with pytest.raises(EngineUnavailable, match="MuJoCo is not installed") as error_info:
-        mujoco_bodies.find_version()
+        mujoco_engine.find_version()
     assert "\n" not in str(error_info.value)
 
 
