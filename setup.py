@@ -21,6 +21,8 @@ setup(
     packages=find_packages(include=["crane_sim*", "crane_control*", "crane_bench*"]),
     package_data={
         "crane_bench": ["pages/*"],
+        "crane_bench.documentation": ["signs.yaml"],
+        "crane_bench.league": ["cases.yaml"],
         "crane_bench.speed": ["groups.yaml", "floor/*", "peers/*.cpp"],
         "crane_sim.report.assets": ["*.*"],
     },
@@ -56,7 +58,7 @@ setup(
         "gym": ["gymnasium"],
         "gamepad": ["evdev"],
         "docs": ["zensical==0.0.*"],
-        "peers": ["mujoco", "exudyn", "pin", "drake", "casadi", "heyoka", "cranebench"],
+        "peers": ["mujoco", "pin", "casadi", "heyoka"],
         "bench": ["jinja2", "matplotlib"],
         "test": ["pytest", "pytest-xdist", "hypothesis", "sympy", "mpmath"],
     },

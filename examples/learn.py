@@ -24,9 +24,8 @@ from stable_baselines3.common.vec_env import VecEnv, VecMonitor, VecNormalize
 
 import crane_sim
 import crane_sim.gym
-from crane_bench.league.cases import GROUPS
+from crane_bench.league.cases import GROUPS, Entrant
 from crane_bench.league.cells import Cell, evaluate
-from crane_bench.league.trials import Entrant
 
 AGENT = Path(__file__).with_name("agent.py")
 BESIDE = ("energy", "lqr")

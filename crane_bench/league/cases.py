@@ -1,153 +1,116 @@
-"""The trials and entrants of the league as data: scenes of the catalogue, and what a trial changes of them.
+"""The trials and entrants of the league, which stand in `cases.yaml`."""
 
-The nominal scene of a law has no disturbances, nor masses and lengths other than the catalogue's: it is the
-catalogue's scene on a base at rest. Every trial has a moving base and a gust, mostly of zero amplitude, so that
-all trials of a crane and a law are one compiled type.
-"""
+from collections.abc import Iterator, Mapping, Sequence
+from importlib.resources import files
+from typing import Any, Literal, NamedTuple
 
-from collections.abc import Sequence
-from typing import Any
-
-from crane_bench.league.site_cases import SITE_GROUPS
-from crane_bench.league.trials import (
-    HIGHER_MASS,
-    LONGER_ROPE,
-    LOWER_MASS,
-    OF_LENGTH,
-    OF_MASS,
-    SEA,
-    SHORTER_ROPE,
-    Entrant,
-    FromScene,
-    Group,
-    Trial,
-    gust,
-    set_point_trials,
-    wind,
-)
 from crane_sim.files.errors import SceneError, did_you_mean
+from crane_sim.files.yaml_text import parse_yaml
 
 COLUMNS = (
     "set-point", "obstacle", "resonant base", "irregular sea", "mass -20 %", "mass +20 %",
     "rope -5 %", "rope +5 %", "gust", "30 Hz vision",
 )  # fmt: skip
 """The trials: columns of the figure."""
-NOISE = "control.vision.seed"
-
-
-def node_gust(force: float) -> dict[str, Any]:
-    """Return a gust [N] along x, of overhead cranes."""
-    return {"forces": [{"node": 1, "axis": "x", "force": gust(force)}]}
-
-
-def base_oscillation(axis: str, amplitude: float, frequency: float) -> dict[str, Any]:
-    """Return a base that swings along an axis, by this amplitude [m] and frequency [rad/s]."""
-    return {"base_motion": {axis: {"amplitude": amplitude, "frequency": frequency}}}
-
-
-FIXED_BASE = base_oscillation("sway", 0.0, 0.0) | wind(0.0)
-FIXED_RAIL_BASE = base_oscillation("surge", 0.0, 0.0) | node_gust(0.0)
-SEA_BASE = {"base_motion": FromScene("pendulum_sea", {"sea.components": 20})}
-PITCHING = {
-    "base_motion": {
-        "sea": {
-            "significant_height": 0.4,
-            "peak_period": 4.0,
-            "components": 20,
-            "response": {
-                "heave": {"frequencies": [0.8, 1.5, 2.2, 3.0], "amplitudes": [1.0, 0.6, 0.2, 0.02]},
-                "surge": {"frequencies": [0.8, 1.5, 2.5], "amplitudes": [0.6, 0.3, 0.05]},
-                "pitch": {"frequencies": [0.8, 1.2, 1.8, 3.0], "amplitudes": [0.02, 0.06, 0.02, 0.002]},
-            },
-        }
-    }
+SCALED = {
+    "mass -20 %": ("masses", 0.8),
+    "mass +20 %": ("masses", 1.2),
+    "rope -5 %": ("ropes", 0.95),
+    "rope +5 %": ("ropes", 1.05),
 }
-"""The sea of the scene `pendulum_sea` from ahead, for cranes in the plane."""
+"""Trials that scale keys of their crane: which, and the factor."""
+SEEDS = tuple(range(100, 110))
+"""Seeds of seas and camera noise that no catalogue scene uses: no law is tuned to them."""
+OF_DISTURBANCE = 0.2
+"""By which part at most samples vary the size of a disturbance."""
 
 
-def tracking_trials(scene: str) -> tuple[Trial, ...]:
-    """Return the trials of a payload of 4 kg that follows the path of a scene."""
-    return (
-        Trial("irregular sea", scene, {}, FIXED_BASE | SEA_BASE, seeded=SEA),
-        Trial("mass -20 %", scene, {}, FIXED_BASE, {"payload.mass": LOWER_MASS}),
-        Trial("mass +20 %", scene, {}, FIXED_BASE, {"payload.mass": HIGHER_MASS}),
-        Trial("gust", scene, {}, FIXED_BASE | wind(2.0)),
+class FromScene(NamedTuple):
+    """A group that a scene takes from another one of the catalogue."""
+
+    scene: str
+    changes: dict[str, Any] = {}  # by dotted key, within the group
+
+
+class Trial(NamedTuple):
+    """The task of all laws of a crane in one column."""
+
+    column: str
+    scene: str  # of the catalogue
+    known: dict[str, Any] = {}  # changes of the scene by dotted key that are part of the laws' nominal scene
+    hidden: dict[str, Any] = {}  # changes that are not
+    scaled: dict[str, float] = {}  # hidden factors of the scene's numbers, by dotted key
+    seeded: str = ""  # the dotted key that takes SEEDS
+
+
+class Entrant(NamedTuple):
+    """A law with its settings."""
+
+    name: str
+    law: str
+    home: str = ""  # scene of its settings; "": the trial's scene, if it has this law
+    settings: dict[str, Any] = {}  # in addition
+    nominal: dict[str, Any] = {}  # changes of the law's nominal scene, by dotted key
+    tuned: str = ""  # the search of `crane tune` whose best compromise it takes
+    changes: dict[str, Any] = {}  # of the scene by dotted key: drives that the law commands, and what it believes
+
+
+class Group(NamedTuple):
+    """The entrants on a crane, their trials, and where the payload should be: on the path, or at the target."""
+
+    name: str
+    goal: Literal["path", "target"]
+    entrants: tuple[Entrant, ...]
+    trials: tuple[Trial, ...]
+    uncertain: dict[str, float] = {}  # what samples vary, unknown to the laws: largest part of the number, by key
+
+
+def _read_groups() -> Iterator[Group]:
+    text = files("crane_bench.league").joinpath("cases.yaml").read_text(encoding="utf-8")
+    for name, crane in parse_yaml(text)["cranes"].items():
+        crane = _with_scenes(crane)
+        entrants = [Entrant(key, **({"law": key} | (own or {}))) for key, own in crane["entrants"].items()]
+        entrants += _speed_entrants(**crane["by_speed"]) if "by_speed" in crane else []
+        trials = (_trial(column, crane, own or {}) for column, own in crane["trials"].items())
+        yield Group(name, crane["goal"], tuple(entrants), tuple(trials), crane["uncertain"])
+
+
+def _with_scenes(value: Any) -> Any:
+    """Return a value with `FromScene` in place of what names one, at any depth."""
+    if isinstance(value, dict) and "from_scene" in value:
+        return FromScene(value["from_scene"], value.get("changes", {}))
+    return {key: _with_scenes(part) for key, part in value.items()} if isinstance(value, dict) else value
+
+
+def _trial(column: str, crane: Mapping[str, Any], own: Mapping[str, Any]) -> Trial:
+    keys, factor = SCALED.get(column, ("", 1.0))
+    return Trial(
+        column,
+        own.get("scene", crane["scene"]),
+        own.get("known", crane.get("known", {})),
+        own.get("still", crane["still"]) | own.get("hidden", {}),
+        dict.fromkeys(crane[keys], factor) if keys else {},
+        own.get("seeded", ""),
     )
 
 
-UNDAMPED = {"damping": 0.0, "kp": 676.0, "kd": 36.4, "acceleration": True}
-"""The angular law without damping: the suspension point follows the path, without feedback of the payload."""
-SHAPED = "reference.path.shaping.kind"
-OPEN_LOOP = (
-    Entrant("open loop", "angular", settings=UNDAMPED),
-    Entrant("open loop, ZV", "angular", settings=UNDAMPED, nominal={SHAPED: "zv"}),
-    Entrant("open loop, ZVD", "angular", settings=UNDAMPED, nominal={SHAPED: "zvd"}),
-)
-FEEDBACK = tuple(Entrant(name, name) for name in ("angular", "cartesian", "adaptive", "harmonic"))
-ENERGY, LQR = Entrant("energy", "energy"), Entrant("lqr", "lqr")
-TUNED_LQR = Entrant("lqr, tuned", "lqr", tuned="overhead_lqr")
-OF_TROLLEY = (ENERGY, LQR, Entrant("energy, tuned", "energy", tuned="overhead_energy"), TUNED_LQR)
-OF_HOIST = (ENERGY, LQR, Entrant("energy, tuned", "energy", tuned="overhead_hoist_energy"))
-TUNED_HARMONIC = Entrant("harmonic, tuned", "harmonic", tuned="harmonic")
-OF_KNUCKLE = (
-    ENERGY,
-    Entrant("energy, weighing", "energy", home="knuckle_unknown_load"),
-    Entrant("lqr", "lqr", home="knuckle_lqr"),
-    Entrant("energy, tuned", "energy", tuned="knuckle_energy"),
-    Entrant("lqr, tuned", "lqr", home="knuckle_lqr", tuned="knuckle_lqr"),
-)
-STEP = {
-    "duration": 30.0,
-    "reference.path": {"kind": "minimum_jerk", "points": [[1.35, 0.0], [1.35, -1.0]], "times": [1.0, 5.0]},
-}
-"""A metre in less than two periods of the swing: a path, since the pendulum's laws follow one."""
-PENDULUM = (
-    Trial("set-point", "offshore_obstacle", STEP, FIXED_BASE),
-    Trial("obstacle", "offshore_obstacle", {}, FIXED_BASE),
-    *tracking_trials("offshore_obstacle"),
-    Trial("resonant base", "offshore_resonant", {}, wind(0.0)),
-    Trial("rope -5 %", "offshore_obstacle", {}, FIXED_BASE, {"rope.length": SHORTER_ROPE}),
-    Trial("rope +5 %", "offshore_obstacle", {}, FIXED_BASE, {"rope.length": LONGER_ROPE}),
-    Trial("30 Hz vision", "offshore_vision", {}, wind(0.0), seeded=NOISE),
-)
-BOOM = (
-    *tracking_trials("knuckle_tracking"),
-    Trial("resonant base", "knuckle_tracking", {}, wind(0.0)),
-)
-KNUCKLE = set_point_trials(
-    "knuckle_setpoint",
-    {},
-    FIXED_BASE,
-    {
-        "resonant base": base_oscillation("sway", 0.02, 2.557),  # a swing on 1.5 m
-        "irregular sea": {"base_motion": FromScene("knuckle_sea")},
-        "gust": wind(0.5),
-    },
-    ("payload.mass",),
-)
-OVERHEAD_DISTURBANCES = {
-    "resonant base": base_oscillation("surge", 0.02, 2.215),
-    "irregular sea": PITCHING,
-    "gust": node_gust(5.0),
-}  # on 2 m
-TROLLEY = (
-    *set_point_trials("overhead_energy", {}, FIXED_RAIL_BASE, OVERHEAD_DISTURBANCES, ("cable.node_masses",)),
-    Trial("rope -5 %", "overhead_energy", {}, FIXED_RAIL_BASE, {"cable.lengths": SHORTER_ROPE}),
-    Trial("rope +5 %", "overhead_energy", {}, FIXED_RAIL_BASE, {"cable.lengths": LONGER_ROPE}),
-)
-HOIST = set_point_trials(
-    "overhead_hoist_energy", {"control.period": 0.01}, FIXED_RAIL_BASE, OVERHEAD_DISTURBANCES, ("cable.node_masses",)
-)
-WEIGHT, WEIGHTS = {"payload.mass": OF_MASS}, {"cable.node_masses": OF_MASS}
-"""What samples vary of a crane's payload."""
-GROUPS = (
-    Group("pendulum", "path", (*OPEN_LOOP, *FEEDBACK, TUNED_HARMONIC), PENDULUM, WEIGHT | {"rope.length": OF_LENGTH}),
-    Group("knuckle boom, tracking", "path", FEEDBACK, BOOM, WEIGHT),
-    Group("knuckle boom", "target", OF_KNUCKLE, tuple(KNUCKLE), WEIGHT),
-    Group("overhead, trolley", "target", OF_TROLLEY, TROLLEY, WEIGHTS | {"cable.lengths": OF_LENGTH}),
-    Group("overhead, trolley and hoist", "target", OF_HOIST, tuple(HOIST), WEIGHTS),
-    *SITE_GROUPS,
-)
+def _speed_entrants(drives: dict[str, Any], path: dict[str, Any], swing_feedback: bool) -> list[Entrant]:
+    """Return the entrants that command drives by speed.
+
+    The law with feedback of the swing needs angles, and believes in the scene's point mass on a rope, the others know
+    hook and sling.
+    """
+    path = path | {"of": "joints", "kind": "point_to_point"}
+    shaped = path | {"shaping": {"kind": "zv"}}
+    known = drives | {"control.nominal": {}}  # the law believes in hook, sling and body
+    entrants = [
+        Entrant("speeds", "joint_trajectory", nominal={"reference.path": path}, changes=known),
+        Entrant("speeds, ZV", "joint_trajectory", nominal={"reference.path": shaped}, changes=known),
+    ]
+    return [*entrants, Entrant("anti-swing", "anti_swing", changes=drives)] if swing_feedback else entrants
+
+
+GROUPS = tuple(_read_groups())
 
 
 def groups_named(cranes: Sequence[str]) -> list[Group]:

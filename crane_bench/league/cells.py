@@ -7,9 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_bench.league.cases import GROUPS
+from crane_bench.league.cases import GROUPS, SEEDS, Entrant, Group, Trial
 from crane_bench.league.scenes import trial_scene
-from crane_bench.league.trials import SEEDS, Entrant, Group, Trial
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import LawError
 from crane_sim.scenes.scene import load_scene

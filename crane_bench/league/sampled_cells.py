@@ -8,10 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from crane_bench.league.cases import GROUPS
+from crane_bench.league.cases import GROUPS, Group
 from crane_bench.league.cells import LEVEL
 from crane_bench.league.samples import TrialStudy, study_of
-from crane_bench.league.trials import Group
 from crane_sim.study.cases import cases
 from crane_sim.study.execution import run
 from crane_sim.study.result import StudyResult

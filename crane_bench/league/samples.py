@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from crane_bench.league.cases import OF_DISTURBANCE, SEEDS, Entrant, Group, Trial
 from crane_bench.league.cells import metrics_at_target, metrics_on_path, reason_of
 from crane_bench.league.scenes import trial_scene
-from crane_bench.league.trials import OF_DISTURBANCE, SEEDS, Entrant, Group, Trial
 from crane_sim.files.document import get_value
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import load_scene

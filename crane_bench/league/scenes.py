@@ -5,7 +5,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from crane_bench.league.trials import Entrant, FromScene, Trial
+from crane_bench.league.cases import Entrant, FromScene, Trial
 from crane_sim.files.catalogue import config_folder
 from crane_sim.files.document import get_value, read, set_value
 

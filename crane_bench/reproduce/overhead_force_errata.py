@@ -6,7 +6,6 @@ from math import cos, fsum
 import numpy as np
 
 from crane_bench.reproduce.lagrange import chain, coordinates, properties
-from crane_bench.reproduce.lagrange.chain import Joints
 from crane_bench.reproduce.lagrange.coordinates import Array, absolute, unpack
 from crane_bench.reproduce.overhead_erratum import Erratum, erratum, example, payload_only, sums_from
 
@@ -87,7 +86,7 @@ def joint_torques() -> Erratum:
 
 
 def _joint_energy(kappa: Array, q: Array) -> Array:
-    crane = example(3)[0]._replace(gravity=0.0, joints=Joints(stiffness=kappa))
+    crane = example(3)[0]._replace(gravity=0.0, joint_stiffness=kappa)
     return chain.potential_energy(crane, q)
 
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from crane_bench.soak.drift import drift_metrics
+from crane_bench.soak.memory import resident
 from crane_bench.soak.metrics import Metric, at_most
 from crane_bench.speed.measurement import measure_processor_speed
-from crane_bench.speed.memory import resident
 from crane_sim import load_scene
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.plant import Plant

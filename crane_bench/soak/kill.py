@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from crane_bench.soak.leftovers import steps_in
+from crane_bench.soak.memory import resident
 from crane_bench.soak.metrics import Metric, at_most, equal, quantiles
 from crane_bench.soak.monitor import Messages, Received, monitor, wait_for_discovery
-from crane_bench.speed.memory import resident
-from crane_bench.speed.realtime import run_sleep_process
+from crane_bench.soak.realtime import run_sleep_process
 from crane_sim import load_scene
 from crane_sim.orchestration import run
 from crane_sim.orchestration.ros_environment import reserve_domain

@@ -1,41 +1,110 @@
 """Resident memory and rate over a long lockstep run: `crane soak memory`."""
 
+import os
+import signal
+import tempfile
+import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from crane_bench.soak.drift import drift_metrics
 from crane_bench.soak.metrics import Metric, at_most, equal
-from crane_bench.speed import memory
+from crane_bench.speed.measurement import measure_processor_speed
+from crane_sim import load_scene
+from crane_sim.orchestration import run
 
+SCENE = "knuckle_setpoint"
 MAX_GROWTH = 5.0  # MB that a process may grow after the warm-up
 _WARM_UP = 60.0  # s, in short soaks a third of the time
+INTERVAL = 1.0  # s between samples
+_MAX_STEP_RATE = 30_000.0  # steps/s, more than any lockstep makes: the run must not end before it is stopped
+_MB = 1e6
+
+
+def resident(pid: int) -> float | None:
+    """Return the resident memory [MB] of a process, None where it has exited."""
+    try:
+        return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / _MB
+    except (FileNotFoundError, ProcessLookupError):  # the second one: it exits between opening and reading
+        return None
+
+
+class MemorySampler:
+    """Samples the memory of a run's nodes once a second, and interrupts the run after its time.
+
+    Attributes:
+        times: s of the run, one per sample.
+        samples: (time [s], resident memory [MB]) by node, for the time that its process exists.
+        steps: of the run, one number per sample.
+        speeds: of the processor, see `measure_processor_speed`, one per sample.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        """Sample the run that this process is about to start, from its first step on."""
+        self.times: list[float] = []
+        self.samples: dict[str, list[tuple[float, float]]] = {}
+        self.steps: list[int] = []
+        self.speeds: list[float] = []
+        self._seconds, self._start, self._pids = seconds, 0.0, dict[str, int]()
+
+    def on_activated(self, name: str, pid: int) -> None:
+        """Record the process id of a node."""
+        self._pids[name] = pid
+
+    def __call__(self, step: int, steps: int) -> None:
+        """Take a sample if one is due; called about ten times a second by the run."""
+        if step == 0 or not self._pids:
+            return
+        self._start = self._start or time.monotonic()
+        elapsed = time.monotonic() - self._start
+        if elapsed >= len(self.times) * INTERVAL:
+            self.times.append(elapsed)
+            self.steps.append(step)
+            self.speeds.append(measure_processor_speed())
+            for name, pid in self._pids.items():
+                if (memory := resident(pid)) is not None:
+                    self.samples.setdefault(name, []).append((elapsed, memory))
+        if elapsed >= self._seconds and len(self.times) > self._seconds / INTERVAL:  # after a stall, all its samples
+            signal.raise_signal(signal.SIGINT)  # as a user ends a run: in order, files complete
+
+
+def run_sampled(seconds: float) -> tuple[MemorySampler, dict[str, Any]]:
+    """Return (samples, summary) of a recorded lockstep run that is interrupted after so many seconds.
+
+    To be called from the main thread, which receives the interrupt.
+
+    Raises:
+        RuntimeError: the run failed; the message is one line.
+    """
+    sampler, period = MemorySampler(seconds), load_scene(SCENE).period
+    scene = load_scene(SCENE, {"duration": _MAX_STEP_RATE * period * max(seconds, 1.0)})
+    with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:
+        options = {"on_progress": sampler, "on_activated": sampler.on_activated}
+        summary = run(scene, record=Path(folder, "soak.rrd"), **options)
+    if summary.get("error") != "interrupted":
+        raise RuntimeError(summary.get("error", "the run ended before its time"))
+    if not sampler.times or sampler.times[-1] < seconds - 2.0 * INTERVAL:
+        raise RuntimeError("interrupted")  # from outside, before the time was over
+    return sampler, summary
 
 
 def soak_memory(seconds: float = 1800.0) -> tuple[list[Metric], dict[str, Any]]:
     """Run for `seconds`; return (metrics, data)."""
     warm_up = min(_WARM_UP, seconds / 3.0)
-    measured = memory.measure_memory(seconds=seconds, warm_up=warm_up)
-    metrics = [Metric("wall time", measured["sample_times_s"][-1], "s"), Metric("steps", measured["steps"])]
-    metrics += [equal("steps that the recorder says it has", measured["recorded_steps"], measured["steps"])]
-    for node, resident in measured["resident"].items():
+    sampler, summary = run_sampled(seconds)
+    metrics = [Metric("wall time", sampler.times[-1], "s"), Metric("steps", summary["steps"])]
+    metrics += [equal("steps that the recorder says it has", summary.get("recorded_steps"), summary["steps"])]
+    for node, samples in sampler.samples.items():
+        warm, *later = [memory for t, memory in samples if t >= warm_up] or [samples[-1][1]]
         metrics += [
-            Metric(f"{node}, after the warm-up of {warm_up:g} s", resident["after_warm_up_MB"], "MB"),
-            at_most(f"{node}, growth since the warm-up", resident["growth_MB"], MAX_GROWTH, "MB"),
+            Metric(f"{node}, after the warm-up of {warm_up:g} s", warm, "MB"),
+            at_most(f"{node}, growth since the warm-up", (later or [warm])[-1] - warm, MAX_GROWTH, "MB"),
         ]
-    times, rates, speeds = _step_rates(measured)
-    data: dict[str, Any] = {"seconds": times, "steps_per_second": rates, "processor_speed": speeds}
-    data["memory_MB"] = {node: resident["samples_MB"][1:] for node, resident in measured["resident"].items()}
-    first = next((i for i, t in enumerate(times) if t > warm_up), len(times))
-    return metrics + drift_metrics(rates[first:], speeds[first:]), data
-
-
-def _step_rates(measured: dict[str, Any]) -> tuple[list[float], list[float], list[float]]:
-    """Return the ends [s] of the intervals between two samples of a run, its steps per second and the speeds in them.
-
-    A speed is the mean of those at both ends of the interval.
-    """
-    times, steps = np.array(measured["sample_times_s"]), np.array(measured["sample_steps"])
-    speeds = np.array(measured["sample_processor_speeds"])
-    means = 0.5 * (speeds[1:] + speeds[:-1])
-    return times[1:].tolist(), (np.diff(steps) / np.diff(times)).tolist(), means.tolist()
+    times, steps, speeds = map(np.array, (sampler.times, sampler.steps, sampler.speeds))
+    rates, means = np.diff(steps) / np.diff(times), 0.5 * (speeds[1:] + speeds[:-1])
+    data = {"seconds": times[1:].tolist(), "steps_per_second": rates.tolist(), "processor_speed": means.tolist()}
+    data["memory_MB"] = {node: [memory for _, memory in own[1:]] for node, own in sampler.samples.items()}
+    late = times[1:] > warm_up
+    return metrics + drift_metrics(rates[late].tolist(), means[late].tolist()), data

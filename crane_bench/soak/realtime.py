@@ -1,6 +1,10 @@
 """1 kHz in real time: rate, overruns as an independent subscriber counts them, period error: `crane soak realtime`."""
 
+import json
 import statistics
+import subprocess
+import sys
+import time
 from typing import Any
 
 import numpy as np
@@ -8,10 +12,11 @@ import numpy as np
 from crane_bench.soak.metrics import Metric, at_most
 from crane_bench.soak.monitor import Messages, Received, monitor, wait_for_discovery
 from crane_bench.speed.measurement import ratio
-from crane_bench.speed.realtime import run_sleep_process
 from crane_sim import load_scene
 from crane_sim.orchestration import run
 from crane_sim.orchestration.ros_environment import reserve_domain
+from crane_sim.process_signals import set_parent_death_signal
+from crane_sim.ros.common.timing import StepTiming, minimize_timer_slack
 from crane_sim.scenes.scene import Scene
 
 PERIOD = 0.001  # s
@@ -22,6 +27,39 @@ _MAX_DIFFERENCE = 0.5  # % of the steps, between the two counts of overruns
 _MARGIN = (
     300_000  # ns: from the start of the quickest step to its state's message, and from a step's last message to its end
 )
+
+
+_PROGRAM = """
+import json
+from crane_bench.soak.realtime import run_sleep_loop
+print(json.dumps(run_sleep_loop({period}, {steps})))
+"""
+
+
+def run_sleep_loop(period: float, steps: int) -> dict[str, Any]:
+    """Sleep until each of `steps` deadlines, a period [s] apart; return the metrics of a real-time run's summary.
+
+    Like a plant's, the calling thread has the least timer slack from then on.
+    """
+    timing, misses = StepTiming(), 0
+    minimize_timer_slack()
+    due = start = time.monotonic()
+    for _ in range(steps):
+        due += period
+        if (remaining := due - time.monotonic()) > 0.0:
+            time.sleep(remaining)
+        timing.note(due, time.monotonic())
+        misses += time.monotonic() > due + period
+    wall = time.monotonic() - start
+    return timing.metrics() | {"steps_per_second": steps / wall, "deadline_misses": misses}
+
+
+def run_sleep_process(period: float, steps: int) -> dict[str, Any]:
+    """Return the metrics of `run_sleep_loop` in a process of its own."""
+    command = [sys.executable, "-c", _PROGRAM.format(period=period, steps=steps)]
+    return json.loads(
+        subprocess.run(command, check=True, stdout=subprocess.PIPE, preexec_fn=set_parent_death_signal()).stdout
+    )
 
 
 def soak_real_time(seconds: float = 60.0, name: str = "knuckle_setpoint") -> tuple[list[Metric], dict[str, Any]]:

@@ -2,8 +2,7 @@
 
 `crane bench batch` runs cranes of different payload mass: steps per second, and the time of a crane's simulated second
 at equal error. A batch's error is that of its worst crane. MuJoCo's rollout integrates copies of one crane on all
-cores; heyoka's batch the same cranes as ours on one core, ours on one core in turn with it. Their rows are missing
-where they are not installed.
+cores; its rows are missing where it is not installed.
 """
 
 import os
@@ -15,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_bench.speed.engine import EngineUnavailable, sweep_values
-from crane_bench.speed.measurement import describe_spread, machine, ratio
-from crane_bench.speed.peers import heyoka_taylor, mujoco_engine
+from crane_bench.speed.measurement import describe_spread, machine
+from crane_bench.speed.peers import mujoco_engine
 from crane_bench.speed.problem import problem_of
 from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.batch import Batch, run_cranes, scenes_of
@@ -30,7 +29,6 @@ STEP = 1e-3  # s, of rates
 MULTIPLES, DIVISORS = (25, 20, 16, 12, 10, 8, 6, 5, 4, 3, 2), (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 40, 50)
 STEPS = (*(0.01 * n for n in MULTIPLES), *(0.01 / n for n in DIVISORS))  # s, of a sweep
 PEER_STEPS = sweep_values(0.05, 1e-4, 8)  # s
-TIGHT_ERRORS, TAYLOR_TOLERANCES = (1e-4, 1e-6, 1e-9), sweep_values(1e-3, 1e-12, 1)
 NO_INPUTS = np.empty(0)
 
 
@@ -115,53 +113,6 @@ def measure_mujoco(name: str, count: int, rounds: int) -> dict[str, Any]:
     return results
 
 
-def measure_heyoka(name: str, count: int, rounds: int) -> dict[str, Any]:
-    """Return, by error, µs per crane and simulated second on one core: of heyoka's batch and of ours, in turn."""
-    exact = run_cranes(batch_scenes(name, "rk8", STEP / 2, count), NO_INPUTS, cores(), True).payload
-    scene = load_scene(name)
-    problem, masses = problem_of(scene, np.array(Plant(scene).payload)), np.linspace(*SCENES[name], count)
-    assert problem is not None, name
-    results: dict[str, Any] = {}
-    try:
-        for error in TIGHT_ERRORS:
-            theirs = (
-                heyoka_taylor.Batch(problem, masses.tolist(), tol) for tol in TAYLOR_TOLERANCES if tol <= 10.0 * error
-            )
-            batch = next((batch for batch in theirs if _largest_distance(batch.run(), exact) <= error), None)
-            own = _cheapest_scenes(name, count, error, exact)
-            if batch is None or own is None:
-                continue
-            times = [(_wall_time(batch.run), run_cranes(own, NO_INPUTS, 1, True).wall_time) for _ in range(rounds)]
-            costs = 1e6 * np.array(times) / (count * scene.duration)
-            spreads = dict(zip(("heyoka", "ours"), map(describe_spread, costs.T.tolist()), strict=True))
-            results[f"{error:g}"] = spreads | {
-                "ratio": ratio(*costs.T.tolist()),
-                "method": own[0].document["integrator"],
-            }
-    except EngineUnavailable as missing:
-        return {"missing": str(missing)}
-    return results
-
-
-def _cheapest_scenes(name: str, count: int, error: float, exact: Array) -> list[Scene] | None:
-    """Return the scenes of the method and step that reach an error with the least time on one core, if any do."""
-    candidates = []
-    for method in METHODS:
-        for step in STEPS:
-            scenes = batch_scenes(name, method, step, count)
-            run = run_cranes(scenes, NO_INPUTS, 1, True)
-            if _largest_distance(run.payload, exact) <= error:
-                candidates.append((run_cranes(scenes, NO_INPUTS, 1, True).wall_time, scenes))
-                break
-    return min(candidates, key=lambda candidate: candidate[0])[1] if candidates else None
-
-
-def _wall_time(run: Callable[[], object]) -> float:
-    start = time.perf_counter()
-    run()
-    return time.perf_counter() - start
-
-
 def _largest_distance(ends: Array, expected: Array) -> float:
     """Return the largest distance [m] between payloads (n, 3); infinite with a non-finite one."""
     distance = np.linalg.norm(ends - expected, axis=-1).max()
@@ -182,8 +133,7 @@ def measure_batch(count: int = 1024, peer_count: int = 64, rounds: int = 5) -> d
     results: dict[str, Any] = {"cranes": count, "peer_cranes": peer_count, "rounds": rounds, "cores": cores()}
     for name in SCENES:
         own_results = {"rates": measure_rates(name, count, rounds), "costs": costs_at_errors(name, count, rounds)}
-        peers = {"mujoco": measure_mujoco(name, peer_count, rounds), "heyoka": measure_heyoka(name, count, rounds)}
-        results[name] = own_results | peers
+        results[name] = own_results | {"mujoco": measure_mujoco(name, peer_count, rounds)}
     return results | {"machine": machine()}
 
 
@@ -207,14 +157,4 @@ def _scene_lines(name: str, results: dict[str, Any]) -> list[str]:
         for method, row in rows.items():
             cost = f"{row['us_per_crane_second']['median']:9.3f} µs, step {row['step']:.2g} s" if row else "      -"
             lines.append(f"  error {error} m  {method:<7} {cost} per crane and simulated second")
-    lines += [f"  {mujoco['missing']}"] if "missing" in mujoco else []
-    return lines + _heyoka_lines(results.get("heyoka", {}))
-
-
-def _heyoka_lines(results: dict[str, Any]) -> list[str]:
-    if "missing" in results:
-        return [f"  {results['missing']}"]
-    return [
-        f"  error {error} m  heyoka  {row['heyoka']['median']:9.3f} µs of one core, {row['ratio']['median']:.2f} x ours"
-        for error, row in results.items()
-    ]
+    return [*lines, f"  {mujoco['missing']}"] if "missing" in mujoco else lines

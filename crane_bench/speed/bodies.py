@@ -1,50 +1,47 @@
-"""A rigid load beside MuJoCo and Exudyn, speed against error: `crane bench bodies`.
+"""A rigid load beside MuJoCo, speed against error: `crane bench bodies`.
 
-The engines get the scene's own bodies, joints, falls and inputs (`peers.mechanism`). An error is the distance at the
+MuJoCo gets the scene's own bodies, joints, falls and inputs (`peers.mechanism`). An error is the distance at the
 end of the run of the load's attachment, on falls of its centre of mass, from our own finest run; beside it stands the
-angle of the load's attitude. What all engines agree on was computed from three formulations.
+angle of the load's attitude.
 """
 
 from collections.abc import Sequence
-from types import ModuleType
 from typing import Any
 
 from crane_bench.speed import crane_sim_engine
 from crane_bench.speed.body_cases import CASES, STEPS, BodyCase, body_scene, make_reference
-from crane_bench.speed.cases import ERROR_LEVELS, MIN_TRUST, ReferenceSolution, is_asked
+from crane_bench.speed.cases import ERROR_LEVELS, MIN_TRUST, is_asked
 from crane_bench.speed.engine import EngineUnavailable
 from crane_bench.speed.measurement import machine
-from crane_bench.speed.peers import exudyn_bodies, mujoco_bodies
-from crane_bench.speed.peers.mechanism import Mechanism, mechanism_of
+from crane_bench.speed.peers import mujoco_engine
+from crane_bench.speed.peers.mechanism import mechanism_of
 from crane_bench.speed.results import cheapest_points, read_points
-from crane_bench.speed.sweep import Trial, WorkPrecisionPoint, measure_points, sweep_method
+from crane_bench.speed.sweep import WorkPrecisionPoint, measure_points, sweep_method
 
 METHODS = ("rk4", "rk8")
 """Ours, with steps that end at the inputs' kinks: error control does not look for those, and so gains nothing here."""
-PEERS: tuple[ModuleType, ...] = (mujoco_bodies, exudyn_bodies)
+PEER_METHODS = ("RK4", "implicitfast")
 CANNOT = (
-    "Only ours models falls that go slack at an instant (MuJoCo damps slack tendons, Exudyn's springs push) and ropes",
-    "of prescribed length as such (theirs have a winch 1e12 times as heavy as what hangs on it). These scenes were",
-    "freed from wind that presses by relative velocity, laws, sensors and drives.",
+    "Only ours models falls that go slack at an instant (MuJoCo damps slack tendons) and ropes of prescribed length as",
+    "such (MuJoCo has a winch 1e12 times as heavy as what hangs on it). These scenes were freed from wind that presses",
+    "by relative velocity, laws, sensors and drives.",
 )
 BODY_ERROR_LEVELS = ERROR_LEVELS[:4]  # m: these references are too coarse for the finest
 
 
 def measure_bodies(cases: Sequence[BodyCase] = CASES, methods: Sequence[str] = METHODS) -> dict[str, Any]:
     """Return the points of all engines on each case; `methods` of this simulator."""
-    peers, missing = {}, {}
-    for engine in PEERS:
-        try:
-            peers[engine.NAME] = engine.find_version()
-        except EngineUnavailable as reason:
-            missing[engine.NAME] = str(reason)
-    versions = {crane_sim_engine.NAME: crane_sim_engine.VERSION} | peers
-    scenes = {case.id: measure_case(case, methods, list(peers)) for case in cases}
+    versions, missing = {crane_sim_engine.NAME: crane_sim_engine.VERSION}, {}
+    try:
+        versions[mujoco_engine.NAME] = mujoco_engine.find_version()
+    except EngineUnavailable as reason:
+        missing[mujoco_engine.NAME] = str(reason)
+    scenes = {case.id: measure_case(case, methods, not missing) for case in cases}
     return {"engines": versions, "missing": missing, "scenes": scenes, "machine": machine()}
 
 
-def measure_case(case: BodyCase, methods: Sequence[str], names: Sequence[str]) -> dict[str, Any]:
-    """Return the points of one case, of this simulator's methods and of the engines with these names."""
+def measure_case(case: BodyCase, methods: Sequence[str], peer: bool) -> dict[str, Any]:
+    """Return the points of one case, of this simulator's methods; `peer`: of MuJoCo's, too."""
     scene = body_scene(case)
     simulator, mechanism = crane_sim_engine.CraneSimEngine(scene), mechanism_of(scene)
     assert mechanism is not None
@@ -52,17 +49,13 @@ def measure_case(case: BodyCase, methods: Sequence[str], names: Sequence[str]) -
     trials = {crane_sim_engine.NAME: [
         trial for method in methods for trial in sweep_method(simulator.runs(method, STEPS), reference)
     ]}  # fmt: skip
-    for engine in PEERS:
-        if engine.NAME in names:
-            trials[engine.NAME] = _sweep(engine, mechanism, reference)
+    if peer:
+        sweeps = (mujoco_engine.runs(mechanism, method) for method in PEER_METHODS)
+        trials[mujoco_engine.NAME] = [trial for runs in sweeps for trial in sweep_method(runs, reference)]
     points = measure_points(trials, scene.duration, lambda line: None)
     head = {"scene": case.scene, "title": case.title, "duration": scene.duration}
     bounds = {"trusted": reference.error_bound, "attitude_trusted": attitude_bound}
     return head | bounds | {"points": [list(point) for point in points]}
-
-
-def _sweep(engine: ModuleType, mechanism: Mechanism, reference: ReferenceSolution) -> list[Trial]:
-    return [trial for method in engine.METHODS for trial in sweep_method(engine.runs(mechanism, method), reference)]
 
 
 def format_bodies(results: dict[str, Any]) -> list[str]:

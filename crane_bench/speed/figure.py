@@ -16,8 +16,6 @@ COLOURS = {
     "heyoka": "#1f9e9e",
     "Pinocchio": BLUE,
     "MuJoCo": GREEN,
-    "Drake": "#d98c21",
-    "Exudyn": "#b5559c",
     "scipy": "#8c8c8c",
 }
 MARKS = {

@@ -6,15 +6,11 @@ from typing import Any, NamedTuple
 from crane_bench.speed import (
     batch,
     bodies,
-    campaign,
     groups,
     lockstep,
-    memory,
-    realtime,
     recording,
     reeving,
     start,
-    stiff,
     studies,
 )
 
@@ -31,17 +27,11 @@ SUITES = {
     "lockstep": Suite(
         "Lockstep over Fast DDS, against a bare echo", lockstep.measure_lockstep, lockstep.format_lockstep
     ),
-    "realtime": Suite("Real time at 1 kHz, against a bare loop", realtime.measure_real_time, realtime.format_real_time),
     "start": Suite("From a new process to the first step", start.measure_start, start.format_start),
-    "memory": Suite("Memory over ten minutes", memory.measure_memory, memory.format_memory),
     "recording": Suite("What a recording costs", recording.measure_recording, recording.format_recording),
     "groups": Suite("What each optional group of a scene costs", groups.measure_groups, groups.format_groups),
     "reeving": Suite("Twelve falls with friction against real time", reeving.measure_reeving, reeving.format_reeving),
-    "bodies": Suite("A rigid load, beside MuJoCo and Exudyn", bodies.measure_bodies, bodies.format_bodies),
+    "bodies": Suite("A rigid load, beside MuJoCo", bodies.measure_bodies, bodies.format_bodies),
     "batch": Suite("Thousands of cranes at once", batch.measure_batch, batch.format_batch),
     "studies": Suite("A study, beside the runs it is made of", studies.measure_studies, studies.format_studies),
-    "campaign": Suite(
-        "The campaigns of cranebench, beside its own runs", campaign.measure_campaign, campaign.format_campaign
-    ),
-    "stiff": Suite("A cable as stiff as steel, against LSODA", stiff.measure_stiff, stiff.format_stiff),
 }

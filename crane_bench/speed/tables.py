@@ -31,7 +31,7 @@ def target_table(data: Scenes) -> str:
             rows += [_format_target(row) for row in targets(case.id, scene)]
     text = (
         "## Targets\n\nOurs is to take at most 1.3 times the time of hand-written C (S5: 1.5 times; the chains S3a, "
-        "S3b and S4: 2 times); the best general engine (Pinocchio, MuJoCo, Drake) at least 15 times ours (S4: 10 "
+        "S3b and S4: 2 times); the best general engine (Pinocchio, MuJoCo) at least 15 times ours (S4: 10 "
         "times); CasADi's generated C at least 1.2 times ours; "
         "heyoka 1.5 times ours from 1e-4 to 1e-9, 5 times on chains, and no less at 1e-12. The last column says what "
         "is missed; a dash: not measured on that scene, or not reached. S4r is S4 taken for a straight rod by the "

@@ -33,7 +33,7 @@ GROUPS = {
     "gym": PackageGroup("environments of Gymnasium", 4),
     "docs": PackageGroup("the documentation site: docs --build, --serve", 45),
     "test": PackageGroup("the test suite", 420),
-    "peers": PackageGroup("other engines: bench --peers, bodies, campaign", 1500),
+    "peers": PackageGroup("other engines: bench --peers, bodies", 1500),
 }
 
 

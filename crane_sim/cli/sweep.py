@@ -57,7 +57,7 @@ def sweep(
         object_store.check_store(copy_to)
     folder = output or Path("runs") / (checked.name or study.stem)
     with show_progress("runs", quiet=as_json or not sys.stderr.isatty()) as on_progress:
-        result = studies.run(checked, folder, workers, scheduler, on_progress, on_wait=_tell)
+        result = studies.run(checked, folder, workers, scheduler, on_progress)
     if copy_to is not None:
         object_store.copy_study(folder, copy_to)
     if as_json:
@@ -70,24 +70,19 @@ def sweep(
         print_result(result, Console(width=None if sys.stdout.isatty() else WIDE))
 
 
-def _tell(line: str) -> None:
-    """Print a line beside the progress."""
-    click.echo(line, err=True)
-
-
 @contextmanager
 def show_progress(counted: str, quiet: bool) -> Iterator[OnProgress]:
     """Yield a function that updates a progress bar on stderr with the label `counted`; `quiet`: none is shown.
 
-    One line says that the process or its workers compile.
+    One line says that this process compiles.
     """
-    from crane_sim.study.workers import watch_compiling_everywhere
+    from crane_sim.tracing.compile_time import watch_compiling
 
     columns = TextColumn(counted), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()
     with Progress(*columns, console=Console(stderr=True), disable=quiet) as bar:
         line = partial(bar.console.print, f"crane: {report.COMPILING}", highlight=False, markup=False, soft_wrap=True)
         task = bar.add_task(counted, total=None)
-        with watch_compiling_everywhere(cache(line)):
+        with watch_compiling(cache(line)):
             yield lambda done, count: bar.update(task, completed=done, total=count)
 
 

@@ -3,8 +3,9 @@
 Every segment begins with a state of its own, which is an unknown. Parameters are searched by the logarithm of their
 ratio to the first guess: each keeps its sign, and none comes to the 0 that most of them may not pass.
 
-Sensitivities of a smooth prediction are its derivatives (`derivatives`). Where equations switch, or drives have states,
-they are central differences of order 6 of the same simulation. Steps end at every instant and are far below
+Sensitivities of a smooth prediction are its derivatives (`derivatives`). Where equations switch, drives have states, or
+parameters move instants at which a motion is not smooth, which the steps as they were taken do not see, they are
+central differences of order 6 of the same simulation. Steps end at every instant and are far below
 their tolerance there, so a prediction is a smooth function of its unknowns down to rounding: with `STEP` the truncation
 is some 1e-15 and rounding 1e-12 of the scale. The search for the minimum has the outermost pair alone, a third of the
 simulations: it converges as quickly, and errors of 1e-4 move its end by less than its stopping criterion does.
@@ -13,6 +14,7 @@ simulations: it converges as quickly, and errors of 1e-4 move its end by less th
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -30,6 +32,7 @@ from crane_sim.simulation.hardware import HardwareRun
 from crane_sim.simulation.initial_demands import initial_demands
 from crane_sim.simulation.linearisation import tangent_basis
 from crane_sim.stepping.excitation import Excitation, integrate_held, integrate_with_drives
+from crane_sim.trajectories.breakpoints import with_breakpoints
 
 Array = npt.NDArray[np.float64]
 STEP = 2e-4  # of differences: of a logarithm, or m, rad and their rates of an initial state
@@ -134,6 +137,14 @@ class Shooting:
             integrate(Excitation(times, commands, *span, self._low, self._high), *state, out)
         return np.ascontiguousarray(out[samples][:, self._columns])
 
+    @cached_property
+    def _is_smooth(self) -> bool:
+        """Whether predictions have derivatives: no parameter moves a breakpoint of a motion that is prescribed."""
+        nominal = np.zeros(len(self.parameters))
+        scenes = [self.scene, *(self.scene_of(_shift(nominal, i, STEP)) for i in range(len(nominal)))]
+        first, *others = (getattr(with_breakpoints((), scene.model), "breakpoints", np.empty(0)) for scene in scenes)
+        return is_smooth(self.scene) and all(np.array_equal(first, each) for each in others)
+
     def _derivatives(self, point: Unknowns) -> tuple[Array, Array]:
         """Return the result of `sensitivities` of a smooth prediction."""
         (logarithms, _), scene, n = point, self.scene_of(point.logarithms), self.segments[0].basis.shape[1]
@@ -165,7 +176,7 @@ class Shooting:
         Raises:
             SceneError: parameters that near are not possible.
         """
-        if is_smooth(self.scene):
+        if self._is_smooth:
             return self._derivatives(point)
         logarithms, deviations = point
         by_parameter = [

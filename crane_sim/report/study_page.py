@@ -16,9 +16,9 @@ from crane_sim.files.installation import import_optional
 from crane_sim.files.output import write_output
 from crane_sim.report.assets import read_asset
 from crane_sim.study.columns import PARAMETER
+from crane_sim.study.identity import read_identity
 from crane_sim.study.result import StudyResult, read_result
 from crane_sim.study.sensitivity import COLUMN_HEADINGS
-from crane_sim.study.store import read_identity
 from crane_sim.study.summary import first_errors, shown_metrics, summarise
 
 COLORS = ("#2a78b8", "#c43d3d", "#2f9e62", "#8a5fb0", "#d9730d", "#555555")

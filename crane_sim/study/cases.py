@@ -1,7 +1,6 @@
 """Cases of a study: what each run changes of the scene. They depend on the study alone, not on how it is run."""
 
 import hashlib
-import itertools
 from collections.abc import Iterator
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -71,7 +70,11 @@ class CaseList:
         sample, i = divmod(number, len(self.variants))
         variant = list(self.variants)[i]
         parameters = self._parameters(sample)
-        return Case(number, sample, variant, parameters, self._changes(sample, variant, parameters))
+        # of a design of sensitivity one seed: else noise would count as a parameter's effect
+        seed = scene_seed(self.study.seed, 0 if self.study.design in (MORRIS, SALTELLI) else sample)
+        changes = {"seed": seed} if self.study.duration is None else {"seed": seed, "duration": self.study.duration}
+        changes |= self.study.changes | self.variants[variant] | parameters
+        return Case(number, sample, variant, parameters, changes)
 
     def __iter__(self) -> Iterator[Case]:
         """Yield all cases in order."""
@@ -94,22 +97,12 @@ class CaseList:
         except ValueError as error:
             raise SceneError(f"study: parameters.{key}: {error}") from None
 
-    def _changes(self, sample: int, variant: str, parameters: dict[str, Any]) -> dict[str, Any]:
-        return {"seed": self._seed(sample)} | self._always(variant) | parameters
-
-    def _always(self, variant: str) -> dict[str, Any]:
-        duration = {} if self.study.duration is None else {"duration": self.study.duration}
-        return duration | self.study.changes | self.variants[variant]
-
-    def _seed(self, sample: int) -> int:
-        one_seed = self.study.design in (MORRIS, SALTELLI)  # else noise would count as a parameter's effect
-        return scene_seed(self.study.seed, 0 if one_seed else sample)
-
 
 def cases(study: Study) -> CaseList:
     """Return the cases of a study; raises SceneError where it does not fit its scene."""
-    if keys := list(itertools.islice((key for key in study.parameters if not key.strip(".")), 1)):
-        raise SceneError(f"study: parameters: {shorten(keys[0])} is no key of a scene")
+    for key in study.parameters:
+        if not key.strip("."):
+            raise SceneError(f"study: parameters: {shorten(key)} is no key of a scene")
     return CaseList(study)
 
 

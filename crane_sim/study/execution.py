@@ -1,12 +1,11 @@
 """Execution of a study: blocks of its cases by workers; the same rows whatever runs them."""
 
-import itertools
 import json
-import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import AbstractContextManager, nullcontext
 from functools import lru_cache
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -14,18 +13,16 @@ from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.batch_metrics import MetricError
 from crane_sim.study.cases import CaseList, cases
-from crane_sim.study.named_functions import hash_functions
+from crane_sim.study.identity import block_needs, deciding_versions, differing_keys, hash_functions
 from crane_sim.study.own_metrics import UnusableMetrics, load_metrics
 from crane_sim.study.recordings import check_recorder, check_worst_metric, record_selected
 from crane_sim.study.result import StudyResult
 from crane_sim.study.runs import OK, Table, rows_of, simulate_case
 from crane_sim.study.schema import Study, load_study, scene_document
-from crane_sim.study.store import IDENTITY, Store, block_needs, differing_keys, load_pyarrow
-from crane_sim.study.versions import deciding_versions
+from crane_sim.study.store import IDENTITY, Store, load_pyarrow
 from crane_sim.study.workers import Workers, errors_of_ended_workers, start_workers
 
 AHEAD = 2  # blocks for each worker that are submitted: memory does not grow with the study
-PATIENCE = 60.0  # s without a finished block, after which the reason is told
 ATTEMPTS = 3  # in which no block is finished because processes end
 
 Progress = Callable[[int, int], None]  # takes (runs that are done, all runs)
@@ -37,7 +34,6 @@ def run(
     workers: int | None = None,
     scheduler: str | None = None,
     on_progress: Progress | None = None,
-    on_wait: Callable[[str], None] = warnings.warn,
     pool: Workers | None = None,
     check_first: bool = True,
 ) -> StudyResult:
@@ -50,7 +46,6 @@ def run(
         scheduler: the address of a Dask scheduler, whose workers run the study in place of processes of this machine,
             or "local" for a Dask cluster on this machine. Workers need this package in the same version.
         on_progress: called with (runs that are done, all runs) after each block.
-        on_wait: called with a line on why no run is finished, after a minute without one, where that is known.
         pool: workers that have been started already, and are used first.
         check_first: whether a study is refused whose first sample is not possible with every variant, whose own
             metrics cannot be columns there, or that has no metric there by which the worst runs shall be recorded;
@@ -65,19 +60,18 @@ def run(
     checked = load_study(study)
     if checked.tune is not None:
         raise SceneError("study: tune: is for crane tune; leave it out to run the study itself")
-    check_recorder(checked)
-    listed = check_cases(checked) if check_first else cases(checked)
     if workers is not None and workers < 1:
         raise SceneError(f"workers = {workers}: must be at least 1")
+    check_recorder(checked)
+    listed = check_cases(checked) if check_first else cases(checked)
     if check_first and not (Path(folder) / IDENTITY).exists():
         check_metrics(listed)
         check_worst_metric(listed)
     store = Store(Path(folder), checked, len(listed))
     with store.locked():
-        starts = itertools.chain(
-            () if pool is None else (nullcontext(pool),), (start_workers(workers, scheduler) for _ in itertools.count())
-        )
-        _run_missing(store, checked, starts, (on_progress or (lambda *_: None), on_wait))
+        started = (start_workers(workers, scheduler) for _ in count())
+        pools = started if pool is None else chain([nullcontext(pool)], started)
+        _run_missing(store, checked, pools, on_progress or (lambda *_: None))
         store.merge()
         result = StudyResult(checked, store.folder)
         record_selected(result)
@@ -106,19 +100,17 @@ def check_cases(study: Study) -> CaseList:
 def check_metrics(listed: CaseList) -> None:
     """Run the first case of a study with metrics of its own, to see whether they can be columns of its table.
 
-    An error that the function raises is not looked at here: it may be of this case only, and is in its row.
+    An error that the function raises may be of this case only, and is in its row.
 
     Raises:
         SceneError: the function has names that the table has, or returns no numbers by name.
     """
-    measure = load_metrics(listed.study)
-    if measure is None:
+    if (measure := load_metrics(listed.study)) is None:
         return
     run, status, _ = simulate_case(listed[0], scene_document(listed.study))
-    if run is None or status != OK:
-        return
     try:
-        measure(run)
+        if run is not None and status == OK:
+            measure(run)
     except UnusableMetrics as error:
         raise SceneError(f"study: {error}") from None
     except MetricError:
@@ -126,22 +118,19 @@ def check_metrics(listed: CaseList) -> None:
 
 
 def _run_missing(
-    store: Store,
-    study: Study,
-    starts: Iterator[AbstractContextManager[Workers]],
-    tell: tuple[Progress, Callable[[str], None]],
+    store: Store, study: Study, pools: Iterator[AbstractContextManager[Workers]], on_progress: Progress
 ) -> None:
     """Run the blocks that are missing and write their rows; those of a process that ended are tried by new workers."""
-    on_progress, on_wait = tell
     attempts = ATTEMPTS
     while missing := store.missing():
         done = store.cases - sum(len(store.cases_of(block)) for block in missing)
         on_progress(done, store.cases)
         try:
-            with next(starts) as workers:
-                for block, rows in _results(store, study, missing, workers, on_wait):
+            with next(pools) as workers:
+                for block, rows in _results(store, study, missing, workers):
                     store.write(block, rows)
-                    done, attempts = done + len(store.cases_of(block)), ATTEMPTS
+                    attempts = ATTEMPTS
+                    done += len(store.cases_of(block))
                     on_progress(done, store.cases)
         except errors_of_ended_workers():
             attempts -= 1
@@ -151,26 +140,20 @@ def _run_missing(
     on_progress(store.cases, store.cases)
 
 
-def _results(
-    store: Store, study: Study, blocks: list[int], workers: Workers, on_wait: Callable[[str], None]
-) -> Iterator[tuple[int, Table]]:
-    """Yield (block, rows) as workers finish them; call `on_wait` where they finish none for a known reason."""
+def _results(store: Store, study: Study, blocks: list[int], workers: Workers) -> Iterator[tuple[int, Table]]:
+    """Yield (block, rows) as workers finish them."""
     task = study.model_dump_json(), *block_needs(store.identity)
-    pending, waiting = dict[Future[list[Table]], list[int]](), list(reversed(blocks))
-    ahead = AHEAD * workers.parallel
+    pending, waiting = dict[Future[Table], int](), iter(blocks)
     while True:
-        while len(pending) < ahead and waiting:
-            count = max(1, min(workers.blocks, len(waiting) // ahead))  # fewer at the end, so that workers end together
-            together = [waiting.pop() for _ in range(count)]
-            ranges = [(numbers.start, numbers.stop) for numbers in map(store.cases_of, together)]
-            pending[workers.executor.submit(run_blocks, *task, ranges)] = together
+        for block in waiting if len(pending) < AHEAD * workers.parallel else ():
+            cases = store.cases_of(block)
+            pending[workers.executor.submit(run_block, *task, cases.start, cases.stop)] = block
+            if len(pending) == AHEAD * workers.parallel:
+                break
         if not pending:
             return
-        done = wait(pending, PATIENCE, FIRST_COMPLETED).done
-        if not done and (reason := workers.unavailable_reason()) is not None:
-            on_wait(reason)
-        for future in done:
-            yield from zip(pending.pop(future), future.result(), strict=True)
+        for future in wait(pending, return_when=FIRST_COMPLETED).done:
+            yield pending.pop(future), future.result()
 
 
 @lru_cache(maxsize=1)
@@ -180,14 +163,10 @@ def _cases_of(study: str, scene: str) -> tuple[CaseList, dict[str, Any]]:
     return cases(load_study(json.loads(study) | {"scene": document})), document
 
 
-def run_blocks(
-    study: str,
-    scene: str,
-    versions: dict[str, str],
-    functions: dict[str, str],
-    ranges: Sequence[tuple[int, int]],
-) -> list[Table]:
-    """Return the rows of blocks of cases, each from a first to an end (excluded).
+def run_block(
+    study: str, scene: str, versions: dict[str, str], functions: dict[str, str], first: int, end: int
+) -> Table:
+    """Return the rows of the cases `first` to `end` (excluded).
 
     Raises:
         SceneError: this process would compute with other versions, or with other functions of one's own.
@@ -200,4 +179,4 @@ def run_blocks(
         raise SceneError(f"{absent}: is not there for a worker; workers need it under the same name")
     if changed := differing_keys(mine, functions):
         raise SceneError(f"{changed}: not as when the study began; undo that, or begin it in another folder")
-    return [rows_of(listed, first, end, document) for first, end in ranges]
+    return rows_of(listed, first, end, document)

@@ -21,10 +21,7 @@ def copy_study(folder: Path, url: str) -> None:
     store, place = _file_system(url)
     try:
         store.makedirs(place, exist_ok=True)
-        for file in sorted(path for path in folder.rglob("*") if path.is_file()):
-            target = f"{place}/{file.relative_to(folder).as_posix()}"
-            store.makedirs(target.rpartition("/")[0], exist_ok=True)
-            store.put_file(str(file), target)
+        store.put(f"{folder}/", f"{place}/", recursive=True)
     except Exception as error:  # stores raise what their packages raise
         raise SceneError(f"--copy-to {url}: {join_lines(error) or type(error).__name__}") from None
 

@@ -33,10 +33,10 @@ def _load(name: str, _: str | None) -> Measure:
     """Load a function anew where its source has another hash."""
     try:
         function = load_function("study: metrics", name)
-    except SceneError:
-        raise
     except (Exception, SystemExit) as error:  # of the user's own module: any error of it is one line
-        raise SceneError(f"study: metrics = {name!r}: {_cause(error)}") from error
+        raise (
+            error if isinstance(error, SceneError) else SceneError(f"study: metrics = {name!r}: {_cause(error)}")
+        ) from error
 
     def measure(run: Rollout) -> dict[str, float | None]:
         try:

@@ -1,9 +1,7 @@
 """Recordings of selected runs of a study, which are run once more for that: with the same bits."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,12 +10,9 @@ from crane_sim.files.installation import require
 from crane_sim.recording.files import unfinished_name
 from crane_sim.study.cases import CaseList, cases
 from crane_sim.study.columns import is_better_larger, worst_joint
+from crane_sim.study.result import StudyResult
 from crane_sim.study.runs import OK, rows_of, simulate_case
-from crane_sim.study.schema import scene_document
-
-if TYPE_CHECKING:
-    from crane_sim.study.result import StudyResult
-    from crane_sim.study.schema import Study
+from crane_sim.study.schema import Recordings, Study, scene_document
 
 
 def selected_cases(result: StudyResult) -> list[int]:
@@ -26,30 +21,23 @@ def selected_cases(result: StudyResult) -> list[int]:
     Raises:
         SceneError: the metric of `worst` is not in the table, or is none.
     """
-    wanted = result.study.recordings
-    if not _records_runs(result.study):
-        return []
-    number, status = result.column("case"), result.column("status")
-    chosen: set[int] = set()
-    if wanted.failures:
-        chosen |= set(number[status != OK].tolist())
+    wanted, number, status = result.study.recordings, result.column("case"), result.column("status")
+    chosen = set(number[status != OK].tolist()) if wanted.failures else set[int]()
     if wanted.every is not None:
         chosen |= set(number[number % wanted.every == 0].tolist())
     if wanted.worst is not None:
-        values = _larger_is_worse(result, wanted.worst.metric)
+        name = wanted.worst.metric
+        columns = {each: result.column(each) if each == name else () for each in result.types}
+        values = worst_joint(name, [_to_numbers(name, columns)]) * (-1.0 if is_better_larger(name) else 1.0)
         values[np.isnan(values) & (status == OK)] = np.inf  # as a run that never settles
         order = np.argsort(-np.where(np.isnan(values), -np.inf, values), kind="stable")[: wanted.worst.count]
         chosen |= set(number[[i for i in order if not np.isnan(values[i])]].tolist())
     return sorted(chosen)
 
 
-def _records_runs(study: Study) -> bool:
-    return bool(study.recordings.failures or study.recordings.every or study.recordings.worst)
-
-
 def check_recorder(study: Study) -> None:
     """Raise SceneError where a study asks for recordings that cannot be written here."""
-    if _records_runs(study):
+    if study.recordings != Recordings():
         require("rerun", "study: recordings:")
 
 
@@ -59,19 +47,10 @@ def check_worst_metric(listed: CaseList) -> None:
     Raises:
         SceneError: its runs have no such metric, or it is text.
     """
-    worst, count = listed.study.recordings.worst, len(listed.variants)
-    if worst is None:
-        return
-    columns = rows_of(listed, 0, count, scene_document(listed.study))
-    if worst.metric in columns or OK in columns["status"]:
-        _to_numbers(worst.metric, columns)
-
-
-def _larger_is_worse(result: StudyResult, metric: str) -> Any:
-    """Return the column of `worst.metric` as numbers that are larger where runs are worse, NaN where they have none."""
-    columns = {name: result.column(name) if name == metric else () for name in result.types}
-    values = worst_joint(metric, [_to_numbers(metric, columns)])
-    return -values if is_better_larger(metric) else values
+    if (worst := listed.study.recordings.worst) is not None:
+        columns = rows_of(listed, 0, len(listed.variants), scene_document(listed.study))
+        if worst.metric in columns or OK in columns["status"]:
+            _to_numbers(worst.metric, columns)
 
 
 def _to_numbers(metric: str, columns: Mapping[str, Any]) -> Any:
@@ -85,8 +64,7 @@ def _to_numbers(metric: str, columns: Mapping[str, Any]) -> Any:
 
 def record_selected(result: StudyResult) -> None:
     """Write the recordings that the study asks for and that are not there: FOLDER/recordings/000012.rrd."""
-    chosen = selected_cases(result)
-    if not chosen:
+    if result.study.recordings == Recordings() or not (chosen := selected_cases(result)):
         return
     folder, listed, document = result.folder / "recordings", cases(result.study), scene_document(result.study)
     folder.mkdir(exist_ok=True)

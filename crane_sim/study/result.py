@@ -12,12 +12,15 @@ import numpy.typing as npt
 from pydantic import ValidationError
 
 from crane_sim.files.errors import SceneError, one_line, unknown_key
-from crane_sim.study import deprecated_names
 from crane_sim.study.columns import worst_joint
+from crane_sim.study.identity import read_identity
 from crane_sim.study.runs import OK
-from crane_sim.study.schema import Study
+from crane_sim.study.schema import Study, rename_keys
 from crane_sim.study.statistics import FailureDifference, PairedDifference, compare_failures, compare_pairs
-from crane_sim.study.store import OWN_METRIC, SEARCH, load_pyarrow, read_identity
+from crane_sim.study.store import OWN_METRIC, SEARCH, TABLE, load_pyarrow
+
+DEPRECATED_OWN_METRIC = {b"figure": b"own"}
+"""Metadata of a column that is a metric by the study's own function, in tables of the previous release."""
 
 
 def read_result(folder: Path) -> "StudyResult":
@@ -28,7 +31,7 @@ def read_result(folder: Path) -> "StudyResult":
     """
     check_folder(folder)
     load_pyarrow()
-    known = deprecated_names.rename_keys(read_identity(folder / "study.json").get("study", {}))
+    known = rename_keys(read_identity(folder / "study.json").get("study", {}))
     try:  # not `load_study`, whose checks of a new study may be newer than the folder
         return StudyResult(Study.model_validate(known), folder)
     except ValidationError as error:
@@ -38,22 +41,14 @@ def read_result(folder: Path) -> "StudyResult":
 def check_folder(folder: Path) -> None:
     """Raise SceneError where a folder holds no study, or one that is not finished."""
     if (folder / SEARCH).is_file():
-        raise SceneError(_tuned_folder(folder))
+        studies = sorted(folder.glob("held_out_*"), key=lambda each: each.stat().st_mtime)
+        found = [f"; its study is {newest}" for newest in studies[-1:]]
+        where = "".join(found) or " that is not finished; the same command goes on with it"
+        raise SceneError(f"folder {folder}: holds a search of crane tune{where}")
     if not (folder / "study.json").is_file():
         raise SceneError(f"folder {folder}: holds no study; crane sweep makes one")
-    if not (folder / "table.parquet").is_file():
+    if not (folder / TABLE).is_file():
         raise SceneError(f"folder {folder}: its study is not finished; the same crane sweep goes on with it")
-
-
-def _tuned_folder(folder: Path) -> str:
-    """Return the line on a folder of `crane tune`, whose study is in a folder below it."""
-    studies = sorted(folder.glob("held_out_*"), key=lambda each: each.stat().st_mtime)
-    line = f"folder {folder}: holds a search of crane tune"
-    return (
-        f"{line}; its study is {studies[-1]}"
-        if studies
-        else f"{line} that is not finished; the same command goes on with it"
-    )
 
 
 def columns_of(metric: str, columns: Sequence[str]) -> list[str]:
@@ -79,20 +74,24 @@ class StudyResult:
     folder: Path  # with table.parquet and recordings
 
     @cached_property
+    def _file(self) -> Any:
+        return load_pyarrow("pyarrow.parquet").ParquetFile(self.folder / TABLE)
+
+    @cached_property
     def table(self) -> Any:
         """The whole table, a `pyarrow.Table`."""
-        return load_pyarrow("pyarrow.parquet").read_table(self.folder / "table.parquet")
+        return self._file.read()
 
     @cached_property
     def types(self) -> dict[str, str]:
         """The types of the table's columns by name, such as double, int64 and string."""
-        return {field.name: str(field.type) for field in self._schema}
+        return {field.name: str(field.type) for field in self._file.schema_arrow}
 
     @cached_property
     def own_metrics(self) -> list[str]:
         """Columns of the metrics by the study's own function."""
-        marks = OWN_METRIC.items() | deprecated_names.OWN_METRIC.items()
-        return [field.name for field in self._schema if marks & (field.metadata or {}).items()]
+        marks = OWN_METRIC.items() | DEPRECATED_OWN_METRIC.items()
+        return [field.name for field in self._file.schema_arrow if marks & (field.metadata or {}).items()]
 
     @property
     def own_figures(self) -> list[str]:
@@ -100,18 +99,13 @@ class StudyResult:
         warnings.warn("StudyResult.own_figures is now StudyResult.own_metrics", DeprecationWarning, stacklevel=2)
         return self.own_metrics
 
-    @cached_property
-    def _schema(self) -> Any:
-        return load_pyarrow("pyarrow.parquet").read_schema(self.folder / "table.parquet")
-
     def __len__(self) -> int:
         """Return the number of runs."""
-        return int(load_pyarrow("pyarrow.parquet").read_metadata(self.folder / "table.parquet").num_rows)
+        return int(self._file.metadata.num_rows)
 
     def column(self, name: str) -> npt.NDArray[Any]:
         """Return a column of the table, an entry for each run: numbers, NaN where a run has none, or text and None."""
-        columns = load_pyarrow("pyarrow.parquet").read_table(self.folder / "table.parquet", columns=[name])
-        return columns[name].to_numpy(zero_copy_only=False)
+        return self._file.read([name])[name].to_numpy(zero_copy_only=False)
 
     def __repr__(self) -> str:
         """Return name, runs and failures in one line."""

@@ -3,7 +3,6 @@
 import json
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from functools import cache
 from typing import Any
 
 from crane_sim.files.errors import SceneError
@@ -14,13 +13,11 @@ from crane_sim.simulation.flat_summary import cell_of
 from crane_sim.simulation.rollout import Rollout
 from crane_sim.study.cases import Case, CaseList
 from crane_sim.study.columns import FIRST_COLUMNS, PARAMETER, OwnMetric
+from crane_sim.study.identity import versions
 from crane_sim.study.own_metrics import load_metrics
-from crane_sim.study.versions import versions
 
 OK, FAILED, REFUSED = "ok", "failed", "refused"
 """Statuses of a row: the run reached its end; it ended before; its scene is not possible."""
-
-
 Table = dict[str, Any]
 """Columns by name, a list or an array each, with an entry for each case."""
 
@@ -32,27 +29,20 @@ def rows_of(listed: CaseList, first: int, end: int, document: Mapping[str, Any])
     numbers of its single run, bit for bit.
     """
     start, count = time.perf_counter(), end - first
-    measure, own = _collect_names(load_metrics(listed.study))
-    rows = _run_cases([listed[number] for number in range(first, end)], document, measure)
+    own, measure = dict[str, None](), load_metrics(listed.study)
+
+    def measure_and_note(run: Rollout) -> dict[str, float | None]:
+        found = measure(run) if measure is not None else {}
+        own.update(dict.fromkeys(found))
+        return found
+
+    listed_cases = [listed[number] for number in range(first, end)]
+    rows = _run_cases(listed_cases, document, measure and measure_and_note)
     names = dict.fromkeys((*FIRST_COLUMNS, *(name for row in rows for name in row)))
     table = {name: [row.get(name) for row in rows] for name in names}
     table |= {name: OwnMetric(table[name]) for name in own}
     each = (time.perf_counter() - start) / count
-    return table | {"versions": [_versions()] * count, "wall_time": [each] * count}
-
-
-def _collect_names(measure: Measure | None) -> tuple[Measure | None, dict[str, None]]:
-    """Return a function of further metrics, and their names, in order, which it adds as it is called."""
-    names = dict[str, None]()
-    if measure is None:
-        return None, names
-
-    def collecting(run: Rollout) -> dict[str, float | None]:
-        found = measure(run)
-        names.update(dict.fromkeys(found))
-        return found
-
-    return collecting, names
+    return table | {"versions": [json.dumps(versions())] * count, "wall_time": [each] * count}
 
 
 def _run_cases(cases: Sequence[Case], document: Mapping[str, Any], measure: Measure | None) -> list[dict[str, Any]]:
@@ -75,19 +65,14 @@ def _row(case: Case, scene: Any, end: RunEnd) -> dict[str, Any]:
 
 
 def _status_of(end: RunEnd | Attempt) -> str:
-    return REFUSED if end.refused else OK if end.error is None else FAILED
-
-
-@cache
-def _versions() -> str:
-    """Return the versions and the processor of this process in JSON."""
-    return json.dumps(versions())
+    if end.refused:
+        return REFUSED
+    return OK if end.error is None else FAILED
 
 
 def each_row(table: Table) -> Iterator[dict[str, Any]]:
     """Yield the rows of a table, values by the names of its columns."""
-    for values in zip(*table.values(), strict=True):
-        yield dict(zip(table, values, strict=True))
+    return (dict(zip(table, values, strict=True)) for values in zip(*table.values(), strict=True))
 
 
 def simulate_case(case: Case, document: Mapping[str, Any]) -> tuple[Rollout | None, str, str | None]:

@@ -2,7 +2,8 @@
 
 import copy
 import os
-from collections.abc import Mapping
+import warnings
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -19,11 +20,12 @@ from pydantic import (
 )
 
 from crane_sim.files.document import function_from, plain_copy, read, read_groups, switch_law, with_values
-from crane_sim.files.errors import SceneError, no_group, one_line, shorten
+from crane_sim.files.errors import RenameWarning, SceneError, no_group, one_line, shorten
 from crane_sim.files.types import Name, Positive, Seed, reject_bool
 from crane_sim.scenes.schema.uncertain import DISTRIBUTIONS, Distribution
-from crane_sim.study.deprecated_names import rename_keys, warn_of_deprecated_keys
 
+DEPRECATED_KEYS = {"figures": "metrics"}
+"""New names of a study's keys by those of the previous release, which still work in files of this one."""
 Count = Annotated[int, BeforeValidator(reject_bool), Field(ge=1, le=10_000_000)]
 
 
@@ -153,48 +155,51 @@ def load_study(source: "Study | str | Path | Mapping[str, Any]") -> Study:
     if isinstance(source, Study):
         return source
     document = plain_copy(source) if isinstance(source, Mapping) else _read_file(Path(source))
-    warn_of_deprecated_keys(document)
+    for deprecated in DEPRECATED_KEYS.keys() & document.keys():
+        line = f"study: {deprecated} is now called {DEPRECATED_KEYS[deprecated]}"
+        warnings.warn(line, RenameWarning, stacklevel=2)
     try:
         study = Study.model_validate(rename_keys(document))
     except ValidationError as error:
         raise SceneError(f"study: {one_line(error, Study)}") from None
     _check_design(study)
-    _check_duration(study)
+    _check_changes(study)
     return study
 
 
+def rename_keys(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a study's document with new names in place of deprecated ones; where it has both, both stay."""
+    return {
+        DEPRECATED_KEYS[key] if DEPRECATED_KEYS.get(key, key) not in document else key: value
+        for key, value in document.items()
+    }
+
+
 def _read_file(path: Path) -> dict[str, Any]:
-    """Return the document of a study's file, its scene's file as an absolute path."""
+    """Return the document of a study's file, its scene's file and those of functions as absolute paths."""
     if not os.path.exists(path):  # unlike Path.exists, no error for a name that no file can have
         raise SceneError(f"study file {path}: there is no such file")
-    document = read_groups(path, "study file")
-    _resolve_functions(document, path.resolve().parent)
+    document, folder = read_groups(path, "study file"), path.resolve().parent
+    for key in ("metrics", *DEPRECATED_KEYS):
+        if isinstance(document.get(key), str):
+            document[key] = function_from(document[key], folder)
+    variants, tune, parameters = (_group(document.get(key)) for key in ("variants", "tune", "parameters"))
+    for changes in map(_group, (document.get("changes"), tune.get("changes"), *variants.values())):
+        if "control.law" in changes:
+            changes["control.law"] = _law_from(changes["control.law"], folder)
+    if isinstance(laws := parameters.get("control.law"), list):
+        parameters["control.law"] = [_law_from(law, folder) for law in laws]
+    elif isinstance(listed := _group(laws).get("values"), list):
+        parameters["control.law"]["values"] = [_law_from(law, folder) for law in listed]
     with suppress(TypeError):
-        if (beside := path.resolve().parent / document.get("scene", "")).is_file():
+        if (beside := folder / document.get("scene", "")).is_file():
             document["scene"] = str(beside)
     return document
 
 
-def _resolve_functions(document: dict[str, Any], folder: Path) -> None:
-    """Make the files of laws and metrics absolute, relative to the study's folder."""
-    for key in ("metrics", "figures"):  # the latter: the deprecated name
-        if isinstance(document.get(key), str):
-            document[key] = function_from(document[key], folder)
-    variants, tune, parameters = (_group(document, key) for key in ("variants", "tune", "parameters"))
-    for changes in (document.get("changes"), tune.get("changes"), *variants.values()):
-        if isinstance(changes, dict) and "control.law" in changes:
-            changes["control.law"] = _law_from(changes["control.law"], folder)
-    laws = parameters.get("control.law")
-    if isinstance(laws, list):
-        parameters["control.law"] = [_law_from(law, folder) for law in laws]
-    elif isinstance(laws, dict) and isinstance(laws.get("values"), list):
-        laws["values"] = [_law_from(law, folder) for law in laws["values"]]
-
-
-def _group(document: dict[str, Any], key: str) -> dict[str, Any]:
-    """Return a group of a file, an empty one where there is none: what is wrong with it, is said later."""
-    group = document.get(key)
-    return group if isinstance(group, dict) else {}
+def _group(value: Any) -> dict[str, Any]:
+    """Return a group of a file, an empty one for anything else: what is wrong with it is said later."""
+    return value if isinstance(value, dict) else {}
 
 
 def _law_from(law: Any, folder: Path) -> Any:
@@ -215,7 +220,6 @@ def _check_design(study: Study) -> None:
                 f"study: parameters.{key}: is a distribution, and design = grid needs values; "
                 "or another design: latin_hypercube, sobol, monte_carlo, morris, saltelli"
             )
-        _check_changes(study, key)
     if study.design in ("sobol", SALTELLI) and samples is not None and samples & (samples - 1):
         near = 1 << (samples.bit_length() - 1)
         raise SceneError(
@@ -223,39 +227,39 @@ def _check_design(study: Study) -> None:
         )
 
 
-def _check_changes(study: Study, key: str) -> None:
-    """Raise SceneError where changes of the scene set what a parameter sets, unless it varies what they set.
+def _check_changes(study: Study) -> None:
+    """Raise SceneError where two of a study's groups set the same of the scene.
 
     A run takes its parameters last: what changes set at or below a parameter's key would be ignored. A change of a
     whole group or list may be above it: the parameter varies one number of that.
     """
-    parameter = study.parameters[key]
-    own = isinstance(parameter, Values) or not (parameter.relative or None in parameter)  # needs no value of the scene
-    groups = {"changes": study.changes} if own else {}
-    groups |= {f"variants.{name}": changes for name, changes in study.variant_changes.items()}
-    groups |= {} if study.tune is None else {"tune.changes": study.tune.changes}
-    for where, changes in groups.items():
-        for changed, value in changes.items():
-            if changed == key:
-                raise SceneError(f"study: {where}.{key} = {shorten(value)}: is among the parameters, too")
-            if changed.startswith(f"{key}."):
-                why = f"sets what the parameter {key} sets, too"
-                raise SceneError(f"study: {where}.{changed} = {shorten(value)}: {why}")
-    for other in study.parameters:
-        if other.startswith(f"{key}."):
-            raise SceneError(f"study: parameters.{other}: sets what the parameter {key} sets, too")
-
-
-def _check_duration(study: Study) -> None:
-    """Raise SceneError where the duration of the runs is given twice."""
-    if study.duration is None:
-        return
-    groups: dict[str, Any] = {"parameters": study.parameters, "changes": study.changes}
-    groups |= {} if study.tune is None else {"tune.changes": study.tune.changes}
-    groups |= {f"variants.{name}": changes for name, changes in study.variant_changes.items()}
-    for where, keys in groups.items():
-        if "duration" in keys:
+    for where, key, value in _changes_of(study):
+        if key == "duration" and study.duration is not None:
             raise SceneError(f"study: duration = {study.duration:g}: is in {where}, too; give one of them")
+        others = study.parameters.keys() - {key} if where == "parameters" else study.parameters.keys()
+        above = parameter_above(others, key)
+        if above is not None and not (where == "changes" and _varies_own(study.parameters[above])):
+            shown = "" if where == "parameters" else f" = {shorten(value)}"
+            raise SceneError(f"study: {where}.{key}{shown}: sets what the parameter {above} sets, too")
+
+
+def _changes_of(study: Study) -> Iterator[tuple[str, str, Any]]:
+    """Yield (group of the study, dotted key, value) of all that sets something of the scene."""
+    groups: dict[str, Mapping[str, Any]] = {"parameters": study.parameters, "changes": study.changes}
+    groups |= {} if study.tune is None else {"tune.changes": study.tune.changes}
+    groups |= {f"variants.{name}": changes for name, changes in study.variant_changes.items()}
+    for where, changes in groups.items():
+        yield from ((where, key, value) for key, value in changes.items())
+
+
+def parameter_above(parameters: Iterable[str], key: str) -> str | None:
+    """Return the parameter whose dotted key is a key's own, or above it; None without one."""
+    return next((each for each in parameters if f"{key}.".startswith(f"{each}.")), None)
+
+
+def _varies_own(parameter: Any) -> bool:
+    """Return whether a parameter varies the scene's own value, which changes may set."""
+    return not isinstance(parameter, Values) and (parameter.relative or None in parameter)
 
 
 def varied_document(study: Study) -> dict[str, Any]:

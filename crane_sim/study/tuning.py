@@ -14,7 +14,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
-from itertools import chain, islice
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -24,29 +24,20 @@ import yaml
 from crane_sim.files.document import get_value, with_values
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import import_optional
-from crane_sim.files.output import write_whole
-from crane_sim.study.cases import CaseList, cases
+from crane_sim.files.output import write_text, write_whole
+from crane_sim.study.cases import cases
 from crane_sim.study.columns import worst_joint
-from crane_sim.study.execution import check_cases, check_metrics, run, run_blocks
-from crane_sim.study.recordings import check_recorder, check_worst_metric
+from crane_sim.study.execution import check_metrics, run, run_block
+from crane_sim.study.identity import block_needs, hash_of, identity_of, read_identity
+from crane_sim.study.recordings import check_worst_metric
 from crane_sim.study.runs import OK, Table, each_row
 from crane_sim.study.schema import Study, Tune, load_study, scene_document
 from crane_sim.study.statistics import CONFIDENCE, PairedDifference
-from crane_sim.study.store import (
-    SEARCH,
-    block_needs,
-    hash_of,
-    identity_of,
-    load_pyarrow,
-    locked_folder,
-    partial_files,
-    read_identity,
-)
+from crane_sim.study.store import SEARCH, load_pyarrow, locked_folder
 from crane_sim.study.tuning_checks import (
     base_changes,
-    check_design,
-    check_gains,
     check_objectives,
+    check_search,
     find_objectives,
     trial_document,
 )
@@ -106,7 +97,7 @@ def tune(
     settings, training = checked.tune, checked.model_copy(update={"tune": None})
     if settings is None:
         raise SceneError("study: tune is missing: gains, objectives, trials")
-    listed, place = _check_search(training, settings), Path(folder)
+    listed, place = check_search(training, settings), Path(folder)
     loaded = training.model_copy(update={"scene": scene_document(training)})  # else every trial would read its file
     with start_workers(workers, None) as pool:
         if not (place / SEARCH).exists():
@@ -124,15 +115,6 @@ def tune(
             _write_gains(place / GAINS, {name: changes_of(loaded, settings, chosen[name].gains) for name in chosen})
     infeasible = sum(any(each.constraints.values()) for each in search.trials)
     return TuningResult(front, chosen, trials, infeasible, judged, settings.objectives, settings.changes)
-
-
-def _check_search(training: Study, settings: Tune) -> CaseList:
-    """Return the cases of a search that is possible; raises SceneError where it is not."""
-    check_recorder(training)
-    check_design(training, settings)
-    listed = check_cases(training)
-    check_gains(training, settings)
-    return listed
 
 
 def _front_of(search: Any) -> list[Candidate]:
@@ -163,10 +145,10 @@ def _list_of(document: dict[str, Any], key: str) -> str:
 
 def _write_gains(file: Path, chosen: dict[str, dict[str, Any]]) -> None:
     """Write changes of the scene by name, a line for each key, as `--set` takes them."""
-    lines = list[str]()
-    for name, changes in chosen.items():
-        lines += [f"{_in_line(name)}:", *(f"  {_in_line(key)}: {_in_line(value)}" for key, value in changes.items())]
-    write_whole(file, lambda path: path.write_text("\n".join(lines) + "\n"))
+    blocks = {
+        name: [f"  {_in_line(k)}: {_in_line(v)}\n" for k, v in changes.items()] for name, changes in chosen.items()
+    }
+    write_text(file, "".join(f"{_in_line(name)}:\n{''.join(lines)}" for name, lines in blocks.items()))
 
 
 def _in_line(value: Any) -> str:
@@ -188,27 +170,19 @@ def _locked(folder: Path, study: Study) -> Iterator[None]:
     Raises:
         SceneError: another process has the folder, or it holds another search; of the same one trials may be more.
     """
-    with locked_folder(folder, "search"):
-        _check_or_write_identity(folder, study)
-        leftovers = (partial_files(folder / name) for name in (SEARCH, JOURNAL, GAINS))
-        for file in (*folder.glob(f"{JOURNAL}.lock*"), *chain(*leftovers)):  # of a process that ended while it wrote
-            file.unlink()
-        yield
-
-
-def _check_or_write_identity(folder: Path, study: Study) -> None:
-    """Write which search a folder holds, or raise SceneError where it holds another one."""
     settings = study.tune.model_copy(update={"trials": 1, "keep": 1}) if study.tune else None
     identity, file = hash_of(identity_of(study.model_copy(update={"tune": settings}))), folder / SEARCH
-    try:
+    with locked_folder(folder, "search"):
         if not file.exists():
-            write_whole(file, lambda path: path.write_text(json.dumps({"hash": identity}) + "\n"))
-    except OSError as error:
-        raise SceneError(f"folder {folder}: {error.strerror}") from None
-    if read_identity(file).get("hash") != identity:
-        raise SceneError(
-            f"folder {folder}: holds another search, or one of other versions or functions; name another folder"
-        )
+            write_text(file, json.dumps({"hash": identity}) + "\n")
+        if read_identity(file).get("hash") != identity:
+            raise SceneError(
+                f"folder {folder}: holds another search, or one of other versions or functions; name another folder"
+            )
+        for name in (f"{JOURNAL}.lock*", f".{SEARCH}.*", f".{JOURNAL}.*", f".{GAINS}.*"):
+            for file in folder.glob(name):  # of a process that ended while it wrote
+                file.unlink()
+        yield
 
 
 def _search(
@@ -222,23 +196,26 @@ def _search(
     journal = optuna.storages.JournalStorage(optuna.storages.journal.JournalFileBackend(str(file)))
     n, name = len(settings.objectives), study.name or "tune"
     search = optuna.create_study(storage=journal, study_name=name, load_if_exists=True, directions=["minimize"] * n)
-    if not any(trial.state.is_finished() or trial.state.name == "WAITING" for trial in search.trials):
+    if not _count_finished(search) and not any(trial.state.name == "WAITING" for trial in search.trials):
         search.enqueue_trial(_own_gains(training, settings))
-    while (done := _count_finished(search)) < settings.trials:
-        on_progress(done, settings.trials)
-        # a sampler of each trial's own, that does not look at trials in flight: a search that goes on proposes what an
-        # undisturbed one does
-        search.sampler = optuna.samplers.TPESampler(
-            seed=_seed_of(study.seed, done), multivariate=True, constant_liar=False
-        )
-        trial = search.ask()
+
+    def evaluate(trial: Any) -> tuple[float, ...]:
         gains = {
-            key: trial.suggest_float(key, gain.low, gain.high, log=gain.log) for key, gain in settings.gains.items()
+            key: trial.suggest_float(key, each.low, each.high, log=each.log) for key, each in settings.gains.items()
         }
         values, violation = evaluate_gains(training, settings.changes | gains, settings.objectives, pool)
         trial.set_constraint(NOT_REACHED, violation)
-        search.tell(trial, values)
-    on_progress(settings.trials, settings.trials)
+        return values
+
+    def begin_trial(*_: Any) -> None:
+        """Give the next trial a sampler of its own: a search that goes on proposes what an undisturbed one does."""
+        done = _count_finished(search)
+        on_progress(done, settings.trials)
+        seed = _seed_of(study.seed, done)
+        search.sampler = optuna.samplers.TPESampler(seed=seed, multivariate=True, constant_liar=False)
+
+    begin_trial()
+    search.optimize(evaluate, settings.trials - _count_finished(search), callbacks=[begin_trial])
     return search
 
 
@@ -250,20 +227,17 @@ def _drop_unfinished_line(file: Path) -> None:
 
 def _own_gains(training: Study, settings: Tune) -> dict[str, float]:
     """Return the gains that the scene itself has as numbers within their limits: the search begins with them."""
-    document = trial_document(training, settings)
-    own = {key: get_value(document, key)[1] for key in settings.gains}
-    numbers = {
-        key: float(value)
-        for key, value in own.items()
-        if isinstance(value, int | float) and not isinstance(value, bool)
-    }
-    ranges = settings.gains.items()
-    return {key: numbers[key] for key, gain in ranges if key in numbers and gain.low <= numbers[key] <= gain.high}
+    document, own = trial_document(training, settings), dict[str, float]()
+    for key, gain in settings.gains.items():
+        value = get_value(document, key)[1]
+        if isinstance(value, int | float) and not isinstance(value, bool) and gain.low <= value <= gain.high:
+            own[key] = float(value)
+    return own
 
 
 def _count_finished(search: Any) -> int:
-    """Return the number of trials that ended: one in flight when its process ended counts for nothing."""
-    return sum(trial.state.is_finished() for trial in search.get_trials(deepcopy=False))
+    """Return the number of trials that have values: one in flight when its process ended counts for nothing."""
+    return sum(trial.state.name == "COMPLETE" for trial in search.get_trials(deepcopy=False))
 
 
 def _seed_of(seed: int, trial: int) -> int:
@@ -286,13 +260,12 @@ def evaluate_gains(
     task = trial.model_dump_json(), *block_needs(identity_of(trial))
     count, table = len(cases(trial)), list[list[float]]()
     starts = iter(range(0, count, SAMPLES_AT_ONCE))
-    pending = deque[Future[list[Table]]]()
+    pending = deque[Future[Table]]()
     while len(table) < count:
         for start in islice(starts, pool.parallel + 1 - len(pending)):
-            block = start, min(start + SAMPLES_AT_ONCE, count)
-            pending.append(pool.executor.submit(run_blocks, *task, [block]))
-        (rows,) = pending.popleft().result()
-        for row in each_row(rows):
+            end = min(start + SAMPLES_AT_ONCE, count)
+            pending.append(pool.executor.submit(run_block, *task, start, end))
+        for row in each_row(pending.popleft().result()):
             values = _objectives_of(row, objectives)
             if values is None:
                 return (math.inf,) * len(objectives), 1.0 - len(table) / count

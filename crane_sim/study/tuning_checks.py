@@ -6,16 +6,23 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from crane_sim.files.document import get_value
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import load_scene
-from crane_sim.study.cases import cases
+from crane_sim.study.cases import CaseList, cases
 from crane_sim.study.columns import FIRST_COLUMNS, PARAMETER, is_better_larger
-from crane_sim.study.execution import run_blocks
+from crane_sim.study.execution import check_cases, run_block
+from crane_sim.study.identity import block_needs, identity_of
+from crane_sim.study.recordings import check_recorder
 from crane_sim.study.result import columns_of
 from crane_sim.study.runs import OK, each_row
-from crane_sim.study.schema import MORRIS, Study, Tune, changed_document, scene_document
-from crane_sim.study.store import block_needs, identity_of
+from crane_sim.study.schema import (
+    MORRIS,
+    Study,
+    Tune,
+    changed_document,
+    parameter_above,
+    scene_document,
+)
 from crane_sim.study.workers import Workers
 
 SAMPLES_TRIED = 4
@@ -23,7 +30,16 @@ SAMPLES_TRIED = 4
 _NO_METRICS = (*FIRST_COLUMNS, "versions", "wall_time")
 
 
-def check_design(study: Study, settings: Tune) -> None:
+def check_search(study: Study, settings: Tune) -> CaseList:
+    """Return the cases of a search; raises SceneError where it is not possible."""
+    check_recorder(study)
+    _check_design(study, settings)
+    listed = check_cases(study)
+    _check_gains(study, settings)
+    return listed
+
+
+def _check_design(study: Study, settings: Tune) -> None:
     """Raise SceneError where a study can judge no search.
 
     Its held-out samples would be those of the search, an objective is better when larger, or a variant has the name of
@@ -51,21 +67,19 @@ def trial_document(study: Study, settings: Tune) -> dict[str, Any]:
     return changed_document(scene_document(study), study.changes | base_changes(study, settings))
 
 
-def check_gains(study: Study, settings: Tune) -> None:
+def _check_gains(study: Study, settings: Tune) -> None:
     """Raise SceneError where a gain is no number of the scene, or its limits are not possible."""
     base = base_changes(study, settings)
     for key, gain in settings.gains.items():
-        if key in study.parameters:
-            raise SceneError(f"study: tune.gains.{key}: is among the parameters, too")
-        if above := [each for each in study.parameters if key.startswith(f"{each}.")]:
-            raise SceneError(f"study: tune.gains.{key}: sets what the parameter {above[0]} sets, too")
+        if (above := parameter_above(study.parameters, key)) is not None:
+            raise SceneError(f"study: tune.gains.{key}: sets what the parameter {above} sets, too")
         for value in (gain.low, gain.high):
             error = _error_with(study, base | {key: value})
             if error is None:
                 continue
             if settings.changes and (without_gain := _error_with(study, base)):
                 raise SceneError(f"study: tune.changes: {without_gain}")
-            raise SceneError(f"study: tune.gains.{key}{_missing_list(study, settings, key, error, value)}")
+            raise SceneError(f"study: tune.gains.{key} = {value:g}: {error}")
 
 
 def _error_with(study: Study, changes: Mapping[str, Any]) -> str | None:
@@ -78,18 +92,6 @@ def _error_with(study: Study, changes: Mapping[str, Any]) -> str | None:
     return None
 
 
-def _missing_list(study: Study, settings: Tune, key: str, error: str, value: float) -> str:
-    """Return what is wrong with a gain, which may be an entry of a list that the scene lacks."""
-    above, _, last = key.rpartition(".")
-    if (
-        last.isdecimal()
-        and error.endswith("must be a list")
-        and not get_value(trial_document(study, settings), above)[0]
-    ):
-        return f": the scene has no list {above}; give the whole list in tune.changes, such as {above}: [{value:g}]"
-    return f" = {value:g}: {error}"
-
-
 def check_objectives(study: Study, settings: Tune, pool: Workers) -> None:
     """Run the first sample with the changes of every trial, to see whether its run has the objectives.
 
@@ -99,8 +101,7 @@ def check_objectives(study: Study, settings: Tune, pool: Workers) -> None:
     trial = study.model_copy(update={"variants": {"trial": base_changes(study, settings)}})
     task = trial.model_dump_json(), *block_needs(identity_of(trial))
     for i in range(min(SAMPLES_TRIED, len(cases(trial)))):
-        (rows,) = pool.executor.submit(run_blocks, *task, [(i, i + 1)]).result()
-        (row,) = each_row(rows)
+        (row,) = each_row(pool.executor.submit(run_block, *task, i, i + 1).result())
         if row["status"] == OK:
             find_objectives(row, settings.objectives)
             return

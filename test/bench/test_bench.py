@@ -105,7 +105,7 @@ def test_rounds_time_candidates_for_the_cheapest() -> None:
 def test_verdicts_name_the_missed_targets() -> None:
     """The verdict names each missed target: C's time by a factor of the scene, 1/15 of the best general engine's."""
     rows = [point(NAME, 1e-13, 10.0), point("hand C", 1e-13, 5.0), point("MuJoCo", 1e-13, 100.0)]
-    rows += [point("Drake", 1e-13, 900.0), point("CasADi C", 1e-13, 9.0)]
+    rows += [point("Pinocchio", 1e-13, 900.0), point("CasADi C", 1e-13, 9.0)]
     results = targets("S1", {"points": [list(row) for row in rows]})
     assert len(results) == len(ERROR_LEVELS)
     assert results[0] == Target("S1", 1e-2, 2.0, "MuJoCo", 10.0, 0.9)

@@ -18,7 +18,6 @@ def test_maps_between_coordinates(n: int) -> None:
     crane, q, v = example(n)
     mass, energy = chain.mass_matrix(crane, q), chain.kinetic_energy(crane, q, v)
     assert np.allclose(coordinates.relative(coordinates.absolute(q[1 : n + 1])), q[1 : n + 1], rtol=0, atol=EXACT)
-    assert np.allclose(coordinates.from_horizontal(coordinates.to_horizontal(q)), q, rtol=0, atol=1e-10)  # / sin α
     jacobian = coordinates.horizontal_jacobian(q)
     assert relative_difference(jacobian, properties.gradient(coordinates.to_horizontal, q).T) < EXACT
     sines = np.sin(coordinates.absolute(q[1 : n + 1]))
@@ -28,30 +27,6 @@ def test_maps_between_coordinates(n: int) -> None:
         assert 0.5 * rates @ coordinates.transform_mass(mass, matrix) @ rates == pytest.approx(
             energy, rel=1e-8
         )  # / sin²
-
-
-def test_hanging_links_by_their_positions() -> None:
-    """Links of fixed lengths that hang are found from horizontal positions and velocities alone."""
-    _, q, v = example(3)
-    v[4:] = 0.0
-    q[1:4] = coordinates.relative(np.array([0.9, -1.2, 0.4]))
-    positions, speeds = chain.node_positions(q)[1:, 0], (chain.node_jacobian(q) @ v)[1:, 0]
-    alpha = coordinates.hanging_angles(q[0], positions, q[4:])
-    assert np.allclose(alpha, coordinates.absolute(q[1:4]), rtol=0, atol=EXACT)
-    rates = coordinates.hanging_rates(v[0], speeds, alpha, q[4:])
-    assert np.allclose(rates, coordinates.absolute(v[1:4]), rtol=0, atol=1e-11)  # divided by cos 1.2
-
-
-def test_where_coordinates_fail() -> None:
-    """A vertical link hides its length, a horizontal one is no hanging one, and one that points up looks hanging."""
-    _, q, _ = example(2)
-    q[1:3] = 0.4, np.pi - 0.4
-    with pytest.raises(ValueError, match="link 2 is vertical"):
-        coordinates.from_horizontal(coordinates.to_horizontal(q))
-    with pytest.raises(ValueError, match="link 2 does not hang"):
-        coordinates.hanging_angles(0.0, np.array([0.5, 1.5]), np.array([1.0, 1.0]))
-    up = coordinates.hanging_angles(0.0, np.array([np.sin(2.0)]), np.array([1.0]))
-    assert up == pytest.approx(np.pi - 2.0)
 
 
 @pytest.mark.parametrize("n", SIZES)

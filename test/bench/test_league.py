@@ -10,10 +10,9 @@ import pytest
 from process_helpers import started_program, wait_exited, wait_until
 
 from crane_bench.cli.league import save_comparison
-from crane_bench.league.cases import COLUMNS, FEEDBACK, GROUPS, OF_KNUCKLE, PENDULUM
+from crane_bench.league.cases import COLUMNS, GROUPS, Group, Trial
 from crane_bench.league.cells import Cell, CellMetrics, evaluate, evaluate_all, median_metrics
 from crane_bench.league.scenes import trial_scene
-from crane_bench.league.trials import Group, Trial
 from crane_sim.files.catalogue import config_folder
 from crane_sim.files.document import get_value
 from crane_sim.files.installation import missing_package
@@ -21,13 +20,13 @@ from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import simulate
 from crane_sim.study.schema import load_study
 
-ANGULAR, CARTESIAN = FEEDBACK[:2]
+ANGULAR, CARTESIAN = GROUPS[1].entrants[:2]
 METRICS = CellMetrics(1e-4, 0.01, 0.02, 0.01, 5.0, 0.1, 3.0, 0.5, {"tip_x": 1.0}, {"tip_x": "m/s²"}, 0.0)
 
 
 def trial_of(column: str) -> Trial:
     """Return the pendulum's trial in a column."""
-    return next(trial for trial in PENDULUM if trial.column == column)
+    return next(trial for trial in GROUPS[0].trials if trial.column == column)
 
 
 def test_hidden_changes_are_not_in_the_nominal_scene() -> None:
@@ -84,8 +83,9 @@ def test_a_shaped_path_is_only_in_the_nominal_scene() -> None:
 
 def test_settings_are_those_of_the_catalogue() -> None:
     """A law takes the gains of its own scene, at the period of the trial."""
-    trial = next(group for group in GROUPS if group.name == "knuckle boom").trials[0]
-    plain, weighing, lqr = (trial_scene(trial, entrant, 0)["control"] for entrant in OF_KNUCKLE[:3])
+    group = next(group for group in GROUPS if group.name == "knuckle boom")
+    trial = group.trials[0]
+    plain, weighing, lqr = (trial_scene(trial, entrant, 0)["control"] for entrant in group.entrants[:3])
     assert plain["kp"] == [30, 10, 10, 1] and "adaptation" not in plain
     assert weighing["adaptation"] == {"rate": 2} and weighing["kp"] == [30, 10, 10, 2]
     assert lqr["r"] == [0.1, 0.1, 0.1, 1.0] and "kp" not in lqr

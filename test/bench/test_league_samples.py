@@ -10,13 +10,12 @@ import pytest
 
 from crane_bench.cli.league import sampled_json_data, sampled_league, save_samples
 from crane_bench.documentation.pages import PAGES
-from crane_bench.league.cases import ENERGY, FIXED_RAIL_BASE, GROUPS, LQR, groups_named, node_gust
+from crane_bench.league.cases import GROUPS, Entrant, Group, Trial, groups_named
 from crane_bench.league.cells import compute_metrics, evaluate
 from crane_bench.league.sampled_cells import METRICS, SampledCell, better_laws, evaluate_samples
 from crane_bench.league.sampled_data import read_cells
 from crane_bench.league.sampled_table import command_of, describe_samples, format_samples, sampled_tables
 from crane_bench.league.samples import TrialStudy, parameters_of, study_of, uncertain_scene
-from crane_bench.league.trials import Entrant, Group, Trial
 from crane_sim.files.document import get_value
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import load_scene
@@ -26,10 +25,13 @@ from crane_sim.study.schema import scene_document
 from crane_sim.study.statistics import IntervalEstimate, PairedDifference
 
 MASSES = "cable.node_masses"
+ENERGY, LQR = Entrant("energy", "energy"), Entrant("lqr", "lqr")
+TROLLEY = next(group for group in GROUPS if group.name == "overhead, trolley")
+FIXED_RAIL_BASE, NODE_GUST = TROLLEY.trials[0].hidden, next(t for t in TROLLEY.trials if t.column == "gust").hidden
 OUT = {"trolley.limits": [-0.01, 4.0], "initial.v": -2.0}
 SHORT = {"duration": 0.4, "control.period": 0.02}
 STILL = Trial("set-point", "overhead_energy", SHORT, FIXED_RAIL_BASE)
-GUST = Trial("gust", "overhead_energy", SHORT, FIXED_RAIL_BASE | node_gust(5.0))
+GUST = Trial("gust", "overhead_energy", SHORT, NODE_GUST)
 GROUP = Group("trolley", "target", (ENERGY, LQR, Entrant("twin", "lqr")), (STILL, GUST), {MASSES: 0.1})
 SAMPLES = 6
 

@@ -82,7 +82,7 @@ def test_a_run_over_ros_is_sampled_to_its_end() -> None:
         growth = named[f"{node}, growth since the warm-up"]
         assert len(samples) == len(data["seconds"]) == len(data["steps_per_second"]) >= 4
         warm = next(mb for t, mb in zip(data["seconds"], samples, strict=True) if t >= 2.0)
-        assert growth.value == pytest.approx(samples[-1] - warm, abs=2e-3)  # MB: they are rounded to 1e-3
+        assert growth.value == pytest.approx(samples[-1] - warm, abs=1e-9)
         assert growth.passed == (growth.value <= memory.MAX_GROWTH)
     lengths = np.diff([0.0, *data["seconds"]])  # s; samples that a stall has delayed follow one another quickly
     assert named["steps"].value > lengths @ data["steps_per_second"] > 0.0

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from command_line import crane
 from interval_coverage import CASES, MASSES, NOISE, Case, errors_of, measured
+from scipy.integrate import solve_ivp
 
 import crane_sim
 from crane_sim.files.errors import SceneError
@@ -64,6 +65,43 @@ def test_sensitivities_are_complex_steps_of_the_equations() -> None:
     for i, column in enumerate(np.concatenate(shooting.sensitivities(shooting.start), axis=2).transpose(2, 0, 1)):
         rounding = 2e-12 if i < len(MASSES) else 1e-13
         assert np.abs(column - expected[:, :, i]).max() < rounding * np.abs(expected[:, :, i]).max()
+
+
+def swing_below_a_motion(t: Any, start: float, duration: float) -> Any:
+    """Return the angles (K,) below a trolley that goes 2 m by the quintic from `start` on, piece by piece."""
+
+    def rates(at: float, y: Any) -> list[float]:
+        s = (at - start) / duration
+        pulled = 2.0 * (60.0 * s - 180.0 * s * s + 120.0 * s**3) / duration**2 if 0.0 < s < 1.0 else 0.0
+        return [y[1], -(9.81 * np.sin(y[0]) + pulled * np.cos(y[0])) / 2.0]
+
+    y, angles, ends = np.array([0.2, 0.0]), np.empty(len(t)), (0.0, start, start + duration, t[-1])
+    for begin, end in zip(ends, ends[1:], strict=False):
+        found = solve_ivp(rates, (begin, end), y, "DOP853", rtol=1e-13, atol=1e-15, max_step=0.05, dense_output=True)
+        inside = (t >= begin) & (t <= end)
+        angles[inside], y = found.sol(t[inside])[0], found.y[:, -1]
+    return angles
+
+
+def test_sensitivities_by_instants_of_a_motion() -> None:
+    """Derivatives by start and duration of a prescribed motion are those of an independent solution, to 1e-7.
+
+    Forward mode alone would miss that its kinks move within steps.
+    """
+    motion = {"kind": "smooth", "start": 0.52, "duration": 2.0, "from": 0.0, "to": 2.0}
+    changes = {"duration": 3.0, "trolley": {"drive": "prescribed", "motion": motion}, "initial.angles": [0.2]}
+    run = crane_sim.simulate("overhead_swing", overrides=changes, sample_times=np.arange(0.0, 3.0, 0.05))
+    data = Measurements(run.t, run.scene.joint_names, run.q, np.zeros(1), np.zeros((1, 0)))
+    keys = ["trolley.motion.start", "trolley.motion.duration"]
+    shooting = Shooting(run.scene, data, keys, 5.0, {0: (run.q[0], run.v[0])})
+    by_parameter, _ = shooting.sensitivities(shooting.start)
+    for i, step in enumerate(np.eye(2)):
+
+        def angles(h: float, step: Any = step) -> Any:
+            return swing_below_a_motion(run.t, *(0.52, 2.0) * np.exp(h * step))
+
+        expected = extrapolate(angles, 2e-3, 3)  # steps so small that no kink passes a sample
+        assert np.abs(by_parameter[:, 1, i] - expected).max() < 1e-7 * np.abs(expected).max()
 
 
 def test_sensitivities_are_extrapolated_differences() -> None:

@@ -8,12 +8,11 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from command_line import crane
 
 import crane_sim
 from crane_sim import study as studies
 from crane_sim.files.errors import SceneError
-from crane_sim.study import deprecated_names
+from crane_sim.study.result import DEPRECATED_OWN_METRIC
 
 STUDY: dict[str, Any] = {
     "scene": "overhead_energy",
@@ -47,15 +46,6 @@ def test_the_deprecated_key_works(metric: str, tmp_path: Path) -> None:
         studies.load_study(STUDY | {"figures": metric, "metrics": metric})
 
 
-def test_the_command_warns_in_one_line(metric: str, tmp_path: Path) -> None:
-    """A deprecated key in a file is one line of the terminal, without a line of the simulator's source."""
-    (tmp_path / "study.yaml").write_text(json.dumps(STUDY | {"figures": metric, "designs": "grid"}))
-    done = crane("sweep", "study.yaml", cwd=tmp_path)
-    warning, error = done.stderr.splitlines()
-    assert warning == "crane: warning: study: figures is now called metrics"
-    assert error.startswith("crane: study: unknown key 'designs'") and done.returncode == 2
-
-
 def test_a_finished_folder_of_the_previous_release_is_read(metric: str, tmp_path: Path) -> None:
     """The study and the columns of its own function are read without a warning."""
     study, folder = studies.load_study(STUDY | {"metrics": metric}), tmp_path / "study"
@@ -64,7 +54,7 @@ def test_a_finished_folder_of_the_previous_release_is_read(metric: str, tmp_path
     known = json.loads(file.read_text())
     known["study"]["figures"] = known["study"].pop("metrics")
     file.write_text(json.dumps(known))
-    fields = [field.with_metadata(deprecated_names.OWN_METRIC) if field.metadata else field for field in table.schema]
+    fields = [field.with_metadata(DEPRECATED_OWN_METRIC) if field.metadata else field for field in table.schema]
     pq.write_table(table.cast(pa.schema(fields, table.schema.metadata)), folder / "table.parquet")
     result = studies.read_result(folder)
     assert result.study == study and result.own_metrics == ["furthest"]

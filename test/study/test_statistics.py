@@ -1,6 +1,5 @@
 """Statistics of runs against closed forms and known coverage."""
 
-import tracemalloc
 from math import isnan
 
 import numpy as np
@@ -35,6 +34,7 @@ def test_differences_that_vary_by_rounding_do_not_vary() -> None:
     assert np.ptp(first + 0.05 - first) > 0.0
     assert found.low == found.mean == found.high == pytest.approx(0.05, abs=1e-15) and isnan(found.effect_size)
     assert found.p_value == exact.p_value
+    assert compare_pairs(np.zeros(4), np.arange(1.0, 5.0)).effect_size == pytest.approx(2.5 / (5.0 / 3.0) ** 0.5)
     noise = compare_pairs(first, first * (1.0 + np.finfo(float).eps * np.arange(-6.0, 6.0)))
     assert (noise.p_value, noise.share) == (1.0, 0.5)
 
@@ -54,15 +54,9 @@ def test_wilcoxon_of_one_sided_differences_is_its_closed_form() -> None:
     assert found.p_value == pytest.approx(2.0 / 2**n, rel=1e-12)  # rounding of the sum of ranks' probabilities
 
 
-def test_effect_size_is_mean_by_deviation() -> None:
-    """Cohen's d_z is the differences' mean by their standard deviation."""
-    difference = np.array([1.0, 2.0, 3.0, 4.0])
-    assert compare_pairs(np.zeros(4), difference).effect_size == pytest.approx(2.5 / (5.0 / 3.0) ** 0.5, rel=1e-12)
-
-
 def test_the_interval_covers() -> None:
-    """Of 200 samples of 40 differences 95 % of intervals have the true mean inside, within four standard errors."""
-    rng, trials = np.random.default_rng(5), 200
+    """Of 100 samples of 40 differences 95 % of intervals have the true mean inside, within four standard errors."""
+    rng, trials = np.random.default_rng(5), 100
     inside = 0
     for i in range(trials):
         found = compare_pairs(np.zeros(40), rng.normal(0.3, 1.0, 40), seed=i)
@@ -70,10 +64,10 @@ def test_the_interval_covers() -> None:
     assert abs(inside / trials - 0.95) < 4.0 * (0.95 * 0.05 / trials) ** 0.5
 
 
-@pytest.mark.parametrize("n", [2, 4, 8])
+@pytest.mark.parametrize("n", [2, 8])
 def test_the_interval_of_few_pairs_covers(n: int) -> None:
-    """Of 2000 samples of few normal differences 95 % of intervals have the mean inside, within four standard errors."""
-    rng, trials = np.random.default_rng(n), 2000
+    """Of 400 samples of few normal differences 95 % of intervals have the mean inside, within four standard errors."""
+    rng, trials = np.random.default_rng(n), 400
     found = [compare_pairs(np.zeros(n), rng.normal(0.3, 1.0, n)) for _ in range(trials)]
     inside = sum(each.low <= 0.3 <= each.high for each in found)
     assert abs(inside / trials - 0.95) < 4.0 * (0.95 * 0.05 / trials) ** 0.5
@@ -90,11 +84,11 @@ def test_mcnemar_is_the_binomial_test_of_discordant_samples() -> None:
 
 
 def test_the_interval_of_a_median_covers() -> None:
-    """Of 400 samples of 41 normal values about 95 % of intervals have the true median inside, infinite ones count.
+    """Of 200 samples of 41 normal values about 95 % of intervals have the true median inside, infinite ones count.
 
     The percentiles' own error is about 1 % at this size; four standard errors of the count beside it.
     """
-    rng, trials = np.random.default_rng(8), 400
+    rng, trials = np.random.default_rng(8), 200
     inside = sum(
         (found := estimate_median(rng.normal(0.3, 1.0, 41), seed=i)).low <= 0.3 <= found.high for i in range(trials)
     )
@@ -109,23 +103,13 @@ def test_the_bootstrap_of_a_median_of_three_is_its_closed_form() -> None:
     assert estimate_median(np.array([4.0])) == (4.0, 4.0, 4.0)
 
 
-@pytest.mark.parametrize("n", [7, 500])
-def test_the_bootstrap_of_a_median_is_that_of_all_resamples_at_once(n: int) -> None:
+def test_the_bootstrap_of_a_median_is_that_of_all_resamples_at_once() -> None:
     """Drawn in blocks, random numbers are those of one call: the interval is that of their medians, bit for bit."""
+    n = 500
     values = np.random.default_rng(1).normal(size=n)
     resamples = values[np.argsort(values)][np.random.default_rng(3).integers(0, n, (9999, n))]
     medians = np.sort(np.median(resamples, axis=1))
     assert estimate_median(values, seed=3) == (np.median(values), medians[249], medians[-250])
-
-
-def test_the_bootstrap_of_a_median_takes_little_memory() -> None:
-    """Of 4000 values it takes less than 20 MB, where all resamples would take 320 MB."""
-    values = np.random.default_rng(1).normal(size=4000)
-    tracemalloc.start()
-    estimate_median(values)
-    _, peak = tracemalloc.get_traced_memory()
-    tracemalloc.stop()
-    assert peak < 20e6
 
 
 def test_shares_have_wilsons_interval() -> None:

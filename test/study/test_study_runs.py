@@ -9,10 +9,9 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
-from threading import Event
 from typing import Any
 
 import numpy as np
@@ -23,11 +22,10 @@ from process_helpers import LIMIT, started_program, wait_exited, wait_until
 
 import crane_sim
 from crane_sim import study as studies
+from crane_sim.cli.commands import app
 from crane_sim.files.errors import SceneError
 from crane_sim.recording.files import unfinished_name
-from crane_sim.report.study_page import save_study_page
 from crane_sim.study.recordings import record_selected
-from crane_sim.study.workers import Workers
 
 MASS = "cable.node_masses.0"
 STUDY: dict[str, Any] = {
@@ -59,7 +57,7 @@ def without_times(table: Any) -> Any:
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> studies.StudyResult:
     """Return a study that nothing has interrupted."""
-    return studies.run(STUDY, tmp_path_factory.mktemp("study") / "whole", workers=2)
+    return studies.run(STUDY, tmp_path_factory.mktemp("study") / "whole", workers=1)
 
 
 def test_rows_are_single_runs(whole: studies.StudyResult) -> None:
@@ -75,48 +73,9 @@ def test_rows_are_single_runs(whole: studies.StudyResult) -> None:
     assert len({row["state_sha256"] for row in rows}) == 16
 
 
-def test_the_number_of_workers_changes_no_bit(whole: studies.StudyResult, tmp_path: Path) -> None:
-    """One process writes the same table as two."""
-    assert without_times(studies.run(STUDY, tmp_path / "one", workers=1).table) == without_times(whole.table)
-
-
 def test_a_cluster_writes_the_same_table(whole: studies.StudyResult, tmp_path: Path) -> None:
     """The workers of a Dask cluster write the table of plain processes; an address without a scheduler is one line."""
     found = studies.run(STUDY, tmp_path / "cluster", workers=2, scheduler="local")
-    assert without_times(found.table) == without_times(whole.table)
-
-
-class Late(Executor):
-    """An executor whose tasks begin once `told` is set."""
-
-    def __init__(self) -> None:
-        """Begin with nothing told."""
-        self.told, self._thread = Event(), ThreadPoolExecutor(1)
-
-    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Return the future of a task."""
-
-        def begin() -> Any:
-            self.told.wait(LIMIT)
-            return fn(*args, **kwargs)
-
-        return self._thread.submit(begin)
-
-
-def test_waiting_for_workers_is_told(
-    whole: studies.StudyResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A study whose workers finish nothing for a known reason says it, and goes on when they are back."""
-    monkeypatch.setattr("crane_sim.study.execution.PATIENCE", 0.2)  # s
-    told, late = list[str](), Late()
-
-    def note(line: str) -> None:
-        told.append(line)
-        late.told.set()
-
-    pool = Workers(late, 16, unavailable_reason=lambda: "has lost all its workers")
-    found = studies.run(STUDY, tmp_path / "late", pool=pool, on_wait=note)
-    assert "has lost all its workers" in told
     assert without_times(found.table) == without_times(whole.table)
 
 
@@ -125,18 +84,8 @@ def test_a_finished_study_runs_nothing(whole: studies.StudyResult) -> None:
     counts: list[tuple[int, int]] = []
     again = studies.run(STUDY, whole.folder, on_progress=lambda *count: counts.append(count))
     assert counts == [(16, 16)] and again.table == whole.table
-
-
-def test_a_folder_has_one_study(whole: studies.StudyResult) -> None:
-    """Another study is refused in the folder, and finds its own table unchanged."""
-    before = _bytes(whole)
     with pytest.raises(SceneError, match="holds another study; name another folder"):
         studies.run(STUDY | {"seed": 3}, whole.folder)
-    assert _bytes(whole) == before
-
-
-def _bytes(result: studies.StudyResult) -> bytes:
-    return (result.folder / "table.parquet").read_bytes()
 
 
 @pytest.fixture(scope="module")
@@ -178,15 +127,16 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.parametrize("kills", [3, pytest.param(20, marks=pytest.mark.long)])
+@pytest.mark.parametrize("kills", [2, pytest.param(20, marks=pytest.mark.long)])
 def test_a_killed_study_goes_on(whole: studies.StudyResult, tmp_path: Path, kills: int) -> None:
     """Killed at random instants, its processes with it, and begun again: the table is that of the undisturbed study.
 
-    Blocks that are on disk when it is killed are not touched again.
+    Blocks that are on disk when it is killed are not touched again. Two processes run it, one the undisturbed one.
     """
     folder, program, rng = tmp_path / "killed", tmp_path / "program.py", np.random.default_rng(kills)
     program.write_text(PROGRAM)
-    command = [sys.executable, str(program), json.dumps(STUDY | {"samples": 256}), str(folder)]
+    many = STUDY | {"samples": 64, "duration": 4.0}
+    command = [sys.executable, str(program), json.dumps(many), str(folder)]
     kept: dict[str, int] = {}
     for _ in range(kills):
         process = subprocess.Popen(command)
@@ -196,8 +146,8 @@ def test_a_killed_study_goes_on(whole: studies.StudyResult, tmp_path: Path, kill
         now = {file.name: file.stat().st_mtime_ns for file in (folder / "rows").glob("0*")} if folder.exists() else {}
         assert kept.items() <= now.items() or (folder / "table.parquet").exists()
         kept = now
-    result = studies.run(STUDY | {"samples": 256}, folder, workers=2)
-    undisturbed = studies.run(STUDY | {"samples": 256}, tmp_path / "undisturbed", workers=2)
+    result = studies.run(many, folder, workers=2)
+    undisturbed = studies.run(many, tmp_path / "undisturbed", workers=1)
     assert without_times(result.table) == without_times(undisturbed.table)
 
 
@@ -258,38 +208,29 @@ def test_a_study_has_a_page(failing: studies.StudyResult, tmp_path: Path) -> Non
     Folders without a finished study are refused in one line.
     """
     page = tmp_path / "page.html"
-    assert crane("report", str(failing.folder), "-o", str(page)).returncode == 0
+    app(["report", str(failing.folder), "-o", str(page)], standalone_mode=False)
     text = page.read_text()
-    save_study_page(failing.folder, again := tmp_path / "again.html")
-    assert again.read_text() == text  # of another process
     assert text.index("Runs that failed") < text.index("<h2>Metrics</h2>") < text.index("Differences from energy")
     assert "travel limit" in text and text.count("<svg") >= 4
     assert not re.findall(r'(?:src|href)="(?!#|data:|recordings/)[^"]*"', text)
     (tmp_path / "empty").mkdir()
-    refused = crane("report", str(tmp_path / "empty"))
-    assert refused.returncode == 2 and "holds no study" in refused.stderr and refused.stderr.count("\n") == 1
+    with pytest.raises(SceneError, match="holds no study"):
+        app(["report", str(tmp_path / "empty")], standalone_mode=False)
 
 
-def test_the_command_prints_a_summary(whole: studies.StudyResult, tmp_path: Path) -> None:
-    """`crane sweep --json` prints failures, metrics by variant and their paired differences; the table is there."""
-    file = tmp_path / "masses.yaml"
+def test_the_command_prints_a_summary_and_copies_the_study(whole: studies.StudyResult, tmp_path: Path) -> None:
+    """`crane sweep --json` prints failures, metrics by variant and their paired differences.
+
+    `--copy-to` puts table, study and the rest of the folder where fsspec finds it; an unknown store is refused.
+    """
+    file, place = tmp_path / "masses.yaml", tmp_path / "store"
     file.write_text(json.dumps(STUDY))  # JSON is YAML
-    done = crane("sweep", str(file), "-o", str(whole.folder), "--json")
+    done = crane("sweep", str(file), "-o", str(whole.folder), "--json", "--copy-to", f"file://{place}/masses")
+    assert studies.read_result(place / "masses").table == whole.table
+    with pytest.raises(SceneError, match="--copy-to nowhere:"):
+        app(["sweep", str(file), "-o", str(tmp_path / "new"), "--copy-to", "nowhere://b/masses"], standalone_mode=False)
+    assert not (tmp_path / "new").exists()
     printed = json.loads(done.stdout)
     assert printed["runs"] == 16 and printed["failures"] == {"energy": 0, "weak": 0}
     swing = whole.metric("residual_swing_deg", "weak") - whole.metric("residual_swing_deg", "energy")
     assert printed["metrics"]["residual_swing_deg"]["weak - energy"]["mean"] == pytest.approx(swing.mean(), rel=1e-12)
-    refused = crane("sweep", str(tmp_path / "nowhere.yaml"))
-    assert refused.returncode == 2 and "there is no such file" in refused.stderr and refused.stderr.count("\n") == 1
-
-
-def test_a_finished_study_is_copied_to_a_store(whole: studies.StudyResult, tmp_path: Path) -> None:
-    """`--copy-to` puts table, study and the rest of the folder where fsspec finds it; an unknown store is refused."""
-    file, place = tmp_path / "masses.yaml", tmp_path / "store"
-    file.write_text(yaml.safe_dump(STUDY))
-    folder = str(whole.folder)
-    shown = crane("sweep", str(file), "-o", folder, "--workers", "1", "--json", "--copy-to", f"file://{place}/masses")
-    assert shown.returncode == 0, shown.stderr
-    assert studies.read_result(place / "masses").table == whole.table
-    refused = crane("sweep", str(file), "-o", str(tmp_path / "new"), "--copy-to", "nowhere://bucket/masses")
-    assert refused.returncode == 2 and "nowhere" in refused.stderr and not (tmp_path / "new").exists()

@@ -126,8 +126,14 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "samples of a grid": ({"samples": 4}, "samples = 4: a grid has as many as its values make"),
     "no samples": ({"design": "sobol"}, "samples is missing"),
     "Sobol": ({"design": "sobol", "samples": 100}, "samples = 100: a Sobol sequence is balanced at powers of two"),
-    "in a variant, too": ({"variants": {"a": {MASS: 1.0}}}, f"variants.a.{MASS} = 1.0: is among the parameters, too"),
-    "in the changes, too": ({"changes": {MASS: 1.0}}, f"changes.{MASS} = 1.0: is among the parameters, too"),
+    "in a variant, too": (
+        {"variants": {"a": {MASS: 1.0}}},
+        f"variants.a.{MASS} = 1.0: sets what the parameter {MASS} sets, too",
+    ),
+    "in the changes, too": (
+        {"changes": {MASS: 1.0}},
+        f"changes.{MASS} = 1.0: sets what the parameter {MASS} sets, too",
+    ),
     "below a parameter, in a variant": (
         {"parameters": {"cable": [{"lengths": [1.0]}]}, "variants": {"a": {MASS: 1.0}}},
         f"variants.a.{MASS} = 1.0: sets what the parameter cable sets, too",

@@ -16,30 +16,13 @@ import numpy as np
 from crane_bench.reproduce.lagrange.coordinates import Array, absolute, absolute_map, unpack
 
 
-class Joints(NamedTuple):
-    """Springs and dampers between links, at the nodes A_0 .. A_(N-1): section 4.3, equations (87) and (193)."""
-
-    stiffness: Array | float = 0.0  # κ, (N,), N·m/rad
-    damping: Array | float = 0.0  # (N,), N·m·s/rad, on the rates of relative angles
-
-
-class Elasticity(NamedTuple):
-    """Springs and dampers along links: section 7, equations (192) and (193)."""
-
-    stiffness: Array | float = 0.0  # k, (N,), N/m
-    rest: Array | float = 0.0  # (N,), m
-    damping: Array | float = 0.0  # c, (N,), N·s/m
-
-
 class LumpedCrane(NamedTuple):
     """A trolley and the nodes below it; the last one is the payload."""
 
     trolley: float  # m, kg
     masses: Array  # m_i, (N,), kg
     gravity: float = 9.81  # m/s²
-    inertias: Array | float = 0.0  # J_i, (N,), kg·m²: rods that turn with their link (Remark 2, section 8.1)
-    joints: Joints = Joints()
-    elasticity: Elasticity = Elasticity()
+    joint_stiffness: Array | float = 0.0  # κ, (N,), N·m/rad: springs between links, section 4.3, equation (87)
 
 
 def directions(q: Array) -> tuple[Array, Array]:
@@ -81,51 +64,42 @@ def node_jacobian_rate(q: Array, v: Array) -> Array:
 
 
 def mass_matrix(crane: LumpedCrane, q: Array) -> Array:
-    """Return M(q) (2N+1, 2N+1), equation (13): entries (19)-(21), (32)-(33), (39), (62)-(63), and rods."""
+    """Return M(q) (2N+1, 2N+1), equation (13): entries (19)-(21), (32)-(33), (39), (62)-(63)."""
     jacobian = node_jacobian(q)
-    mass = np.einsum("i,iap,iaq->pq", _node_masses(crane), jacobian, jacobian)
-    n = len(crane.masses)
-    mass[1 : n + 1, 1 : n + 1] += np.tri(n).T @ (np.tri(n) * np.broadcast_to(crane.inertias, n)[:, None])
-    return mass
+    return np.einsum("i,iap,iaq->pq", _node_masses(crane), jacobian, jacobian)
 
 
 def coriolis(crane: LumpedCrane, q: Array, v: Array) -> Array:
-    """Return C(q, v) (2N+1, 2N+1) of the Christoffel symbols of Remark 1; rods of constant inertia add nothing."""
+    """Return C(q, v) (2N+1, 2N+1) of the Christoffel symbols of Remark 1."""
     return np.einsum("i,iap,iaq->pq", _node_masses(crane), node_jacobian(q), node_jacobian_rate(q, v))
 
 
 def kinetic_energy(crane: LumpedCrane, q: Array, v: Array) -> Any:
-    """Return the kinetic energy [J]: (4), (11), and ½ J_i α̇_i² of rods."""
+    """Return the kinetic energy [J]: (4), (11)."""
     speed, lengths = v[0], unpack(q)[2]
     rate, paid = absolute(unpack(v)[1]), unpack(v)[2]
     along, across = directions(q)
     horizontal = speed + np.cumsum(lengths * rate * across[:, 0] + paid * along[:, 0])
     vertical = np.cumsum(lengths * rate * across[:, 1] + paid * along[:, 1])
     nodes = crane.trolley * speed**2 + np.sum(crane.masses * (horizontal**2 + vertical**2))
-    return 0.5 * (nodes + np.sum(crane.inertias * rate**2))
+    return 0.5 * nodes
 
 
 def potential_energy(crane: LumpedCrane, q: Array) -> Any:
-    """Return the potential energy [J]: gravity (82), joints before (87), elastic links of section 7."""
-    _, theta, lengths = unpack(q)
-    springs, joints = crane.elasticity, crane.joints
-    elastic = np.sum(springs.stiffness * (lengths - springs.rest) ** 2) + np.sum(joints.stiffness * theta**2)
+    """Return the potential energy [J]: gravity (82), joints before (87)."""
+    elastic = np.sum(crane.joint_stiffness * unpack(q)[1] ** 2)
     return crane.gravity * np.sum(crane.masses * node_positions(q)[1:, 1]) + 0.5 * elastic
 
 
 def potential_force(crane: LumpedCrane, q: Array) -> Array:
-    """Return g(q) = ∂U/∂q (2N+1,): gravity (83)-(84), joints (87), elastic links (192)."""
-    _, theta, lengths = unpack(q)
-    weights = crane.gravity * np.einsum("i,ip->p", crane.masses, node_jacobian(q)[1:, 1])
-    stretch = crane.elasticity.stiffness * (lengths - crane.elasticity.rest)
-    return weights + np.concatenate([[0.0], crane.joints.stiffness * theta, stretch])
+    """Return g(q) = ∂U/∂q (2N+1,): gravity (83)-(84), joints (87)."""
+    weights, theta = crane.gravity * np.einsum("i,ip->p", crane.masses, node_jacobian(q)[1:, 1]), unpack(q)[1]
+    return weights + np.concatenate([[0.0], crane.joint_stiffness * theta, np.zeros_like(theta)])
 
 
 def bias(crane: LumpedCrane, q: Array, v: Array) -> Array:
-    """Return C v + g + dissipation (2N+1,): all of (193) but M q̈ and the inputs."""
-    _, rates, paid = unpack(v)
-    damping = np.concatenate([[0.0], crane.joints.damping * rates, crane.elasticity.damping * paid])
-    return coriolis(crane, q, v) @ v + potential_force(crane, q) + damping
+    """Return C v + g (2N+1,): all of (93) but M q̈ and the inputs."""
+    return coriolis(crane, q, v) @ v + potential_force(crane, q)
 
 
 def free_coordinates(n: int, lengths: Sequence[int] = ()) -> Array:

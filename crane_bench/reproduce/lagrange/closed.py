@@ -31,14 +31,6 @@ def mass_matrix_two(crane: LumpedCrane, q: Array) -> Array:
     )
 
 
-def mass_matrix_one(crane: LumpedCrane, q: Array) -> Array:
-    """Return M(q) (3, 3) of one link, equation (195)."""
-    m, (m1,) = crane.trolley, crane.masses
-    _, theta, length = q
-    s, c = m1 * sin(theta), m1 * length * cos(theta)
-    return np.array([[m + m1, c, s], [c, m1 * length**2, 0.0], [s, 0.0, m1]])
-
-
 def forces_one(crane: LumpedCrane, q: Array, v: Array, a: Array) -> Array:
     """Return (F, 0, F_1) that give one link the accelerations a (3,): the left sides of (194)."""
     m, (m1,), g = crane.trolley, crane.masses, crane.gravity

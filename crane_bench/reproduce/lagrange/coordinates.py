@@ -57,21 +57,6 @@ def to_horizontal(q: Array) -> Array:
     return np.concatenate([[x], theta, x + np.cumsum(lengths * np.sin(absolute(theta)))])
 
 
-def from_horizontal(q_x: Array) -> Array:
-    """Return q of the coordinates of section 6.2.3, the inverse of `to_horizontal`.
-
-    Raises:
-        ValueError: a link is vertical, so that its length does not show in horizontal positions.
-    """
-    x, theta, positions = unpack(q_x)
-    alpha = absolute(theta)
-    sines = np.sin(alpha)
-    vertical = np.abs(sines) <= np.finfo(float).eps * np.maximum(1.0, np.abs(alpha))  # the rounding of an angle
-    if np.any(vertical):
-        raise ValueError(f"link {np.argmax(vertical) + 1} is vertical: horizontal positions do not fix its length")
-    return np.concatenate([[x], theta, np.diff(positions, prepend=x) / sines])
-
-
 def horizontal_jacobian(q: Array) -> Array:
     """Return ∂q_x/∂q (2N+1, 2N+1), equation (187) without its small angles; its determinant is Π sin α_k, as (189).
 
@@ -84,21 +69,3 @@ def horizontal_jacobian(q: Array) -> Array:
     jacobian[n + 1 :, 1 : n + 1] = (np.tri(n) * lengths * np.cos(alpha)) @ np.tri(n)  # (188)
     jacobian[n + 1 :, n + 1 :] = np.tri(n) * np.sin(alpha)  # (189)
     return jacobian
-
-
-def hanging_angles(x: float, positions: Array, lengths: Array) -> Array:
-    """Return absolute angles (N,) of links of fixed lengths that hang below the trolley at x (end of section 6.2.3).
-
-    Raises:
-        ValueError: a link would have to be horizontal or longer; beyond that, it would point upwards.
-    """
-    sines = np.diff(positions, prepend=x) / lengths
-    far = np.abs(sines) >= 1.0
-    if np.any(far):
-        raise ValueError(f"link {np.argmax(far) + 1} does not hang: its ends are a length or more apart horizontally")
-    return np.arcsin(sines)
-
-
-def hanging_rates(speed: float, velocities: Array, alpha: Array, lengths: Array) -> Array:
-    """Return rates (N,) of absolute angles from horizontal velocities (N,) of the nodes, for fixed lengths."""
-    return np.diff(velocities, prepend=speed) / (lengths * np.cos(alpha))

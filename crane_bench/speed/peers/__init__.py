@@ -2,15 +2,14 @@
 
 from crane_bench.speed.engine import Engine, EngineUnavailable
 from crane_bench.speed.peers.casadi_c import CasadiC
-from crane_bench.speed.peers.drake_engine import Drake
 from crane_bench.speed.peers.hand_c import HandC
 from crane_bench.speed.peers.heyoka_taylor import Heyoka
 from crane_bench.speed.peers.mujoco_engine import MuJoCo
 from crane_bench.speed.peers.pinocchio_engine import Pinocchio
 from crane_bench.speed.peers.scipy_ivp import Scipy
 
-HAND_C, PEERS = (HandC,), (HandC, CasadiC, Heyoka, Pinocchio, MuJoCo, Drake, Scipy)
-GENERAL = ("Pinocchio", "MuJoCo", "Drake")
+HAND_C, PEERS = (HandC,), (HandC, CasadiC, Heyoka, Pinocchio, MuJoCo, Scipy)
+GENERAL = ("Pinocchio", "MuJoCo")
 """General multibody engines."""
 
 

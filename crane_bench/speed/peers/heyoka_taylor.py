@@ -5,7 +5,7 @@ the spring's crane in Cartesian coordinates, chains by their tensions. `state_eq
 its numbers, so that `test/reference/taylor.py` can solve the same equations in quadruple precision.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from importlib import import_module
 from typing import Any, ClassVar
 
@@ -84,35 +84,6 @@ def make_execute(integrator: Any, start: Array, duration: float, outputs: Output
         return RunResult(payload, None, int(outcome[3]), tension)
 
     return execute
-
-
-class Batch:
-    """Cranes that differ in the mass of their payload, in SIMD lanes, as many at a time as heyoka recommends."""
-
-    def __init__(self, problem: Problem, masses: Sequence[float], tol: float) -> None:
-        """Compile the integrator of a problem whose payload's mass is a parameter; `masses` fill whole batches.
-
-        Raises:
-            EngineUnavailable: heyoka is not installed.
-        """
-        hy = load_heyoka()
-        lanes, self._masses = hy.recommended_simd_size(), np.reshape(masses, (-1, hy.recommended_simd_size()))
-        (self._start, self._outputs), self._duration = start_and_outputs(problem), problem.duration
-        changed: Any = {"masses": [hy.par[0]]} if isinstance(problem, Chain) else {"payload": hy.par[0]}
-        equations = state_equations(hy, problem._replace(**changed), lambda value: value)
-        shape = len(self._start), lanes
-        self._integrator = hy.taylor_adaptive_batch(equations, np.zeros(shape), pars=np.ones((1, lanes)), tol=tol)
-
-    def run(self) -> Array:
-        """Integrate all cranes, one batch after the other; return their payloads (n, 3) [m] at the end."""
-        integrator, ends = self._integrator, []
-        state, pars = integrator.state, integrator.pars  # views
-        for masses in self._masses:
-            integrator.set_time(0.0)
-            state[:], pars[0] = self._start[:, None], masses
-            integrator.propagate_until(self._duration)
-            ends += [self._outputs(end)[0] for end in state.T.copy()]
-        return np.array(ends)
 
 
 def start_and_outputs(problem: Problem) -> tuple[Array, OutputFunction]:

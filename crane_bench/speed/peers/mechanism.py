@@ -14,7 +14,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from crane_bench.speed.peers.joints import Joint, Vector
+from crane_bench.speed.peers.joints import Joint, Vector, model_joints
+from crane_bench.speed.problem import Problem
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.supports.bridge import Bridge
@@ -69,6 +70,13 @@ class Mechanism(NamedTuple):
     drives: list[Drive]
     gravity: float  # m/s²
     duration: float  # s
+
+
+def mechanism_of_problem(problem: Problem) -> Mechanism:
+    """Return a crane of the benchmark, a chain of joints whose last body is the payload."""
+    joints = model_joints(problem)
+    bodies = [Body(joint, i - 1) for i, joint in enumerate(joints)]
+    return Mechanism(bodies, joints[-1].com, [], [], problem.gravity, problem.duration)
 
 
 class Segment(NamedTuple):
