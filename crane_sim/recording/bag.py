@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from crane_sim.recording.bag_messages import UnreadableBag, read_messages
 from crane_sim.recording.completeness import Completeness, Steps, assess
 from crane_sim.recording.digest import agrees
-from crane_sim.recording.mcap.metadata import END, RUN, read_metadata
-from crane_sim.recording.mcap.reader import mcap_file
+from crane_sim.recording.mcap.reader import END, RUN, mcap_file, read_metadata
 from crane_sim.recording.run import UnreadableRecording, parse_scene
 from crane_sim.recording.step_assembler import StepAssembler
 from crane_sim.scenes.scene import load_scene

@@ -73,7 +73,7 @@ def test_what_is_left_of_a_cut_file_is_read(
     cut = unfinished_name(tmp_path / f"run{kind}")
     for size in range(len(data) // 12, len(data), len(data) // 12):
         caplog.clear()
-        _write(cut, data[:size])
+        cut.write_bytes(data[:size])
         try:
             run = crane_sim.read_recording(cut)
         except UnreadableRecording:
@@ -87,14 +87,6 @@ def test_what_is_left_of_a_cut_file_is_read(
         assert run.completeness == (CUT, extent) and not run.finished and extent in run.status
         assert [line.getMessage() for line in caplog.records] == [f"{cut} {extent}"]
     assert counts and all(count % BLOCK == 0 for count in counts)
-
-
-def _write(file: Path, data: bytes) -> None:
-    """Write what a killed run leaves: a file, or of a bag a folder with one."""
-    if ".mcap" in file.suffixes:
-        file.mkdir(exist_ok=True)
-        file /= f"{file.name}.mcap"
-    file.write_bytes(data)
 
 
 @pytest.mark.parametrize("kind", KINDS)

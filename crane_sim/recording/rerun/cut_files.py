@@ -22,7 +22,7 @@ def viewable(recording: Path) -> Iterator[Path]:
     """Yield a file that the viewer loads for the length of the block: the recording, or what is whole of it.
 
     Raises:
-        SceneError: it is the folder of an unfinished bag.
+        SceneError: it is an unfinished bag.
     """
     size = _size_to_show(recording)
     if size is None:
@@ -39,7 +39,7 @@ def open_viewable(recording: Path) -> BinaryIO | None:
     """Return a file without a name with what is whole of a recording that is cut; None of a whole one.
 
     Raises:
-        SceneError: it is the folder of an unfinished bag.
+        SceneError: it is an unfinished bag.
     """
     size = _size_to_show(recording)
     if size is None:
@@ -51,7 +51,7 @@ def open_viewable(recording: Path) -> BinaryIO | None:
 
 
 def _size_to_show(recording: Path) -> int | None:
-    if recording.is_dir():
+    if recording.name.endswith(".mcap.part"):
         raise SceneError(f"{recording}: is an unfinished bag, which the viewer does not load; crane report draws it")
     size = whole_size(recording)
     if size is not None:
