@@ -42,7 +42,7 @@ def block_of(scene: Scene, rows: Sequence[Row]) -> Block:
     q, v = _array(row.q for row in rows), _array(row.v for row in rows)
     effort = _array(row.effort for row in rows)
     step, braked = np.array([row.step for row in rows], dtype=np.int64), np.array([row.braked for row in rows])
-    motion = Motion(step, q, v, effort, _demands(rows, effort.shape[1]), _write_reference(rows), braked)
+    motion = Motion(step, q, v, effort, _demands(rows, effort.shape[1]), _references(rows), braked)
     t = ((step - 1) * scene.period).astype(np.float64)
     return _complete(scene, motion, derive(scene, t, q, v, effort))._replace(measured=_measured_array(rows))
 
@@ -121,9 +121,12 @@ def _base(scene: Scene, t: Array) -> Array | None:
     return base_positions(moves, t) if moves is not None else None
 
 
-def _write_reference(rows: Sequence[Row]) -> Array | None:
-    references = [row.reference for row in rows]
-    return _array(references) if all(reference is not None for reference in references) else None
+def _references(rows: Sequence[Row]) -> Array | None:
+    """Return the targets (K, nu), NaN before the first one; None without any."""
+    known = next((row.reference for row in rows if row.reference is not None), None)
+    if known is None:
+        return None
+    return _array((np.nan,) * len(known) if row.reference is None else row.reference for row in rows)
 
 
 NEUTRAL_COMPONENTS = {"_z": -1.0, "qw": 1.0}

@@ -17,7 +17,7 @@ from crane_sim.models.supports.flexible import rigid_support
 from crane_sim.models.supports.support import structure_of
 from crane_sim.models.supports.telescopic_boom import TelescopicBoom
 from crane_sim.models.suspended.crane import SuspendedCrane
-from crane_sim.recording.rotations import rotations_about_z
+from crane_sim.recording.base_frame import rotations_about_z
 from crane_sim.trajectories.trajectory import sample_trajectory
 
 if TYPE_CHECKING:

@@ -14,9 +14,10 @@ import yaml
 
 from crane_sim import system
 from crane_sim.description import urdf
+from crane_sim.description.transforms import BASE, WORLD
 from crane_sim.description.workspace import validated_scene_file
 from crane_sim.recording import provenance
-from crane_sim.recording.base_frame import BASE, WORLD, base_of
+from crane_sim.recording.base_frame import base_of, fall_ends, to_base
 from crane_sim.recording.camera import (
     Framing,
     gantry_scales,
@@ -167,6 +168,14 @@ class Layout(NamedTuple):
             return self.ropes.tensions[0]
         return f"tension of each {'link' if self.ropes.falls is None else 'fall'}"
 
+    def fall_ends(self, block: Block) -> Array | None:
+        """Return the upper and the lower ends (K, n, 2, 3) [m] of n falls in the frame of the base; None without."""
+        if self.ropes.falls is None:
+            return None
+        tip = to_base(block.nodes, block.base)[:, self.ropes.tip]
+        ends = fall_ends(self.ropes.falls, dict(zip(self.joints, block.q.T, strict=True)), tip)
+        return np.stack(ends, axis=2)
+
     @property
     def driven(self) -> list[int]:
         """Return the indices of the actuated joints among the coordinates."""
@@ -201,6 +210,10 @@ class Block(NamedTuple):
     measured: Array | None  # (K, 2 nq) measured q and v, where q and v are the true ones
     contact: Array | None  # (K,) N, normal force of a surface on the load, of a load that may touch one
     lyapunov: Array | None  # (K, 2) V [J] and its rate [W]
+
+    def part(self, rows: Any) -> Block:
+        """Return the steps of some rows."""
+        return self._replace(**{name: each[rows] for name, each in self._asdict().items() if each is not None})
 
 
 def layout_of_scene(scene: Scene, run_id: str, truth: bool = True) -> Layout:

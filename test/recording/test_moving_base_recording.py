@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from knuckle_base_scenes import CRANE
+from recording_samples import RowWriter
 from rerun.chunk import RrdReader
 from urdf_kinematics import link_position
 
@@ -13,7 +14,6 @@ import crane_sim
 from crane_sim.description import urdf
 from crane_sim.recording.base_frame import base_quaternions, to_base, to_world
 from crane_sim.recording.rerun.reader import read_curves
-from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.rerun.vessel import CREST_POINTS
 from crane_sim.recording.step_assembler import Row
 from crane_sim.trajectories.base_motion import base_positions
@@ -28,10 +28,10 @@ def run() -> crane_sim.Rollout:
 
 def recorded(run: Any, path: Path) -> Path:
     """Record the run but for its last instant, and return the path."""
-    session = Session(run.scene, path)
+    session = RowWriter(run.scene, path)
     rows = [Row(k + 1, tuple(run.q[k]), tuple(run.v[k]), tuple(run.u[k]), None, None) for k in range(len(run.t) - 1)]
-    session.write(rows)
-    session.close({}, 0)
+    session.write_rows(rows)
+    session.finish({})
     return path
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from recording_samples import RowWriter
 from rerun.chunk import RrdReader
 
 from crane_sim import load_scene
@@ -18,7 +19,6 @@ from crane_sim.recording.camera import ASPECT, FIELD_OF_VIEW, of_room
 from crane_sim.recording.rerun.curves import cable_channels
 from crane_sim.recording.rerun.reader import read_curves
 from crane_sim.recording.rerun.screenshot import picture
-from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.rerun.viewer import NO_DRAWING, PictureError
 from crane_sim.recording.step_assembler import Row
 from crane_sim.recording.suspension import Suspension, hanging_still
@@ -51,11 +51,11 @@ def record_cable_run(path: Path, links: int) -> Run:
     bend = np.sin(4.0 * t)[:, None] * np.linspace(0.2, 1.0, links)
     q = np.column_stack([20.0 * t, bend])
     rest = np.zeros_like(q)
-    session = Session(scene, path)
+    session = RowWriter(scene, path)
     rows = [Row(k + 1, tuple(q[k]), tuple(rest[k]), (1.0,), None, None) for k in range(STEPS)]
-    session.write(rows[:200])
-    session.write(rows[200:])
-    session.close({"scene": scene.name}, lost=0)
+    session.write_rows(rows[:200])
+    session.write_rows(rows[200:])
+    session.finish({"scene": scene.name})
     exact = (np.asarray(part, dtype=np.float64) for part in (t, q, rest, np.ones((STEPS, 1))))
     return Run(path, scene, q, derive(scene, *exact).nodes)
 

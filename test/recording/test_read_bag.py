@@ -10,7 +10,7 @@ from bag_samples import TOPICS_OF_RUN, properties_of, write_bag
 from mcap_samples import EFFORT_CODEC, STATE_CODEC, TOPICS
 
 import crane_sim
-from crane_sim.recording.bag import read_bag
+from crane_sim.recording.bag import OPTIONAL_TOPICS, REQUIRED_TOPICS, decode_steps
 from crane_sim.recording.bag_messages import read_messages
 from crane_sim.recording.digest import with_digest
 from crane_sim.recording.layout import layout_of_scene, text_properties
@@ -120,7 +120,7 @@ def test_periods_in_which_brakes_act_have_no_command(tmp_path: Path) -> None:
             callbacks["held_command"](codec.encode(stamp, np.full_like(command, np.nan)))
         callbacks["applied_effort"](EFFORT_CODEC.encode(stamp, run.u[k]))
     bag.finish({})
-    rows = read_bag(tmp_path / "run.mcap").rows
+    rows = decode_steps(run.scene, read_messages(tmp_path / "run.mcap", REQUIRED_TOPICS, OPTIONAL_TOPICS).messages).rows
     assert {row.step for row in rows if row.braked} == braked
     for row in rows:
         assert row.demanded == (None if row.step in braked else tuple(run.commands[row.step - 1]))

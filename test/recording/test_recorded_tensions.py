@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from recording_samples import RowWriter
 from rerun.chunk import RrdReader
 
 import crane_sim
 from crane_sim.recording.layout import MAX_TENSIONS, layout_of_scene
-from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.run import RecordedRun
 from crane_sim.recording.step_assembler import Row
 from crane_sim.report.panels import Curve, panels_of
@@ -81,11 +81,11 @@ def test_a_recorder_derives_the_same(
     kind: str, rollouts: dict[str, crane_sim.Rollout], runs: dict[str, RecordedRun], tmp_path: Path
 ) -> None:
     """A recorder, which gets joint states and efforts only, writes the same tensions in blocks of any length."""
-    run, session = rollouts[kind], Session(rollouts[kind].scene, tmp_path / "run.rrd")
+    run, session = rollouts[kind], RowWriter(rollouts[kind].scene, tmp_path / "run.rrd")
     rows = [Row(k + 1, tuple(run.q[k]), tuple(run.v[k]), tuple(run.u[k]), None, None) for k in range(STEPS)]
-    session.write(rows[:1])
-    session.write(rows[1:])
-    session.close({"scene": run.scene.name}, lost=0)
+    session.write_rows(rows[:1])
+    session.write_rows(rows[1:])
+    session.finish({"scene": run.scene.name})
     assert np.array_equal(crane_sim.read_recording(tmp_path / "run.rrd").tensions, runs[kind].tensions)
 
 

@@ -25,8 +25,8 @@ from crane_sim.recording.rerun.live import live_address
 from crane_sim.recording.rerun.reader import read_curves, read_summary
 from crane_sim.recording.rerun.recorder import Recorder
 from crane_sim.recording.rerun.repair import EarlierFiles, repair
-from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.rerun.viewer import free_ports, rerun_executable
+from crane_sim.recording.rerun.writer import RunWriter
 from crane_sim.recording.step_assembler import MAX_ROWS_PENDING, StepAssembler
 from crane_sim.simulation.plant import Plant
 
@@ -219,7 +219,7 @@ def test_the_error_of_a_full_disk_has_counts_and_parts(tmp_path: Path, monkeypat
     previous = EarlierFiles(20, 20, (part,))
     successor = Recorder(SCENE, tmp_path / "run.part2.rrd", complete_file=tmp_path / "run.rrd", previous=previous)
     feed(successor, 30, after=20)
-    monkeypatch.setattr(Session, "write", fail_full_disk)
+    monkeypatch.setattr(RunWriter, "write", fail_full_disk)
     added = successor.finish({"steps": 32})
     files = [str(part), str(tmp_path / "run.part2.rrd.part")]
     assert added["error"] == "recorder: the disk is full; it has 20 of 32 steps"

@@ -11,7 +11,7 @@ import pytest
 import rerun as rr
 from mcap_samples import TOPICS, feed, read
 from process_helpers import run_to_completion
-from recording_samples import SCENE, STEPS
+from recording_samples import SCENE, STEPS, RowWriter
 
 from crane_sim import simulate
 from crane_sim.recording.files import unfinished_name
@@ -19,23 +19,21 @@ from crane_sim.recording.mcap.bag import Bag
 from crane_sim.recording.rerun.errors import RecordingError
 from crane_sim.recording.rerun.reader import read_curves
 from crane_sim.recording.rerun.repair import repair, repair_leftovers
-from crane_sim.recording.rerun.session import Session
 
 CHILD = """
 import os, resource, signal, sys
 from pathlib import Path
-from recording_samples import SCENE, steps_of
-from crane_sim.recording.rerun.session import Session
+from recording_samples import SCENE, RowWriter, steps_of
 from crane_sim.recording.rerun.errors import RecordingError
 
-rows, session = list(steps_of(SCENE)), Session(SCENE, Path(sys.argv[1]))
+rows, session = list(steps_of(SCENE)), RowWriter(SCENE, Path(sys.argv[1]))
 if sys.argv[2] == "killed":
-    session.write(rows[:500])
+    session.write_rows(rows[:500])
     os.kill(os.getpid(), signal.SIGKILL)
 resource.setrlimit(resource.RLIMIT_FSIZE, (800_000, 800_000))
 try:
     for first in range(0, len(rows), 50):
-        session.write(rows[first:first + 50])
+        session.write_rows(rows[first:first + 50])
 except RecordingError as error:
     print(session.recorded, error, sep="|", flush=True)
     os._exit(3)
@@ -54,18 +52,17 @@ def test_a_killed_recorder_loses_nothing_it_wrote(tmp_path: Path) -> None:
     """After SIGKILL the next recorder repairs what was left, and every step that was written is in it."""
     assert child(CHILD, tmp_path / "run.rrd", "killed").returncode == -9
     assert [entry.name for entry in tmp_path.iterdir()] == ["run.rrd.part"]
-    session = Session(SCENE, tmp_path / "next.rrd")
+    assert repair_leftovers(tmp_path) == [tmp_path / "run.recovered.rrd"]
     curves = read_curves(tmp_path / "run.recovered.rrd", "plots/q")
     assert np.array_equal(curves.step, np.arange(1, 501))
     assert not (tmp_path / "run.rrd.part").exists()
-    session.close({}, lost=0)
 
 
 def test_a_living_recorder_s_part_is_unchanged(tmp_path: Path) -> None:
     """A file that is still being written is not taken for a leftover."""
-    session = Session(SCENE, tmp_path / "run.rrd")
+    session = RowWriter(SCENE, tmp_path / "run.rrd")
     assert repair_leftovers(tmp_path) == []
-    session.close({}, lost=0)
+    session.finish({})
     assert (tmp_path / "run.rrd").exists()
 
 
@@ -87,17 +84,17 @@ def test_a_run_of_the_same_name_recovers_what_was_left(tmp_path: Path, caplog: p
 def test_a_folder_that_is_gone_is_an_error_of_the_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A recording whose folder was removed ends in one line, whether the disk fails or the file cannot be renamed."""
     folder = tmp_path / "gone"
-    session = Session(SCENE, folder / "run.rrd")
+    session = RowWriter(SCENE, folder / "run.rrd")
     shutil.rmtree(folder)
     with pytest.raises(RecordingError, match=r"run\.rrd\.part: No such file"):
-        session.close({}, lost=0)
+        session.finish({})
 
     def fail(*_: object, **__: object) -> None:
         raise RuntimeError("no disk")
 
     monkeypatch.setattr(rr.RecordingStream, "flush", fail)
     with pytest.raises(RecordingError, match=r"run\.rrd\.part: no disk \(its folder: No such file"):
-        session.close({}, lost=0)
+        session.finish({})
 
 
 def test_unrecoverable_files_are_unchanged(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from crane_sim.recording.base_frame import BASE
+from crane_sim.description.transforms import BASE
 from crane_sim.recording.camera import Framing, MotionRange
 from crane_sim.recording.layout import Span
 from crane_sim.recording.metric_units import metric_row

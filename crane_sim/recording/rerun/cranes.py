@@ -23,8 +23,8 @@ import rerun.urdf  # noqa: F401  (makes rr.urdf available)
 from crane_sim.description import overhead_visuals
 from crane_sim.description.suspended import ATTITUDE_JOINT
 from crane_sim.description.workspace import make_bounding_box
+from crane_sim.recording.base_frame import fall_ends
 from crane_sim.recording.camera import TROLLEY, of_room
-from crane_sim.recording.rotations import rotation_matrices, rotations_about_z
 from crane_sim.scenes.schema.rigging import ATTITUDE
 
 if TYPE_CHECKING:
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
 
     from crane_sim.description.solids import Shape
     from crane_sim.description.workspace import BoundingBox
-    from crane_sim.models.falls.crane import Falls
     from crane_sim.recording.camera import Framing
     from crane_sim.recording.layout import Array, Layout
     from crane_sim.recording.suspension import Suspension
@@ -222,24 +221,6 @@ def _turns(joint: rr.urdf.UrdfJoint, attitude: Array) -> rr.ComponentColumnList:
     names = [each.as_arrow_array().to_pylist() for each in (rest.parent_frame, rest.child_frame) if each is not None]
     parent, child = (name * frames for name in names)
     return rr.Transform3D.columns(quaternion=np.roll(attitude, -1, axis=1), parent_frame=parent, child_frame=child)
-
-
-def fall_ends(falls: Falls, values: Mapping[str, Array], tip: Array) -> tuple[Array, Array]:
-    """Return both ends (F, n, 3) of falls, relative to the base.
-
-    Args:
-        falls: the parameters.
-        values: joint coordinates (F,) by name.
-        tip: (F, 3) m, of the support, relative to the base.
-    """
-    yaw = sum((values[name] for name in ("slew", "lateral_deflection") if name in values), np.zeros(len(tip)))
-    turns = rotations_about_z(yaw)
-    load = np.column_stack([values[f"payload_{axis}"] for axis in "xyz"])
-    attitude = np.column_stack([values[name] for name in ATTITUDE])
-    rows = rotation_matrices(np.roll(attitude, -1, axis=1))
-    return tip[:, None] + np.einsum("kij,nj->kni", turns, falls.top), load[:, None] + np.einsum(
-        "kij,nj->kni", rows, falls.bottom
-    )
 
 
 def _as_vector(values: Array) -> tuple[float, float, float]:

@@ -14,9 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from crane_sim.recording.base_frame import to_base
 from crane_sim.recording.layout import Block, Layout, label
-from crane_sim.recording.rerun.cranes import fall_ends
 from crane_sim.recording.rerun.unit_plots import UnitPlot, commands, efforts, errors, rates
 
 if TYPE_CHECKING:
@@ -207,7 +205,7 @@ def _positions(layout: Layout) -> list[Channel]:
         Channel("plots/base", AXES, PALETTE, lambda b: b.base),
         Channel("frames/nodes", ("x, y, z of each node [m]",), (), lambda b: _flat(b.nodes), 1.0, stride),
         Channel("frames/target", ("x [m]", "y [m]", "z [m]"), (), _target, 1.0, stride),
-        Channel("frames/falls", ends, (), lambda b: _fall_ends(layout, b), 1.0, stride),
+        Channel("frames/falls", ends, (), lambda b: _flat(layout.fall_ends(b)), 1.0, stride),
     ]
 
 
@@ -317,16 +315,8 @@ def _target(block: Block) -> Array | None:
     return None if block.target is None else block.target[:, -1]
 
 
-def _fall_ends(layout: Layout, block: Block) -> Array:
-    """Return (K, 6 n): upper and lower ends of n falls."""
-    assert layout.ropes.falls is not None
-    tip = to_base(block.nodes, block.base)[:, layout.ropes.tip]
-    ends = fall_ends(layout.ropes.falls, dict(zip(layout.joints, block.q.T, strict=True)), tip)
-    return _flat(np.concatenate(ends, axis=2))
-
-
-def _flat(nodes: Array) -> Array:
-    return nodes.reshape(len(nodes), -1)
+def _flat(nodes: Array | None) -> Array | None:
+    return None if nodes is None else nodes.reshape(len(nodes), -1)
 
 
 def _entry_column(values: Array | None, index: int) -> Array | None:

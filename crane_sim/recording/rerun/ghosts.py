@@ -12,7 +12,8 @@ import numpy as np
 import rerun as rr
 
 from crane_sim.description.suspended import ATTITUDE_JOINT
-from crane_sim.recording.base_frame import WORLD, base_quaternions
+from crane_sim.description.transforms import WORLD
+from crane_sim.recording.base_frame import base_quaternions
 from crane_sim.recording.rerun.cranes import CABLE_RADIUS_RATIO, joint_transforms, load_robot
 from crane_sim.recording.rerun.timelines import time_columns
 

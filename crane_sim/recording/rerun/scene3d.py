@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import rerun as rr
 
-from crane_sim.recording.base_frame import WORLD, base_quaternions, to_base
+from crane_sim.description.transforms import WORLD
+from crane_sim.recording.base_frame import base_quaternions, to_base
 from crane_sim.recording.camera import MotionRange
 from crane_sim.recording.rerun.cranes import GantryVisual, RobotVisual
 from crane_sim.recording.rerun.timelines import times

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import rerun as rr
 
-from crane_sim.recording.base_frame import WORLD
+from crane_sim.description.transforms import WORLD
 from crane_sim.trajectories.waves import GRAVITY
 
 if TYPE_CHECKING:
