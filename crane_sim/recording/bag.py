@@ -7,9 +7,8 @@ from functools import partial
 from math import isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from crane_sim.recording.assembly import run_of_block
 from crane_sim.recording.bag_messages import UnreadableBag, read_messages
-from crane_sim.recording.blocks import block_of
+from crane_sim.recording.blocks import block_of, run_of_block
 from crane_sim.recording.completeness import Steps, assess
 from crane_sim.recording.digest import agrees
 from crane_sim.recording.layout import layout_of_scene

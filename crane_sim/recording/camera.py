@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from crane_sim.description.falls import portal_of
 from crane_sim.description.knuckle import pedestal_height
 from crane_sim.description.pendulum import cable_length
-from crane_sim.description.portal import portal_of
 from crane_sim.description.suspended import bridge_reach, contact_height, crane_size, ground_height
 from crane_sim.description.workspace import axis_positions
 from crane_sim.models.falls.crane import FallsCrane

@@ -29,7 +29,7 @@ from crane_sim.recording.camera import (
     of_suspended,
     suspended_scales,
 )
-from crane_sim.recording.path_units import path_unit_of_scene
+from crane_sim.recording.metric_units import path_unit_of_scene
 from crane_sim.recording.states import TimelineInputs, make_timeline_inputs
 from crane_sim.recording.suspension import COORDINATES, Suspension, effort_scales, suspension
 from crane_sim.simulation.hardware import is_sensed, sensed_coordinates

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from crane_sim.files.installation import MissingPackage, import_optional
-from crane_sim.recording.assembly import run_of_rollout
+from crane_sim.recording.blocks import run_of_rollout
 from crane_sim.recording.run import RecordedRun, UnreadableRecording
 
 if TYPE_CHECKING:

@@ -1,7 +1,7 @@
 """A plant that feeds a recorder without ROS, and a disk that is full."""
 
 from crane_sim import load_scene
-from crane_sim.recording.rerun.errors import RecordingError
+from crane_sim.recording.rerun.part_file import RecordingError
 from crane_sim.recording.rerun.recorder import Recorder
 from crane_sim.recording.rerun.writer import RunWriter
 from crane_sim.simulation.plant import Plant

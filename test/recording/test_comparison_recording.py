@@ -11,7 +11,7 @@ import crane_sim
 from crane_sim.cli.commands import app
 from crane_sim.recording.camera import Framing
 from crane_sim.recording.rerun.comparison import framing_of, record_comparison
-from crane_sim.recording.rerun.errors import RecordingError
+from crane_sim.recording.rerun.part_file import RecordingError
 from crane_sim.recording.rerun.repair import repair_leftovers
 from crane_sim.recording.rerun.screenshot import picture
 from crane_sim.recording.rerun.viewer import PictureError

@@ -7,9 +7,8 @@ from recorder_helpers import SCENE
 
 import crane_sim
 from crane_sim.files.errors import SceneError
-from crane_sim.recording.rerun.cut_files import open_viewable, viewable
 from crane_sim.recording.rerun.reader import read_curves
-from crane_sim.recording.rerun.rrd_file import read_chunks, whole_size
+from crane_sim.recording.rerun.rrd_file import open_viewable, read_chunks, viewable, whole_size
 
 
 def test_the_viewer_gets_what_is_whole(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

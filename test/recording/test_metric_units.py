@@ -7,10 +7,8 @@ import pytest
 
 import crane_sim
 from crane_sim.cli.report import print_summary
-from crane_sim.recording.metric_units import metric_row
-from crane_sim.recording.path_units import path_unit
-from crane_sim.recording.rerun.summary import summary_table
-from crane_sim.report.metrics_table import plain_metrics
+from crane_sim.recording.metric_units import metric_row, path_unit, summary_table
+from crane_sim.report.page_data import plain_metrics
 
 PATH = {
     "kind": "point_to_point",

@@ -14,7 +14,7 @@ import crane_sim
 from crane_sim.description import urdf
 from crane_sim.recording.base_frame import base_quaternions, to_base, to_world
 from crane_sim.recording.rerun.reader import read_curves
-from crane_sim.recording.rerun.vessel import CREST_POINTS
+from crane_sim.recording.rerun.scene3d import CREST_POINTS
 from crane_sim.recording.step_assembler import Row
 from crane_sim.trajectories.base_motion import base_positions
 

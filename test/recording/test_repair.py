@@ -16,7 +16,7 @@ from recording_samples import SCENE, STEPS, RowWriter
 from crane_sim import simulate
 from crane_sim.recording.files import unfinished_name
 from crane_sim.recording.mcap.bag import Bag
-from crane_sim.recording.rerun.errors import RecordingError
+from crane_sim.recording.rerun.part_file import RecordingError
 from crane_sim.recording.rerun.reader import read_curves
 from crane_sim.recording.rerun.repair import repair, repair_leftovers
 
@@ -24,7 +24,7 @@ CHILD = """
 import os, resource, signal, sys
 from pathlib import Path
 from recording_samples import SCENE, RowWriter, steps_of
-from crane_sim.recording.rerun.errors import RecordingError
+from crane_sim.recording.rerun.part_file import RecordingError
 
 rows, session = list(steps_of(SCENE)), RowWriter(SCENE, Path(sys.argv[1]))
 if sys.argv[2] == "killed":

@@ -1,6 +1,6 @@
 """The summary in a recording: every number has its unit."""
 
-from crane_sim.recording.rerun.summary import summary_table
+from crane_sim.recording.metric_units import summary_table
 
 
 def test_angles_have_their_unit() -> None:

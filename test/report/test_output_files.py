@@ -75,7 +75,7 @@ from pathlib import Path
 import crane_sim
 from crane_sim.recording.comparison import compare
 from crane_sim.recording.rerun.comparison import record_comparison
-from crane_sim.recording.rerun.errors import RecordingError
+from crane_sim.recording.rerun.part_file import RecordingError
 
 file, run = Path(sys.argv[1]), crane_sim.simulate("overhead_energy", duration=0.2)
 both, (_, most) = compare(run, run), resource.getrlimit(resource.RLIMIT_FSIZE)

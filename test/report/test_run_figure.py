@@ -7,7 +7,7 @@ import pytest
 
 import crane_sim
 from crane_sim.recording.layout import layout_of_scene
-from crane_sim.recording.rerun.unit_plots import efforts, rates
+from crane_sim.recording.rerun.curves import efforts, rates
 from crane_sim.recording.run import RecordedRun
 from crane_sim.report.decimation import encode_columns, rows_with_peaks
 from crane_sim.report.figure import comparison_figure, save_run_figure

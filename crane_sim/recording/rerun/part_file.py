@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 import rerun as rr
 
 from crane_sim.recording.files import claim, unfinished_name
-from crane_sim.recording.rerun.errors import RecordingError
 from crane_sim.recording.rerun.repair import repair
 
 if TYPE_CHECKING:
@@ -25,6 +24,11 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     import rerun.blueprint as rrb
+
+
+class RecordingError(RuntimeError):
+    """The recording could not be written; the message is one line."""
+
 
 FLUSH_SECONDS = 5.0
 _PIECE = 1 << 20  # bytes, at most as many as a pipe may hold

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from crane_sim.recording.blocks import block_of
 from crane_sim.recording.files import before_reset, describe_failure, describe_gaps, set_aside
 from crane_sim.recording.layout import layout_of_scene
-from crane_sim.recording.rerun.errors import RecordingError
 from crane_sim.recording.rerun.live import LiveServer
+from crane_sim.recording.rerun.part_file import RecordingError
 from crane_sim.recording.rerun.repair import REPAIR_TIMEOUT, EarlierFiles, Parts, compact, repair_leftovers
 from crane_sim.recording.rerun.writer import RunWriter
 from crane_sim.recording.states import SIMULATION

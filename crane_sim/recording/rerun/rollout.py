@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from crane_sim.recording.blocks import block_of_rollout
 from crane_sim.recording.layout import of_rollout
-from crane_sim.recording.rerun.errors import RecordingError
+from crane_sim.recording.rerun.part_file import RecordingError
 from crane_sim.recording.rerun.writer import RunWriter
 
 if TYPE_CHECKING:

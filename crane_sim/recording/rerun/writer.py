@@ -10,12 +10,11 @@ import rerun as rr
 
 from crane_sim.recording.digest import CHANGES, Rows, describe_block, digest_changes, with_digest
 from crane_sim.recording.layout import Block, Layout, Span
+from crane_sim.recording.metric_units import summary_properties, summary_table
 from crane_sim.recording.rerun.blueprint import blueprint
 from crane_sim.recording.rerun.curves import PALETTE, Channel, channels
-from crane_sim.recording.rerun.errors import RecordingError
-from crane_sim.recording.rerun.part_file import PartFile
+from crane_sim.recording.rerun.part_file import PartFile, RecordingError
 from crane_sim.recording.rerun.scene3d import Scene3D
-from crane_sim.recording.rerun.summary import summary_properties, summary_table
 from crane_sim.recording.rerun.timelines import set_time, times, times_at
 from crane_sim.recording.states import StateTimelines, get_color, make_event_timelines, make_fault_timelines
 
