@@ -22,7 +22,7 @@ from crane_sim.recording.rerun.recorder import Recorder
 from crane_sim.recording.run import RecordedRun, UnreadableRecording
 from crane_sim.simulation.rollout import Rollout
 
-STEPS, BLOCK = 60, 10
+STEPS, BLOCK = 40, 10
 KINDS = (".rrd", ".mcap")
 ARRAYS = ("t", "q", "v", "u", "commands", "reference", "tip", "payload", "tensions", "swing", "kinetic", "potential")
 
@@ -70,7 +70,7 @@ def test_what_is_left_of_a_cut_file_is_read(
     """Of a file that was cut anywhere all whole blocks are read, and it says how far it goes; so does a warning."""
     data, counts = files[kind].read_bytes(), set[int]()
     cut = unfinished_name(tmp_path / f"run{kind}")
-    for size in range(len(data) // 12, len(data), len(data) // 12):
+    for size in range(len(data) // 8, len(data), len(data) // 8):
         caplog.clear()
         cut.write_bytes(data[:size])
         try:
@@ -133,7 +133,7 @@ def test_no_difference_is_silent(
     """However a file is damaged, what is read is what was written, or is said not to be; nothing else is raised."""
     logging.disable(logging.WARNING)
     try:
-        outcomes = check_damaged(kind, range(36), files, whole, tmp_path)
+        outcomes = check_damaged(kind, range(18), files, whole, tmp_path)
     finally:
         logging.disable(logging.NOTSET)
     assert outcomes[DAMAGED] and outcomes[CUT]

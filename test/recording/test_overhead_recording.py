@@ -16,7 +16,7 @@ from crane_sim import load_scene
 from crane_sim.description.cables import SuspendedCable
 from crane_sim.description.workspace import BoundingBox
 from crane_sim.recording.camera import ASPECT, FIELD_OF_VIEW, of_room
-from crane_sim.recording.rerun.curves import cable_channels
+from crane_sim.recording.rerun.curves import _cable_curves
 from crane_sim.recording.rerun.reader import read_curves
 from crane_sim.recording.rerun.screenshot import picture
 from crane_sim.recording.rerun.viewer import NO_DRAWING, PictureError
@@ -93,10 +93,6 @@ def test_a_few_links_stand_for_all_in_the_plots(run: Run) -> None:
     line = run.nodes[:, -1] - run.nodes[:, 0]
     total = read_curves(run.path, "shown/swing_total_deg").values[:, 0]
     assert total == pytest.approx(np.degrees(np.arctan2(line[:, 0], -line[:, 2])))
-
-
-def test_energies_add_up(run: Run) -> None:
-    """Kinetic and potential energy are plotted beside their sum."""
     parts, whole = read_curves(run.path, "plots/energy_parts").values, read_curves(run.path, "plots/energy").values
     assert parts.sum(axis=1) == pytest.approx(whole[:, 0])
     assert np.ptp(parts[:, 1]) > 1.0  # J: the cable bends, so it is no sum of zeros
@@ -177,7 +173,7 @@ def test_an_elastic_cable_has_the_coordinates_of_its_nodes() -> None:
     room = BoundingBox((5.0, 0.0, -6.0), (10.0, 0.0, 0.0), 5.0, spatial=False)
     cable = Suspension(SuspendedCable((1.0,) * 6, (1.0,) * 6), room, False, "positions")
     block: Any = SimpleNamespace(nodes=nodes[None])
-    channels = {channel.entity: channel for channel in cable_channels(cable)}
+    channels = {channel.entity: channel for channel in _cable_curves(cable)}
     assert channels["shown/swing_deg"].names == ("link 1", "link 3", "link 4", "link 6")
     assert channels["shown/swing_deg"].values(block) == pytest.approx(np.array([[10.0, 30.0, 40.0, 60.0]]))
     assert channels["shown/cable_m"].values(block) == pytest.approx([6.6])

@@ -48,14 +48,18 @@ def child(program: str, path: Path, end: str = "killed") -> subprocess.Completed
     return run_to_completion(command, env=env)
 
 
-def test_a_killed_recorder_loses_nothing_it_wrote(tmp_path: Path) -> None:
-    """After SIGKILL the next recorder repairs what was left, and every step that was written is in it."""
-    assert child(CHILD, tmp_path / "run.rrd", "killed").returncode == -9
+def test_a_killed_recorder_loses_nothing_it_wrote(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """After SIGKILL the next run of that name says in one line what it recovered: every step that was written."""
+    path, recovered = tmp_path / "run.rrd", tmp_path / "run.recovered.rrd"
+    assert child(CHILD, path, "killed").returncode == -9
     assert [entry.name for entry in tmp_path.iterdir()] == ["run.rrd.part"]
-    assert repair_leftovers(tmp_path) == [tmp_path / "run.recovered.rrd"]
-    curves = read_curves(tmp_path / "run.recovered.rrd", "plots/q")
-    assert np.array_equal(curves.step, np.arange(1, 501))
-    assert not (tmp_path / "run.rrd.part").exists()
+    run = simulate(SCENE, duration=0.3)
+    run.record(path)
+    line = f"{path}.part was left by a killed run: recovered as {recovered}"
+    assert [each.getMessage() for each in caplog.records] == [line]
+    assert np.array_equal(read_curves(recovered, "plots/q").step, np.arange(1, 501))
+    assert np.array_equal(read_curves(path, "plots/q").values, run.q[:-1])
+    assert not unfinished_name(path).exists()
 
 
 def test_a_living_recorder_s_part_is_unchanged(tmp_path: Path) -> None:
@@ -64,21 +68,6 @@ def test_a_living_recorder_s_part_is_unchanged(tmp_path: Path) -> None:
     assert repair_leftovers(tmp_path) == []
     session.finish({})
     assert (tmp_path / "run.rrd").exists()
-
-
-def test_a_run_of_the_same_name_recovers_what_was_left(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    """A run that is recorded where a killed one left a file keeps that one's steps and says so in one line."""
-    path, run = tmp_path / "run.rrd", simulate(SCENE, duration=0.3)
-    data = run.record(path).read_bytes()
-    path.unlink()
-    unfinished_name(path).write_bytes(data[:-2000])
-    run.record(path)
-    recovered = tmp_path / "run.recovered.rrd"
-    assert [line.getMessage() for line in caplog.records] == [
-        f"{path}.part was left by a killed run: recovered as {recovered}"
-    ]
-    for file in (path, recovered):
-        assert np.array_equal(read_curves(file, "plots/q").values, run.q[:-1])
 
 
 def test_a_folder_that_is_gone_is_an_error_of_the_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -25,14 +25,12 @@ SCENES: dict[str, tuple[str, dict[str, Any], tuple[float, ...], dict[str, Any]]]
         (10.0, 2.0, 20.0),
         {"initial": {"trolley": 10.0, "bridge": 2.0, "length": 20.0}},
     ),
-    "falls of a point": ("pendulum_lifeboat", {"base_motion": None}, (0.5, 7.0), {"initial.tip": [0.5, 7.0, 14.0]}),
     "falls of a jib that bends": (
         "tower_set_down",
         {"initial": {"q": [0.1, 20.0, 12.0]}, "friction": None, "flexibility": {"vertical": GIVEN, "jib": JIB}},
         (0.4, 30.0, 14.0),
         REST | {"initial": {"q": [0.4, 30.0, 14.0]}},
     ),
-    "jib": ("tower_flexible_jib", {}, (0.5, 40.0, 20.0), {"initial.q": [0.5, 40.0, 20.0, 0.0, 0.0]}),
     "mast": ("tower_sway", {}, (0.5, 40.0, 20.0), {"initial.q": [0.5, 40.0, 20.0, 0.0, 0.0]}),
     "boom": (
         "mobile_lift",
