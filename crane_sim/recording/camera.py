@@ -198,6 +198,16 @@ def knuckle_scales(scene: Scene) -> tuple[float, ...]:
     return (0.2 * slew, *others)
 
 
+def pictures_of(scene: Scene) -> tuple[Framing, tuple[float, ...]]:
+    """Return how to draw a crane that is no overhead crane, and the scales (nu,) of its efforts' arrows."""
+    framing, scales = {
+        "knuckle": (of_knuckle, knuckle_scales),
+        "gantry": (of_gantry, gantry_scales),
+        "pendulum": (of_pendulum, lambda scene: (1.0,) * len(scene.actuated)),  # m/s², or m
+    }.get(scene.crane, (of_suspended, suspended_scales))
+    return framing(scene), scales(scene)
+
+
 def of_room(room: BoundingBox, lifts: bool) -> Framing:
     """Return how to draw an overhead crane whose motion fills a room; it `lifts` if its hoist's force is an arrow.
 

@@ -9,8 +9,9 @@ from rerun.chunk import RrdReader
 
 import crane_sim
 from crane_sim.recording.layout import MAX_TENSIONS, layout_of_scene
+from crane_sim.recording.quantities import Curve
 from crane_sim.recording.run import RecordedRun
-from crane_sim.report.panels import Curve, panels_of
+from crane_sim.report.panels import panels_of
 
 STEPS = 4
 
