@@ -51,7 +51,7 @@ setup(
             "ros-trajectory-msgs==5.3.6",
         ],
         "rerun": ["rerun-sdk==0.41.*"],
-        "mcap": ["rosbags"],
+        "mcap": ["rosbags", "mcap"],
         "plots": ["matplotlib"],
         "pandas": ["pandas"],
         "study": ["pyarrow", "dask", "distributed", "optuna", "salib", "jinja2"],

@@ -11,6 +11,7 @@ from crane_sim.description import urdf
 from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.files.output import write_text
 from crane_sim.models.falls.crane import FallsCrane
+from crane_sim.recording.base_frame import fall_ends
 from crane_sim.report.plotting import BLUE, RED, save_figure
 from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.derived import world_points
@@ -119,8 +120,6 @@ def ropes(scene: Scene, t: float, q: np.ndarray, v: np.ndarray) -> list[np.ndarr
     points, tip = world_points(scene.model._replace(base=None), t, q, v)
     if isinstance(scene.model, FallsCrane):
         values = {name: q[[i]] for i, name in enumerate(scene.joint_names)}
-        from crane_sim.recording.rerun.cranes import fall_ends  # needs Rerun
-
         tops, bottoms = fall_ends(scene.model.falls, values, points[[tip]])
         return [np.array(pair) for pair in zip(tops[0], bottoms[0], strict=True)]
     return [points[tip:]]

@@ -70,7 +70,9 @@ def drive(arguments: tuple[str, ...]) -> None:
 
 @app.command()
 @scene_options
-@click.option("--record", type=click.Path(path_type=Path), help="Write the run as a recording: FILE.rrd.")
+@click.option(
+    "--record", type=click.Path(path_type=Path), help="Write the run as a recording FILE.rrd; `crane run` always does."
+)
 def simulate(scene: str, as_json: bool, record: Path | None, **changes: Any) -> None:
     """Run a scene in one process, without ROS: the same numbers, bit for bit, as a lockstep run."""
     from crane_sim.simulation.plant import SimulationError

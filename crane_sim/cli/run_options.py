@@ -262,9 +262,8 @@ def _check_mcap(path: Path) -> None:
     if not partial_file.exists():
         return
     with lock_file(partial_file) as acquired:  # a killed run's file is recovered when this one begins
-        if not acquired or not partial_file.is_dir():
-            reason = "" if acquired else ", another run is writing it"
-            raise SceneError(f"--mcap {path}: {partial_file} is in the way{reason}")
+        if not acquired:
+            raise SceneError(f"--mcap {path}: {partial_file} is in the way, another run is writing it")
 
 
 def ensure_writable_file(option: str, path: Path) -> None:

@@ -171,7 +171,7 @@ def check_output(output: Path | None, recording: Path, *suffixes: str) -> Path:
 
 def _source(recording: Path) -> str:
     """Return the viewer's argument for a recording: its path; of one that is cut "-", with what is whole as stdin."""
-    from crane_sim.recording.rerun.cut_files import open_viewable
+    from crane_sim.recording.rerun.rrd_file import open_viewable
 
     if (whole := open_viewable(recording)) is None:
         return str(recording)

@@ -1,4 +1,4 @@
-"""The URDF of a crane: what robot_state_publisher and RViz draw, and the recording of a knuckle crane.
+"""The URDF of a crane: what robot_state_publisher and RViz draw, and recordings and pages.
 
 Frames follow REP-103: x forward, y left, z up, SI units and radians. The model's own frame is `base_link`. Below a base
 that rests it is fixed to the root, `world`; one that moves is the root itself, since no joint of a URDF may be a given
@@ -8,17 +8,14 @@ motion: its place in the world is a transform (`description.transforms`), as for
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
-from xml.etree import ElementTree
 
 from crane_sim.description import falls, knuckle, overhead, pendulum, suspended
-from crane_sim.description.limits import add_limits
-from crane_sim.description.robot import UNBOUNDED, add_comment, add_joint
+from crane_sim.description.robot import UNBOUNDED, Robot
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
 
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
-
 
 IMU = "imu_link"
 """The frame of an inertial measurement unit on the base."""
@@ -31,12 +28,9 @@ ABOUT = (
 
 def urdf(scene: Scene) -> str:
     """Describe a scene's crane as a URDF document; its free joints are `scene.joint_names`."""
-    robot = ElementTree.Element("robot", name=f"{scene.crane}_crane")
-    for line in ABOUT:
-        add_comment(robot, line)
+    robot = Robot(f"{scene.crane}_crane", ABOUT)
     if getattr(scene.model, "base", None) is None:
-        ElementTree.SubElement(robot, "link", name="world")
-        add_joint(robot, "fixed", "base", ("world", "base_link"))
+        robot.fix("base", "world", "base_link")
     if scene.crane == "overhead":
         overhead.add_overhead_crane(robot, scene)
     elif scene.crane == "pendulum":
@@ -48,8 +42,5 @@ def urdf(scene: Scene) -> str:
     else:
         knuckle.add_knuckle_crane(robot, scene.model, scene.joint_names)
     if scene.instruments is not None and scene.instruments.imu is not None:
-        ElementTree.SubElement(robot, "link", name=IMU)
-        add_joint(robot, "fixed", "imu", ("base_link", IMU), scene.instruments.imu.position)
-    add_limits(robot, scene)
-    ElementTree.indent(robot)
-    return ElementTree.tostring(robot, encoding="unicode", xml_declaration=True)
+        robot.fix("imu", "base_link", IMU, scene.instruments.imu.position)
+    return robot.finish(scene)

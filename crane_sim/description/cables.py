@@ -11,12 +11,10 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
-from xml.etree import ElementTree
 
 import numpy as np
 
-from crane_sim.description import overhead_visuals
-from crane_sim.description.robot import DOWN, FORWARD, LEFT, RIGHT, UP, add_joint, add_link
+from crane_sim.description.robot import DOWN, FORWARD, LEFT, RIGHT, UP
 from crane_sim.description.solids import ORIGIN, STEEL, Body, Shape
 from crane_sim.description.workspace import validated_scene_file
 from crane_sim.scenes.schema.overhead_cable import fill_list
@@ -25,9 +23,11 @@ from crane_sim.simulation.derived import world_points
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from crane_sim.description.robot import Robot
     from crane_sim.description.workspace import BoundingBox
     from crane_sim.scenes.scene import Scene
 
+CABLE_RADIUS_RATIO = 0.0035  # -, radius of the cable over the depth
 AXES = {"x": FORWARD, "y": LEFT, "z": UP}
 
 
@@ -53,13 +53,13 @@ class SuspendedCable(NamedTuple):
         return [*(f"node_{k}" for k in range(1, len(self.lengths))), "payload_link"]
 
 
-def add_cable(robot: ElementTree.Element, joints: Sequence[str], cable: SuspendedCable, box: BoundingBox) -> None:
+def add_cable(robot: Robot, joints: Sequence[str], cable: SuspendedCable, box: BoundingBox) -> None:
     """Add the joints between `trolley_link` (or `base_link`) and the end links, which the caller adds."""
     hoisted = "hoist" in joints
     if "node_1_x" in joints:
         _add_free_nodes(robot, joints, cable)
         if hoisted:  # the unstretched length of the first link; a frame without children
-            _add_prismatic_joint(robot, "hoist", ("trolley_link", "hoist_link"), DOWN)
+            robot.slide("hoist", "trolley_link", "hoist_link", DOWN)
     elif "link_1_x" in joints:
         add_vector_links(robot, cable, hoisted)
     elif "swing_2" in joints:
@@ -68,39 +68,39 @@ def add_cable(robot: ElementTree.Element, joints: Sequence[str], cable: Suspende
         _add_straight_cable(robot, cable, hoisted, box)
 
 
-def _add_revolute_chain(robot: ElementTree.Element, cable: SuspendedCable, hoisted: bool, box: BoundingBox) -> None:
+def _add_revolute_chain(robot: Robot, cable: SuspendedCable, hoisted: bool, box: BoundingBox) -> None:
     parent = "trolley_link"
     for k, (end, length) in enumerate(zip(cable.end_link_names, cable.lengths, strict=True), start=1):
         link, at = f"link_{k}", (0.0, 0.0, -length)
         is_hoisted = hoisted and k == 1
         inertia = cable.inertias[k - 1] if cable.inertias else 0.0
         rod = Body(0.0, ORIGIN, (inertia, inertia, 0.0)) if inertia else None
-        add_link(robot, link, [] if is_hoisted else _cable_visual(length, box), rod)
-        add_joint(robot, "revolute", f"swing_{k}", (parent, link), axis=RIGHT)
+        robot.link(link, [] if is_hoisted else _cable_visual(length, box), rod)
+        robot.turn(f"swing_{k}", parent, link, RIGHT)
         if is_hoisted:
-            _add_prismatic_joint(robot, "hoist", (link, "hoist_link"), DOWN)
+            robot.slide("hoist", link, "hoist_link", DOWN)
             link, at = "hoist_link", ORIGIN
         if end == "payload_link":  # it rotates with its link
-            add_joint(robot, "fixed", "hook", (link, end), at)
+            robot.fix("hook", link, end, at)
         else:
-            add_joint(robot, "revolute", f"level_{k}", (link, end), at, RIGHT, mimic=f"swing_{k}")
+            robot.turn(f"level_{k}", link, end, RIGHT, at, mimic=f"swing_{k}")
         parent = end
 
 
-def _add_straight_cable(robot: ElementTree.Element, cable: SuspendedCable, hoisted: bool, box: BoundingBox) -> None:
+def _add_straight_cable(robot: Robot, cable: SuspendedCable, hoisted: bool, box: BoundingBox) -> None:
     """Add a cable that stays straight: all nodes are fixed to the only link."""
     parent, depths = "link_1", np.cumsum(cable.lengths)
-    add_link(robot, parent, [] if hoisted else _cable_visual(float(depths[-1]), box))
-    add_joint(robot, "revolute", "swing_1", ("trolley_link", parent), axis=RIGHT)
+    robot.link(parent, [] if hoisted else _cable_visual(float(depths[-1]), box))
+    robot.turn("swing_1", "trolley_link", parent, RIGHT)
     if hoisted:  # the length of the first link
-        _add_prismatic_joint(robot, "hoist", (parent, "hoist_link"), DOWN)
+        robot.slide("hoist", parent, "hoist_link", DOWN)
         parent, depths = "hoist_link", depths - depths[0]
     for k, (end, depth) in enumerate(zip(cable.end_link_names, depths, strict=True), start=1):
-        add_joint(robot, "fixed", f"end_{k}", (parent, end), (0.0, 0.0, -float(depth)))
+        robot.fix(f"end_{k}", parent, end, (0.0, 0.0, -float(depth)))
 
 
 def add_vector_links(
-    robot: ElementTree.Element,
+    robot: Robot,
     cable: SuspendedCable,
     hoisted: bool,
     parent: str = "trolley_link",
@@ -115,48 +115,29 @@ def add_vector_links(
     ends = [*(f"node_{k}" for k in range(first, first + len(cable.lengths) - 1)), last]
     for k, (end, length) in enumerate(zip(ends, cable.lengths, strict=True), start=first):
         is_hoisted = hoisted and k == 1
-        for axis in AXES:
-            _add_prismatic_joint(robot, f"link_{k}_{axis}", (parent, f"unit_{k}_{axis}"), AXES[axis], (-1.0, 1.0))
+        for axis, way in AXES.items():
+            robot.slide(f"link_{k}_{axis}", parent, f"unit_{k}_{axis}", way, limits=(-1.0, 1.0))
             parent = f"unit_{k}_{axis}"
-        for axis in AXES:
+        for axis, way in AXES.items():
             child = end if axis == "z" and not is_hoisted else f"scaled_{k}_{axis}"
-            limits = (-length, length)
-            mimic = (f"link_{k}_{axis}", length - 1.0)
-            _add_prismatic_joint(
-                robot, f"reach_{k}_{axis}", (parent, child), AXES[axis], limits, mimic, create_child=child != end
-            )
+            scaled = {"limits": (-length, length), "mimic": f"link_{k}_{axis}", "multiplier": length - 1.0}
+            robot.slide(f"reach_{k}_{axis}", parent, child, way, **scaled)
             parent = child
         if is_hoisted:
-            add_joint(robot, "prismatic", "hoist", (parent, end), (0.0, 0.0, length), DOWN)
+            robot.slide("hoist", parent, end, DOWN, (0.0, 0.0, length))
             parent = end
 
 
-def _add_free_nodes(robot: ElementTree.Element, joints: Sequence[str], cable: SuspendedCable) -> None:
+def _add_free_nodes(robot: Robot, joints: Sequence[str], cable: SuspendedCable) -> None:
     """Add nodes with prismatic joints from the base."""
     axes = [axis for axis in AXES if f"node_1_{axis}" in joints]
     for k, end in enumerate(cable.end_link_names, start=1):
         parent = "base_link"
         for axis in axes:
             child = end if axis == axes[-1] else f"place_{k}_{axis}"
-            _add_prismatic_joint(robot, f"node_{k}_{axis}", (parent, child), AXES[axis], create_child=child != end)
+            robot.slide(f"node_{k}_{axis}", parent, child, AXES[axis])
             parent = child
 
 
-def _add_prismatic_joint(
-    robot: ElementTree.Element,
-    name: str,
-    links: tuple[str, str],
-    axis: tuple[float, float, float],
-    limits: tuple[float, float] | None = None,
-    mimic: tuple[str, float] | None = None,
-    create_child: bool = True,
-) -> None:
-    """Add a prismatic joint, which may mimic another one (its name, multiplier), and its child link, which is empty."""
-    if create_child:
-        ElementTree.SubElement(robot, "link", name=links[1])
-    joint, multiplier = mimic or (None, -1.0)
-    add_joint(robot, "prismatic", name, links, ORIGIN, axis, limits, joint, multiplier)
-
-
 def _cable_visual(length: float, box: BoundingBox) -> list[Shape]:
-    return [Shape((overhead_visuals.CABLE_RADIUS_RATIO * box.depth, length), (0.0, 0.0, -0.5 * length), STEEL)]
+    return [Shape((CABLE_RADIUS_RATIO * box.depth, length), (0.0, 0.0, -0.5 * length), STEEL)]

@@ -8,31 +8,37 @@ the axes of the base here, while a recording turns it.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-from xml.etree import ElementTree
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from crane_sim.description.portal import portal_of, portal_visual
-from crane_sim.description.robot import DOWN, FORWARD, LEFT, UP, add_joint, add_link
-from crane_sim.description.solids import DARK, GREY, ORIGIN, RED, STEEL, YELLOW, Body, Shape, point_mass
+from crane_sim.description.cables import AXES
+from crane_sim.description.robot import DOWN
+from crane_sim.description.solids import DARK, GREY, ORIGIN, RED, STEEL, YELLOW, Shape, point_mass, tube
 from crane_sim.description.suspended import (
     ATTITUDE_JOINT,
+    add_axes,
     add_drives,
     add_support,
+    body_of,
     box_edges,
-    products_of,
+    contact_height,
+    hung_length,
 )
+from crane_sim.description.workspace import axis_positions
 from crane_sim.models.supports.bridge import Bridge
+from crane_sim.scenes.schema.gantry import GantryFile
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from crane_sim.description.robot import Robot
     from crane_sim.models.falls.crane import Falls, FallsCrane
     from crane_sim.models.loads import RigidLoad
     from crane_sim.scenes.scene import Scene
 
     Array = NDArray[np.float64]
+
 
 CONCRETE = 2400.0  # kg/m³
 FLAT = 0.15  # of a slab's shorter edge: its largest thickness
@@ -41,55 +47,44 @@ LINE = 1e-6  # m: ends of falls are in a line within it
 WIDTH, HEIGHT, LENGTHS = 2.438, 2.591, (6.058, 12.192)  # m, of containers of 20 and 40 ft (ISO 668)
 
 
-def add_crane_on_falls(robot: ElementTree.Element, scene: Scene) -> None:
+def add_crane_on_falls(robot: Robot, scene: Scene) -> None:
     """Add links and joints of a scene's crane."""
     if isinstance(scene.model.support.structure, Bridge):
-        tip = add_gantry(robot, scene)
+        tip = _add_gantry(robot, scene)
     else:
         tip = add_support(robot, scene)
         add_head(robot, scene.model.falls, tip)
-    ElementTree.SubElement(robot, "link", name="hoist_link")
-    add_joint(robot, "prismatic", "hoist", (tip, "hoist_link"), axis=DOWN)
+    robot.slide("hoist", tip, "hoist_link", DOWN)
     add_load(robot, scene.model)
     add_drives(robot, scene)
 
 
-def add_gantry(robot: ElementTree.Element, scene: Scene) -> str:
+def _add_gantry(robot: Robot, scene: Scene) -> str:
     """Add portal and trolley; return the link of the trolley."""
     crane: FallsCrane = scene.model
-    add_link(robot, "base_link", [])
-    add_link(robot, "bridge_link", portal_visual(portal_of(scene)), point_mass(crane.support.structure.bridge.mass))
-    add_link(robot, "trolley_link", _gantry_trolley(crane.falls), point_mass(crane.support.structure.trolley.mass))
-    add_joint(robot, "prismatic", "bridge", ("base_link", "bridge_link"), axis=LEFT)
-    add_joint(robot, "prismatic", "trolley", ("bridge_link", "trolley_link"), axis=FORWARD)
-    return "trolley_link"
+    robot.link("bridge_link", portal_visual(portal_of(scene)), point_mass(crane.support.structure.bridge.mass))
+    robot.link("trolley_link", _gantry_trolley(crane.falls), point_mass(crane.support.structure.trolley.mass))
+    return add_axes(robot)
 
 
-def add_head(robot: ElementTree.Element, falls: Falls, tip: str) -> None:
+def add_head(robot: Robot, falls: Falls, tip: str) -> None:
     """Add what holds the falls' upper ends at the tip, a plate that stays level."""
     low, high = falls.top.min(axis=0), falls.top.max(axis=0)
     (x, y, z), (a, b, _) = (0.5 * (low + high)).tolist(), (high - low + 0.02 * falls.length).tolist()
-    plate = Shape((a, b, 0.01 * falls.length), (x, y, z), STEEL)
-    add_link(robot, "head_link", [plate])
-    add_joint(robot, "fixed", "head", (tip, "head_link"))
+    robot.link("head_link", [Shape((a, b, 0.01 * falls.length), (x, y, z), STEEL)])
+    robot.fix("head", tip, "head_link")
 
 
-def add_load(robot: ElementTree.Element, crane: FallsCrane) -> None:
+def add_load(robot: Robot, crane: FallsCrane) -> None:
     """Add the load with the joints of its position and attitude."""
     parent = "base_link"
-    for axis, way in (("x", FORWARD), ("y", LEFT), ("z", UP)):
-        child = f"payload_{axis}_link"
-        ElementTree.SubElement(robot, "link", name=child)
-        add_joint(robot, "prismatic", f"payload_{axis}", (parent, child), axis=way)
-        parent = child
-    add_joint(robot, "fixed", ATTITUDE_JOINT, (parent, "payload_link"))
-    moments = np.diag(np.array(crane.load.inertia))
-    body = Body(
-        crane.load.mass, ORIGIN, (float(moments[0]), float(moments[1]), float(moments[2])), products_of(crane.load)
-    )
+    for axis, way in AXES.items():
+        robot.slide(f"payload_{axis}", parent, f"payload_{axis}_link", way)
+        parent = f"payload_{axis}_link"
+    robot.fix(ATTITUDE_JOINT, parent, "payload_link")
     slab = slab_below(crane)
     shapes = spreader_visual(crane.load, crane.falls) if slab is None else slung_visual(slab, crane.falls)
-    add_link(robot, "payload_link", shapes, body)
+    robot.link("payload_link", shapes, body_of(crane.load, ORIGIN))
 
 
 def slab_below(crane: FallsCrane) -> Shape | None:
@@ -112,9 +107,7 @@ def slung_visual(slab: Shape, falls: Falls) -> list[Shape]:
     """Return a slab, four slings from its corners, and the hook block at which they meet."""
     (a, b, thick), (x, y, z) = slab.size, slab.at
     top, spread = falls.bottom.mean(axis=0), np.ptp(falls.bottom[:, :2], axis=0) + 0.2
-    hook = Shape(
-        (float(spread[0]), float(spread[1]), 0.5), (float(top[0]), float(top[1]), float(top[2]) - 0.25), YELLOW
-    )
+    hook = Shape((*spread.tolist(), 0.5), (float(top[0]), float(top[1]), float(top[2]) - 0.25), YELLOW)
     corners = [(x + i * 0.45 * a, y + j * 0.45 * b, z + 0.5 * thick) for i in (1, -1) for j in (1, -1)]
     return [slab, hook, *(_sling(np.array(corner), top - (0.0, 0.0, 0.5)) for corner in corners)]
 
@@ -177,3 +170,112 @@ def _lugs(falls: Falls, top: float) -> list[Shape]:
 def _gantry_trolley(falls: Falls) -> list[Shape]:
     a, b = (float(part) for part in np.ptp(falls.top[:, :2], axis=0) + 1.0)
     return [Shape((a, b, 0.5), (0.0, 0.0, 0.4), DARK), Shape((0.6 * a, 0.5 * b, 0.8), (0.0, 0.0, 1.0), GREY)]
+
+
+MAST = 0.38  # of the boom's length: height of the mast above the girders
+STAYED = (0.45, 0.93)  # of the boom's length: where its forestays are fixed
+
+
+class Portal(NamedTuple):
+    """Sizes [m] of the structure, x along the trolley's rail, z from it; the rail is between two girders."""
+
+    ends: tuple[float, float]  # x, of the girders
+    legs: tuple[float, float]  # x, of the pairs of legs
+    depth: float  # of the ground below the rail
+    half_gauge: float  # y of the girders, which carry the rails, from the middle
+    half_span: float  # y of the legs from the middle
+
+    @property
+    def unit(self) -> float:
+        """A typical thickness [m]."""
+        return self.depth / 30.0
+
+    @property
+    def leg_top(self) -> float:
+        """Height [m] of the legs' upper ends, above the girders."""
+        return 1.0 + 1.8 * self.unit
+
+    @property
+    def boom(self) -> tuple[float, float] | None:
+        """Where the boom begins and ends, x [m]; None where neither side is longer than the legs are apart."""
+        (left, right), (near, far) = self.ends, self.legs
+        if max(near - left, right - far) <= far - near:
+            return None
+        return (near, left) if near - left > right - far else (far, right)
+
+    @property
+    def top(self) -> float:
+        """Height [m] of the highest part."""
+        return self.leg_top + (0.0 if self.boom is None else MAST * abs(self.boom[1] - self.boom[0]))
+
+
+def depth_of(scene: Scene) -> float:
+    """Return the depth [m] of the drawn ground below the trolley's rail: a contact's surface, else below all."""
+    surface = contact_height(scene)
+    return -surface if surface is not None else 1.2 * hung_length(scene)
+
+
+def portal_of(scene: Scene) -> Portal:
+    """Return the structure of a scene's gantry: between its legs, and over all that the trolley reaches."""
+    file = scene.file
+    assert isinstance(file, GantryFile)
+    depth, limits = depth_of(scene), scene.model.support.structure.trolley.limits
+    places = [*axis_positions(scene, "trolley"), *(limits or ()), *(file.legs or ())]
+    beyond = 0.15 * depth if file.legs else 0.4 * depth
+    left, right = min(places) - beyond, max(places) + beyond
+    unit = depth / 30.0
+    if file.legs is None:
+        return Portal((left, right), (left + 2.0 * unit, right - 2.0 * unit), depth, 4.5 * unit, 4.5 * unit)
+    half_span = max(4.5 * unit, 0.75 * box_edges(scene.model.load)[1])  # so that the load passes between them
+    return Portal((left, right), file.legs, depth, 4.5 * unit, half_span)
+
+
+def portal_visual(portal: Portal) -> list[Shape]:
+    """Return two girders along x on four legs, and what holds a boom."""
+    (left, right), unit = portal.ends, portal.unit
+    shapes: list[Shape] = []
+    for side in (1.0, -1.0):
+        at = (0.5 * (left + right), side * portal.half_gauge, 1.0)
+        shapes.append(Shape((right - left, unit, 1.6 * unit), at, YELLOW))
+        for x in portal.legs:
+            shapes += _leg(x, side * portal.half_span, portal)
+    return shapes if portal.boom is None else shapes + _frame(portal) + _mast(portal, *portal.boom)
+
+
+def _leg(x: float, y: float, portal: Portal) -> list[Shape]:
+    unit, top = portal.unit, 0.0 if portal.boom is None else portal.leg_top
+    return [
+        Shape((unit, unit, top + portal.depth), (x, y, 0.5 * (top - portal.depth)), GREY),
+        Shape((2.5 * unit, 1.4 * unit, unit), (x, y, 0.5 * unit - portal.depth), DARK),
+    ]
+
+
+def _frame(portal: Portal) -> list[Shape]:
+    """Return the beams between the legs: along the quay low down and above the girders, across it in the middle."""
+    unit, (near, far), width = portal.unit, portal.legs, 2.0 * portal.half_span
+    shapes = [
+        Shape((unit, width, unit), (x, 0.0, z), GREY)
+        for x in portal.legs
+        for z in (2.5 * unit - portal.depth, portal.leg_top - 0.5 * unit)
+    ]
+    for side in (1.0, -1.0):
+        at = (0.5 * (near + far), side * portal.half_span, -0.55 * portal.depth)
+        shapes.append(Shape((far - near, unit, 1.4 * unit), at, GREY))
+    return shapes
+
+
+def _mast(portal: Portal, root: float, tip: float) -> list[Shape]:
+    """Return the mast above the legs where the boom begins, its stays, and the machinery house at the other end."""
+    unit, (near, far) = portal.unit, portal.legs
+    other, out = (far if root == near else near), 1.0 if tip > root else -1.0
+    apex, beam = (root, portal.top), 1.0 + 0.8 * unit
+    feet = [*((root + share * (tip - root), beam) for share in STAYED), (other, portal.leg_top)]
+    shapes = [Shape((0.8 * unit, 2.0 * portal.half_gauge + unit, 0.8 * unit), (root, 0.0, portal.top), YELLOW)]
+    for y in (portal.half_gauge, -portal.half_gauge):
+        stays = [tube(apex, foot, 0.18 * unit, STEEL) for foot in feet]
+        post = Shape(
+            (unit, 0.8 * unit, portal.top - portal.leg_top), (root, 0.0, 0.5 * (portal.top + portal.leg_top)), YELLOW
+        )
+        shapes += [shape._replace(at=(shape.at[0], y, shape.at[2])) for shape in (*stays, post)]
+    house = (0.35 * (far - near), 1.6 * portal.half_gauge, 4.0 * unit)
+    return [*shapes, Shape(house, (other + 0.1 * out * (far - near), 0.0, portal.leg_top + 0.5 * house[2]), GREY)]

@@ -13,9 +13,8 @@ unchanged.
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
-from xml.etree import ElementTree
 
-from crane_sim.description.robot import DOWN, FORWARD, RIGHT, UP, add_comment, add_joint, add_link
+from crane_sim.description.robot import DOWN, FORWARD, RIGHT, UP
 from crane_sim.description.solids import (
     DARK,
     GLASS,
@@ -34,38 +33,42 @@ from crane_sim.description.solids import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from crane_sim.description.robot import Robot
     from crane_sim.models.single_rope.crane import Crane
     from crane_sim.models.supports.knuckle_boom import Knuckle, Rod
 
 
-def add_knuckle_crane(robot: ElementTree.Element, crane: Crane, joints: Sequence[str]) -> None:
+def add_knuckle_crane(robot: Robot, crane: Crane, joints: Sequence[str]) -> None:
     """Add links and joints: `joints`, and the mimic joints `boom_level` and `jib_level`."""
     tip = add_knuckle_boom(robot, crane.support, joints[:3])
-    rope, tangential, radial = joints[3:]
-    for name in ("swing_link", "rope_link"):
-        ElementTree.SubElement(robot, "link", name=name)
-    add_link(robot, "payload_link", payload_box(0.55 * _visual_scale(crane.support)), point_mass(crane.load.mass))
-    add_joint(robot, "revolute", tangential, (tip, "swing_link"), axis=FORWARD)
-    add_joint(robot, "revolute", radial, ("swing_link", "rope_link"), axis=RIGHT)
-    add_joint(robot, "prismatic", rope, ("rope_link", "payload_link"), axis=DOWN)
+    robot.link("payload_link", payload_box(0.55 * _visual_scale(crane.support)), point_mass(crane.load.mass))
+    add_swing(robot, tip)
+    robot.slide("rope", "rope_link", "payload_link", DOWN)
 
 
-def add_knuckle_boom(robot: ElementTree.Element, support: Knuckle, joints: Sequence[str]) -> str:
+def add_swing(robot: Robot, tip: str) -> None:
+    """Add the two angles of a rope between the link at its upper end and `rope_link`."""
+    robot.turn("swing_tangential", tip, "swing_link", FORWARD)
+    robot.turn("swing_radial", "swing_link", "rope_link", RIGHT)
+
+
+def add_knuckle_boom(robot: Robot, support: Knuckle, joints: Sequence[str]) -> str:
     """Add pedestal, tower, boom and jib; return the link at the jib's end, whose x and y axes stay horizontal."""
     scale = _visual_scale(support)
-    for name in ("boom_level_link", "jib_level_link"):
-        ElementTree.SubElement(robot, "link", name=name)
-    add_link(robot, "base_link", _pedestal(pedestal_height(support), scale))
+    robot.link("base_link", _pedestal(pedestal_height(support), scale))
     tower_inertia, rod_fraction = split_rod_inertia(support)
-    add_link(
-        robot, "tower_link", _tower(scale), Body(0.0, ORIGIN, (0.5 * tower_inertia, 0.5 * tower_inertia, tower_inertia))
-    )
+    moments = (0.5 * tower_inertia, 0.5 * tower_inertia, tower_inertia)
+    robot.link("tower_link", _tower(scale), Body(0.0, ORIGIN, moments))
     boom = [*_beam(support.boom.length, 0.34 * scale), *_cylinders(support.boom.length, scale)]
-    add_link(robot, "boom_link", boom, _rod_body(support.boom, rod_fraction))
-    add_link(robot, "jib_link", _beam(support.jib.length, 0.24 * scale), _rod_body(support.jib, rod_fraction))
-    add_comment(robot, _tower_comment(support, tower_inertia))
-    _add_joints(robot, support, joints)
-    return "jib_level_link"
+    robot.link("boom_link", boom, _rod_body(support.boom, rod_fraction))
+    robot.link("jib_link", _beam(support.jib.length, 0.24 * scale), _rod_body(support.jib, rod_fraction))
+    robot.comment(_tower_comment(support, tower_inertia))
+    boom_end, jib_end = ((rod.length, 0.0, 0.0) for rod in (support.boom, support.jib))
+    slew, luff, fold = joints
+    robot.turn(slew, "base_link", "tower_link", UP)
+    robot.turn(luff, "tower_link", "boom_link", RIGHT)
+    robot.turn(fold, robot.level(luff, "boom_link", RIGHT, "boom_level", boom_end), "jib_link", RIGHT)
+    return robot.level(fold, "jib_link", RIGHT, "jib_level", jib_end)
 
 
 def pedestal_height(support: Knuckle) -> float:
@@ -98,22 +101,13 @@ def _tower_comment(support: Knuckle, tower_inertia: float) -> str:
     return f"{mass}; of its {inertia:g} kg m² {moved}"
 
 
-def _add_joints(robot: ElementTree.Element, support: Knuckle, joints: Sequence[str]) -> None:
-    boom_end, jib_end = ((rod.length, 0.0, 0.0) for rod in (support.boom, support.jib))
-    slew, boom, jib = joints
-    add_joint(robot, "revolute", slew, ("base_link", "tower_link"), axis=UP)
-    add_joint(robot, "revolute", boom, ("tower_link", "boom_link"), axis=RIGHT)
-    add_joint(robot, "revolute", "boom_level", ("boom_link", "boom_level_link"), boom_end, RIGHT, mimic=boom)
-    add_joint(robot, "revolute", jib, ("boom_level_link", "jib_link"), axis=RIGHT)
-    add_joint(robot, "revolute", "jib_level", ("jib_link", "jib_level_link"), jib_end, RIGHT, mimic=jib)
-
-
 def _rod_body(rod: Rod, rod_fraction: float) -> Body:
     """Return the body of a rod; without axial inertia, `rod_fraction` of its inertia about both other axes."""
-    axial, across = (
-        (rod.axial_inertia, rod.inertia) if rod.axial_inertia is not None else (rod_fraction * rod.inertia,) * 2
-    )
-    return Body(rod.mass, (0.5 * rod.length, 0.0, 0.0), (axial, rod.inertia, across))
+    if rod.axial_inertia is None:
+        moments = (rod_fraction * rod.inertia, rod.inertia, rod_fraction * rod.inertia)
+    else:
+        moments = (rod.axial_inertia, rod.inertia, rod.inertia)
+    return Body(rod.mass, (0.5 * rod.length, 0.0, 0.0), moments)
 
 
 def _pedestal(height: float, scale: float) -> list[Shape]:

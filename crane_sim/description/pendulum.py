@@ -7,57 +7,44 @@ it has no mass, since its motion is given.
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
-from xml.etree import ElementTree
 
 from crane_sim.description.cables import AXES, SuspendedCable, add_vector_links
 from crane_sim.description.falls import add_head, add_load
-from crane_sim.description.robot import add_joint, add_link
 from crane_sim.description.solids import DARK, ORIGIN, RPY_ALONG_Y, STEEL, YELLOW, Shape, payload_box, point_mass
-from crane_sim.description.suspended import add_payload, hook_block, hung_length
+from crane_sim.description.suspended import add_nodes, add_payload, hung_length
 from crane_sim.models.falls.crane import FallsCrane
-from crane_sim.models.loads import RigidLoad
 from crane_sim.models.suspended.crane import SuspendedCrane
 
 if TYPE_CHECKING:
+    from crane_sim.description.robot import Robot
     from crane_sim.scenes.scene import Scene
 
 
-def add_pendulum(robot: ElementTree.Element, scene: Scene) -> None:
+def add_pendulum(robot: Robot, scene: Scene) -> None:
     """Add links and joints; the followers of the directions come on top of the scene's."""
-    crane, length = scene.model, cable_length(scene)
-    ElementTree.SubElement(robot, "link", name="base_link")
-    above = "base_link"
+    crane, length, above = scene.model, cable_length(scene), "base_link"
     for axis, way in AXES.items():
         below = "tip_link" if axis == "z" else f"tip_{axis}_link"
-        add_link(robot, below, _head(length) if axis == "z" else [])
-        add_joint(robot, "prismatic", f"tip_{axis}", (above, below), ORIGIN, way)
+        robot.slide(f"tip_{axis}", above, below, way)
         above = below
+    robot.link(above, _head(length))
     if isinstance(crane, FallsCrane):
         add_head(robot, crane.falls, above)
         add_load(robot, crane)
     elif isinstance(crane, SuspendedCrane):
-        _add_links(robot, crane, above, length)
+        masses, last = add_nodes(robot, crane, 0.03 * length)
+        add_vector_links(robot, SuspendedCable(tuple(crane.cable.lengths.tolist()), masses), False, above, 1, last)
+        add_payload(robot, crane, last, length)
     else:
         mass = float(crane.load.mass)
         add_vector_links(robot, SuspendedCable((length,), (mass,)), False, above)
-        add_link(robot, "payload_link", payload_box(0.12 * length), point_mass(mass))
+        robot.link("payload_link", payload_box(0.12 * length), point_mass(mass))
 
 
 def cable_length(scene: Scene) -> float:
     """Return the length of rope and further links [m], or of falls and the load below them."""
-    return (
-        hung_length(scene) if isinstance(scene.model, SuspendedCrane | FallsCrane) else float(scene.model.cable.length)
-    )
-
-
-def _add_links(robot: ElementTree.Element, crane: SuspendedCrane, above: str, size: float) -> None:
-    """Add rope, further links and the payload."""
-    lengths, masses = crane.cable.lengths.tolist(), [*crane.cable.masses[:-1].tolist(), crane.load.mass]
-    last = "attachment_link" if isinstance(crane.load, RigidLoad) else "payload_link"
-    for k in range(1, len(masses)):
-        add_link(robot, f"node_{k}", hook_block(0.03 * size), point_mass(masses[k - 1]))
-    add_vector_links(robot, SuspendedCable(tuple(lengths), tuple(masses)), False, above, 1, last)
-    add_payload(robot, crane, last, size)
+    hangs = isinstance(scene.model, SuspendedCrane | FallsCrane)
+    return hung_length(scene) if hangs else float(scene.model.cable.length)
 
 
 def _head(length: float) -> list[Shape]:

@@ -10,14 +10,13 @@ be: its link keeps the axes of the base here, while a recording turns it.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-from xml.etree import ElementTree
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from crane_sim.description.cables import SuspendedCable, add_vector_links
-from crane_sim.description.knuckle import add_knuckle_boom, pedestal_height
-from crane_sim.description.robot import DOWN, FORWARD, LEFT, RIGHT, UP, add_comment, add_joint, add_link
+from crane_sim.description.knuckle import add_knuckle_boom, add_swing, pedestal_height
+from crane_sim.description.robot import DOWN, FORWARD, LEFT, RIGHT, UP
 from crane_sim.description.solids import (
     DARK,
     GLASS,
@@ -44,12 +43,16 @@ from crane_sim.models.supports.telescopic_boom import TelescopicBoom
 from crane_sim.models.supports.tower_crane import TowerCrane
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from crane_sim.description.robot import Robot
     from crane_sim.models.suspended.crane import SuspendedCrane
     from crane_sim.scenes.scene import Scene
 
 MAST_HEIGHT, COUNTER_JIB = 1.3, 0.3  # of a tower crane's size: drawn, not modelled
 ATTITUDE_JOINT = "attitude"
 """The fixed joint above a payload with an attitude, which a recording turns."""
+MASSLESS = "slew_link has no mass: on the slew axis it has no effect, and none is simulated"
 FOOT_HEIGHT = 0.12  # of a mobile crane's size: of the model's origin above the ground
 
 
@@ -99,26 +102,19 @@ def ground_height(scene: Scene) -> float:
     return -FOOT_HEIGHT * crane_size(scene)
 
 
-def add_suspended_crane(robot: ElementTree.Element, scene: Scene) -> None:
+def add_suspended_crane(robot: Robot, scene: Scene) -> None:
     """Add links and joints of a scene's crane."""
-    crane: SuspendedCrane = scene.model
-    tip = add_support(robot, scene)
-    for name in ("swing_link", "rope_link"):
-        ElementTree.SubElement(robot, "link", name=name)
-    add_joint(robot, "revolute", "swing_tangential", (tip, "swing_link"), axis=FORWARD)
-    add_joint(robot, "revolute", "swing_radial", ("swing_link", "rope_link"), axis=RIGHT)
-    _add_rigging(robot, crane, scene, crane_size(scene))
+    add_swing(robot, add_support(robot, scene))
+    _add_rigging(robot, scene.model, scene.joint_names, crane_size(scene))
     add_drives(robot, scene)
 
 
-def add_support(robot: ElementTree.Element, scene: Scene) -> str:
+def add_support(robot: Robot, scene: Scene) -> str:
     """Add links and joints of a scene's support; return the link at its tip, whose axes are level."""
-    support = scene.model.support.structure
-    bends, size, rigid = (
-        support if isinstance(support, FlexibleSupport | SwayingTower) else None,
-        crane_size(scene),
-        rigid_support(support),
-    )
+    support, size = scene.model.support.structure, crane_size(scene)
+    bends, rigid = support if isinstance(support, FlexibleSupport) else None, rigid_support(support)
+    if isinstance(support, SwayingTower):
+        return _add_swaying_tower(robot, support, size, ground_height(scene))
     if isinstance(rigid, Bridge):
         return _add_bridge(robot, rigid, scene, size)
     if isinstance(rigid, TowerCrane):
@@ -128,62 +124,64 @@ def add_support(robot: ElementTree.Element, scene: Scene) -> str:
     return _add_boom(robot, rigid, bends, size, scene.initial_q[2])
 
 
-def _add_rigging(robot: ElementTree.Element, crane: SuspendedCrane, scene: Scene, size: float) -> None:
+def _add_rigging(robot: Robot, crane: SuspendedCrane, joints: Sequence[str], size: float) -> None:
     """Add the rope's length, further links and the payload."""
-    lengths, masses = crane.cable.lengths.tolist(), [*crane.cable.masses[:-1].tolist(), crane.load.mass]
     end = "rope_end_link"
-    ElementTree.SubElement(robot, "link", name=end)
-    add_joint(robot, "prismatic", "rope", ("rope_link", end), axis=DOWN)
-    turns = ("swing_radial", RIGHT), ("swing_tangential", FORWARD), ("lateral_deflection", UP), ("slew", UP)
-    for joint, axis in (turn for turn in turns if turn[0] in scene.joint_names):
-        level = f"level_{joint}_link"
-        ElementTree.SubElement(robot, "link", name=level)
-        add_joint(robot, "revolute", f"level_{joint}", (end, level), ORIGIN, axis, mimic=joint)
-        end = level
-    for k in range(1, len(masses)):
-        add_link(robot, f"node_{k}", hook_block(0.012 * size), point_mass(masses[k - 1]))
-    last = "attachment_link" if isinstance(crane.load, RigidLoad) else "payload_link"
-    if len(masses) == 1:
-        add_joint(robot, "fixed", "hook", (end, last))
-    else:
-        add_joint(robot, "fixed", "hook", (end, "node_1"))
-        add_vector_links(robot, SuspendedCable(tuple(lengths[1:]), tuple(masses[1:])), False, "node_1", 2, last)
+    robot.slide("rope", "rope_link", end, DOWN)
+    turns = {"swing_radial": RIGHT, "swing_tangential": FORWARD, "lateral_deflection": UP, "slew": UP}
+    for joint in (name for name in turns if name in joints):
+        end = robot.level(joint, end, turns[joint])
+    masses, last = add_nodes(robot, crane, 0.012 * size)
+    robot.fix("hook", end, "node_1" if masses[1:] else last)
+    if masses[1:]:
+        cable = SuspendedCable(tuple(crane.cable.lengths[1:].tolist()), masses[1:])
+        add_vector_links(robot, cable, False, "node_1", 2, last)
     add_payload(robot, crane, last, size)
 
 
-def add_payload(robot: ElementTree.Element, crane: SuspendedCrane, last: str, size: float) -> None:
-    """Add the payload, and the link `last` where a body hangs."""
-    if isinstance(crane.load, RigidLoad):
-        ElementTree.SubElement(robot, "link", name=last)
-        add_joint(robot, "fixed", ATTITUDE_JOINT, (last, "payload_link"))
-    shapes, body = payload_visual(crane.load, size)
-    add_link(robot, "payload_link", shapes, body)
+def add_nodes(robot: Robot, crane: SuspendedCrane, unit: float) -> tuple[tuple[float, ...], str]:
+    """Add the nodes between the links, hook blocks of some size [m]; return all masses, and where the payload hangs."""
+    masses = (*crane.cable.masses[:-1].tolist(), crane.load.mass)
+    for k, mass in enumerate(masses[:-1], start=1):
+        robot.link(f"node_{k}", hook_block(unit), point_mass(mass))
+    return masses, "attachment_link" if isinstance(crane.load, RigidLoad) else "payload_link"
 
 
-def add_drives(robot: ElementTree.Element, scene: Scene) -> None:
+def add_payload(robot: Robot, crane: SuspendedCrane, last: str, size: float) -> None:
+    """Add the payload, below the link `last` where a body hangs."""
+    load = crane.load
+    if not isinstance(load, RigidLoad):
+        edge = min(max((load.mass / 2400.0) ** (1.0 / 3.0), 0.02 * size), 0.1 * size)
+        robot.link("payload_link", payload_box(edge), point_mass(load.mass))
+        return
+    robot.fix(ATTITUDE_JOINT, last, "payload_link")
+    a, b, c = (-float(x) for x in load.attachment)
+    x, y, z = box_edges(load)
+    band = (1.01 * x, 0.06 * y, 1.01 * z)
+    bands = [Shape(band, (a, b + share * y, c), DARK) for share in (0.35, -0.35)]
+    robot.link("payload_link", [Shape((x, y, z), (a, b, c), RED), *bands], body_of(load, (a, b, c)))
+
+
+def add_drives(robot: Robot, scene: Scene) -> None:
     """Add the positions of drives with play, reflected to their joints, as links that nothing hangs on."""
     units = dict(zip(scene.joint_names, scene.joint_units, strict=True))
     for name in (name for name in scene.joint_names if "_drive_" in name):
-        ElementTree.SubElement(robot, "link", name=f"{name}_link")
-        kind = "prismatic" if units[name] == "m" else "revolute"
-        axis = LEFT if name.startswith("bridge") else UP if name.startswith("slew") else FORWARD
-        add_joint(robot, kind, name, ("base_link", f"{name}_link"), axis=axis)
+        add = robot.slide if units[name] == "m" else robot.turn
+        add(name, "base_link", f"{name}_link", {"bridge": LEFT, "slew": UP}.get(name.partition("_")[0], FORWARD))
 
 
-def payload_visual(load: Any, size: float) -> tuple[list[Shape], Body]:
-    """Return (solids, body) of a payload in the frame of its attachment."""
-    edge = min(max((load.mass / 2400.0) ** (1.0 / 3.0), 0.02 * size), 0.1 * size)
-    if not isinstance(load, RigidLoad):
-        return payload_box(edge), point_mass(load.mass)
-    moments = np.diag(np.array(load.inertia))
-    centre = tuple(-float(x) for x in load.attachment)
-    x, y, z = box_edges(load)
-    band = (1.01 * x, 0.06 * y, 1.01 * z)
-    shapes = [Shape((x, y, z), (centre[0], centre[1], centre[2]), RED)]
-    shapes += [Shape(band, (centre[0], centre[1] + share * y, centre[2]), DARK) for share in (0.35, -0.35)]
-    inertia = tuple(float(moment) for moment in moments)
-    moments_of = (inertia[0], inertia[1], inertia[2])
-    return shapes, Body(load.mass, (centre[0], centre[1], centre[2]), moments_of, products_of(load))
+def add_axes(robot: Robot) -> str:
+    """Add the joints of a bridge, or a portal, and its trolley; return the link of the trolley."""
+    robot.slide("bridge", "base_link", "bridge_link", LEFT)
+    robot.slide("trolley", "bridge_link", "trolley_link", FORWARD)
+    return "trolley_link"
+
+
+def body_of(load: RigidLoad, centre: tuple[float, float, float]) -> Body:
+    """Return the body of a load with its centre of mass at a point of its link."""
+    tensor = np.array(load.inertia)
+    moments, products = np.diag(tensor).tolist(), tensor[(0, 0, 1), (1, 2, 2)].tolist()
+    return Body(load.mass, centre, tuple(moments), tuple(products))
 
 
 def box_edges(load: RigidLoad) -> tuple[float, float, float]:
@@ -191,11 +189,6 @@ def box_edges(load: RigidLoad) -> tuple[float, float, float]:
     moments = np.diag(np.array(load.inertia))
     x, y, z = (float(edge) for edge in np.sqrt(np.maximum(12.0 * (0.5 * moments.sum() - moments) / load.mass, 1e-6)))
     return x, y, z
-
-
-def products_of(load: RigidLoad) -> tuple[float, float, float]:
-    """Return the entries xy, xz, yz of a load's inertia tensor [kg m²]."""
-    return load.inertia[0][1], load.inertia[0][2], load.inertia[1][2]
 
 
 def hook_block(unit: float) -> list[Shape]:
@@ -206,84 +199,81 @@ def hook_block(unit: float) -> list[Shape]:
     ]
 
 
-def _add_tower(robot: ElementTree.Element, support: TowerCrane, bends: Any, size: float, ground: float) -> str:
+def _foot(unit: float, ground: float) -> Shape:
+    return Shape((5.0 * unit, 5.0 * unit, unit), (0.0, 0.0, ground + 0.5 * unit), GREY)
+
+
+def _add_tower(robot: Robot, support: TowerCrane, bends: FlexibleSupport | None, size: float, ground: float) -> str:
     """Add mast, jib and trolley; return the link where the rope begins. `bends`: what bends, None of a rigid crane."""
     unit, inertia = 0.02 * size, getattr(support.slew, "inertia", 0.0)
-    if isinstance(bends, SwayingTower):
-        return _add_swaying_tower(robot, bends, size, ground)
     mast = Shape((1.6 * unit, 1.6 * unit, -ground), (0.0, 0.0, 0.5 * ground), YELLOW)
-    foot = Shape((5.0 * unit, 5.0 * unit, unit), (0.0, 0.0, ground + 0.5 * unit), GREY)
-    add_link(robot, "base_link", [mast, foot])
+    robot.link("base_link", [mast, _foot(unit, ground)])
+    robot.turn("slew", "base_link", "slew_link", UP)
     if bends is not None:
         return _add_bent_jib(robot, bends, size, unit)
-    shapes = [_truss(-COUNTER_JIB * size, size, unit), *_tower_head(size, unit)]
-    add_comment(robot, "slew_link has no mass: on the slew axis it has no effect, and none is simulated")
-    add_link(robot, "slew_link", shapes, Body(0.0, ORIGIN, (0.5 * inertia, 0.5 * inertia, inertia)))
-    add_link(robot, "trolley_link", _jib_trolley(unit), point_mass(support.trolley.mass))
-    add_joint(robot, "revolute", "slew", ("base_link", "slew_link"), axis=UP)
-    add_joint(robot, "prismatic", "trolley", ("slew_link", "trolley_link"), axis=FORWARD)
+    robot.comment(MASSLESS)
+    jib = [_truss(-COUNTER_JIB * size, size, unit), *_tower_head(size, unit)]
+    robot.link("slew_link", jib, Body(0.0, ORIGIN, (0.5 * inertia, 0.5 * inertia, inertia)))
+    return _add_jib_trolley(robot, "slew_link", support.trolley.mass, unit)
+
+
+def _add_jib_trolley(robot: Robot, jib: str, mass: float, unit: float) -> str:
+    robot.link("trolley_link", _jib_trolley(unit), point_mass(mass))
+    robot.slide("trolley", jib, "trolley_link", FORWARD)
     return "trolley_link"
 
 
-def _add_swaying_tower(robot: ElementTree.Element, tower: SwayingTower, size: float, ground: float) -> str:
+def _add_swaying_tower(robot: Robot, tower: SwayingTower, size: float, ground: float) -> str:
     """Add the mast on its universal joint, jib and trolley; return the link where the rope begins, in level axes."""
     unit, h, masses, places = 0.02 * size, tower.height, np.array(tower.masses), np.array(tower.places)
-    foot = Shape((5.0 * unit, 5.0 * unit, unit), (0.0, 0.0, ground + 0.5 * unit), GREY)
     below = Shape((1.6 * unit, 1.6 * unit, max(-ground - h, unit)), (0.0, 0.0, 0.5 * (ground - h)), YELLOW)
-    add_link(robot, "base_link", [foot, below])
-    ElementTree.SubElement(robot, "link", name="mast_joint_link")
-    add_link(robot, "mast_link", [Shape((1.6 * unit, 1.6 * unit, h), (0.0, 0.0, 0.5 * h), YELLOW)])
+    robot.link("base_link", [_foot(unit, ground), below])
+    robot.link("mast_link", [Shape((1.6 * unit, 1.6 * unit, h), (0.0, 0.0, 0.5 * h), YELLOW)])
     centre = float(masses @ places / masses.sum())
     turning = float(masses @ (places - centre) ** 2)
-    shapes = [_truss(-COUNTER_JIB * size, size, unit), *_tower_head(size, unit)]
-    add_link(robot, "slew_link", shapes, Body(float(masses.sum()), (centre, 0.0, 0.0), (0.0, turning, turning)))
-    add_link(robot, "trolley_link", _jib_trolley(unit), point_mass(tower.support.trolley.mass))
-    add_joint(robot, "revolute", "mast_x_deflection", ("base_link", "mast_joint_link"), (0.0, 0.0, -h), FORWARD)
-    add_joint(robot, "revolute", "mast_y_deflection", ("mast_joint_link", "mast_link"), axis=LEFT)
-    add_joint(robot, "revolute", "slew", ("mast_link", "slew_link"), (0.0, 0.0, h), UP)
-    add_joint(robot, "prismatic", "trolley", ("slew_link", "trolley_link"), axis=FORWARD)
-    last, turns = "trolley_link", (("slew", UP, -1.0), ("mast_y_deflection", LEFT, -1.0))
-    for k, (joint, axis, sign) in enumerate((*turns, ("mast_x_deflection", FORWARD, -1.0), ("slew", UP, 1.0))):
-        link = f"level_{k}_link"
-        ElementTree.SubElement(robot, "link", name=link)
-        add_joint(robot, "revolute", f"level_mast_{k}", (last, link), axis=axis, mimic=joint, multiplier=sign)
-        last = link
+    jib = [_truss(-COUNTER_JIB * size, size, unit), *_tower_head(size, unit)]
+    robot.link("slew_link", jib, Body(float(masses.sum()), (centre, 0.0, 0.0), (0.0, turning, turning)))
+    robot.turn("mast_x_deflection", "base_link", "mast_joint_link", FORWARD, (0.0, 0.0, -h))
+    robot.turn("mast_y_deflection", "mast_joint_link", "mast_link", LEFT)
+    robot.turn("slew", "mast_link", "slew_link", UP, (0.0, 0.0, h))
+    last = _add_jib_trolley(robot, "slew_link", tower.support.trolley.mass, unit)
+    undone = [("slew", UP, -1.0), ("mast_y_deflection", LEFT, -1.0), ("mast_x_deflection", FORWARD, -1.0)]
+    for k, (joint, axis, sign) in enumerate([*undone, ("slew", UP, 1.0)]):
+        robot.turn(f"level_mast_{k}", last, f"level_{k}_link", axis, mimic=joint, multiplier=sign)
+        last = f"level_{k}_link"
     return last
 
 
-def _add_bent_jib(robot: ElementTree.Element, bends: FlexibleSupport, size: float, unit: float) -> str:
+def _add_bent_jib(robot: Robot, bends: FlexibleSupport, size: float, unit: float) -> str:
     """Add counter-jib, jib and trolley; return the link where the rope begins, whose axes are level."""
-    section, rod, trolley = bends.inner.base_section, bends.outer.base_section, bends.outer.telescope.mass
-    shapes = [_truss(-COUNTER_JIB * size, 0.0, unit), *_tower_head(size, unit)]
-    add_link(robot, "slew_link", shapes, Body(section.mass, (section.centre, 0.0, 0.0), (0.0, 0.0, 0.0)))
-    thin = (0.0, rod.inertia, rod.inertia)
-    add_link(robot, "jib_link", [_truss(0.0, size, unit)], Body(rod.mass, (rod.centre, 0.0, 0.0), thin))
-    add_link(robot, "trolley_link", _jib_trolley(unit), point_mass(trolley))
-    add_joint(robot, "revolute", "slew", ("base_link", "slew_link"), axis=UP)
+    section, rod = bends.inner.base_section, bends.outer.base_section
+    counter = [_truss(-COUNTER_JIB * size, 0.0, unit), *_tower_head(size, unit)]
+    robot.link("slew_link", counter, Body(section.mass, (section.centre, 0.0, 0.0), ORIGIN))
+    robot.link("jib_link", [_truss(0.0, size, unit)], _thin(rod.mass, rod.centre, rod.inertia))
     _add_bending(robot, bends, "slew_link", "jib_link")
-    add_joint(robot, "prismatic", "trolley", ("jib_link", "trolley_link"), axis=FORWARD)
-    return _level_bending(robot, bends, "trolley_link")
+    return _level_bending(robot, bends, _add_jib_trolley(robot, "jib_link", bends.outer.telescope.mass, unit))
 
 
-def _add_bending(robot: ElementTree.Element, bends: FlexibleSupport, parent: str, child: str) -> None:
+def _thin(mass: float, centre: float, inertia: float) -> Body:
+    """Return the body of a thin rod along x."""
+    return Body(mass, (centre, 0.0, 0.0), (0.0, inertia, inertia))
+
+
+def _add_bending(robot: Robot, bends: FlexibleSupport, parent: str, child: str) -> None:
     """Add the joints of the modes of bending between two links that have the same origin."""
     if bends.lateral is not None:
         last = child if bends.vertical is None else "bent_link"
-        add_joint(robot, "revolute", "lateral_deflection", (parent, last), axis=UP)
-        if bends.vertical is not None:
-            ElementTree.SubElement(robot, "link", name=last)
+        robot.turn("lateral_deflection", parent, last, UP)
         parent = last
     if bends.vertical is not None:
-        add_joint(robot, "revolute", "vertical_deflection", (parent, child), axis=RIGHT)
+        robot.turn("vertical_deflection", parent, child, RIGHT)
 
 
-def _level_bending(robot: ElementTree.Element, bends: FlexibleSupport, parent: str) -> str:
+def _level_bending(robot: Robot, bends: FlexibleSupport, parent: str) -> str:
     """Return the link of the parent's origin that bending in the structure's plane does not turn."""
     if bends.vertical is None:
         return parent
-    ElementTree.SubElement(robot, "link", name="level_link")
-    pair = (parent, "level_link")
-    add_joint(robot, "revolute", "level_deflection", pair, ORIGIN, RIGHT, mimic="vertical_deflection")
+    robot.turn("level_deflection", parent, "level_link", RIGHT, mimic="vertical_deflection")
     return "level_link"
 
 
@@ -317,19 +307,16 @@ def bridge_reach(scene: Scene, size: float) -> tuple[float, float]:
     return min(places) - 0.3 * size, max(places) + 0.3 * size
 
 
-def _add_bridge(robot: ElementTree.Element, support: Bridge, scene: Scene, size: float) -> str:
+def _add_bridge(robot: Robot, support: Bridge, scene: Scene, size: float) -> str:
     """Add bridge and trolley; return the link of the trolley."""
     unit = 0.03 * size
     left, right = bridge_reach(scene, size)
     girder = Shape((right - left, unit, 1.6 * unit), (0.5 * (left + right), 0.0, 1.6 * unit), YELLOW)
     carriages = [Shape((unit, 6.0 * unit, unit), (end, 0.0, 1.2 * unit), DARK) for end in (left, right)]
-    add_link(robot, "base_link", _runway(scene, (left, right), unit, ground_height(scene)))
-    own = support.axes[1].mass
-    add_link(robot, "bridge_link", [girder, *carriages], point_mass(own))
-    add_link(robot, "trolley_link", _jib_trolley(unit), point_mass(support.trolley.mass))
-    add_joint(robot, "prismatic", "bridge", ("base_link", "bridge_link"), axis=LEFT)
-    add_joint(robot, "prismatic", "trolley", ("bridge_link", "trolley_link"), axis=FORWARD)
-    return "trolley_link"
+    robot.link("base_link", _runway(scene, (left, right), unit, ground_height(scene)))
+    robot.link("bridge_link", [girder, *carriages], point_mass(support.axes[1].mass))
+    robot.link("trolley_link", _jib_trolley(unit), point_mass(support.trolley.mass))
+    return add_axes(robot)
 
 
 def _runway(scene: Scene, ends: tuple[float, float], unit: float, ground: float) -> list[Shape]:
@@ -346,43 +333,38 @@ def _runway(scene: Scene, ends: tuple[float, float], unit: float, ground: float)
     return beams + columns
 
 
-def _add_boom(robot: ElementTree.Element, support: TelescopicBoom, bends: Any, size: float, length: float) -> str:
+def _add_boom(robot: Robot, support: TelescopicBoom, bends: FlexibleSupport | None, size: float, length: float) -> str:
     """Add carrier, superstructure and boom; return the link at the boom's tip, whose axes are level."""
     unit, parts, (ahead, above) = 0.02 * size, support.superstructure, support.superstructure.foot
-    first, second = support.base_section, support.telescope
-    add_link(robot, "base_link", _carrier(size, unit))
-    add_comment(robot, "slew_link has no mass: on the slew axis it has no effect, and none is simulated")
-    inertia = (0.5 * parts.inertia, 0.5 * parts.inertia, parts.inertia)
-    add_link(robot, "slew_link", _superstructure(unit), Body(0.0, ORIGIN, inertia))
+    first, second, foot = support.base_section, support.telescope, (ahead, 0.0, above)
+    robot.link("base_link", _carrier(size, unit))
+    robot.comment(MASSLESS)
+    moments = (0.5 * parts.inertia, 0.5 * parts.inertia, parts.inertia)
+    robot.link("slew_link", _superstructure(unit), Body(0.0, ORIGIN, moments))
     root = 2.0 * first.centre if first.centre else 0.5 * length
-    thin = (0.0, first.inertia, first.inertia)
     shapes = _boom_section(root, 0.0, 1.3 * unit) + _luffing_cylinder(root, (ahead, above), unit)
-    add_link(robot, "boom_link", shapes, Body(first.mass, (first.centre, 0.0, 0.0), thin))
-    drawn, thin = min(2.0 * second.centre, length), (0.0, second.inertia, second.inertia)
-    body = Body(second.mass, (-second.centre, 0.0, 0.0), thin)
-    add_link(robot, "telescope_link", _boom_section(drawn, -drawn, unit), body)
-    ElementTree.SubElement(robot, "link", name="tip_link")
-    add_joint(robot, "revolute", "slew", ("base_link", "slew_link"), axis=UP)
-    add_joint(robot, "revolute", "boom", ("slew_link", "boom_link"), (ahead, 0.0, above), RIGHT)
-    root = "boom_link" if bends is None else _add_bent_boom(robot, bends, (ahead, 0.0, above))
-    add_joint(robot, "prismatic", "telescope", (root, "telescope_link"), axis=FORWARD)
-    add_joint(robot, "revolute", "boom_level", ("telescope_link", "tip_link"), ORIGIN, RIGHT, mimic="boom")
+    robot.link("boom_link", shapes, _thin(first.mass, first.centre, first.inertia))
+    drawn = min(2.0 * second.centre, length)
+    telescope = _thin(second.mass, -second.centre, second.inertia)
+    robot.link("telescope_link", _boom_section(drawn, -drawn, unit), telescope)
+    robot.turn("slew", "base_link", "slew_link", UP)
+    robot.turn("boom", "slew_link", "boom_link", RIGHT, foot)
+    section = "boom_link" if bends is None else _add_bent_boom(robot, bends, foot)
+    robot.slide("telescope", section, "telescope_link", FORWARD)
+    robot.turn("boom_level", "telescope_link", "tip_link", RIGHT, mimic="boom")
     return "tip_link" if bends is None else _level_bending(robot, bends, "tip_link")
 
 
-def _add_bent_boom(robot: ElementTree.Element, bends: FlexibleSupport, foot: tuple[float, float, float]) -> str:
+def _add_bent_boom(robot: Robot, bends: FlexibleSupport, foot: tuple[float, float, float]) -> str:
     """Add the joints about which the telescoped section bends; return the link that it is on."""
     parent = "boom_link"
     if bends.lateral is not None:
-        for name in ("bent_slew_link", "bent_boom_link"):
-            ElementTree.SubElement(robot, "link", name=name)
-        add_joint(robot, "revolute", "lateral_deflection", ("slew_link", "bent_slew_link"), axis=UP)
-        pair, parent = ("bent_slew_link", "bent_boom_link"), "bent_boom_link"
-        add_joint(robot, "revolute", "bent_boom", pair, foot, RIGHT, mimic="boom", multiplier=1.0)
+        robot.turn("lateral_deflection", "slew_link", "bent_slew_link", UP)
+        robot.turn("bent_boom", "bent_slew_link", "bent_boom_link", RIGHT, foot, mimic="boom", multiplier=1.0)
+        parent = "bent_boom_link"
     if bends.vertical is None:
         return parent
-    ElementTree.SubElement(robot, "link", name="bent_link")
-    add_joint(robot, "revolute", "vertical_deflection", (parent, "bent_link"), axis=RIGHT)
+    robot.turn("vertical_deflection", parent, "bent_link", RIGHT)
     return "bent_link"
 
 

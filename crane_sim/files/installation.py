@@ -29,6 +29,7 @@ PACKAGES = {
     "rerun_cli": _RERUN,
     "PIL": OptionalPackage("pillow", "rerun"),
     "rosbags": OptionalPackage("rosbags", "mcap"),
+    "mcap": OptionalPackage("mcap", "mcap"),
     "matplotlib": OptionalPackage("matplotlib", "plots", "plots"),
     "jinja2": OptionalPackage("jinja2", "bench", "bench"),
     "pandas": OptionalPackage("pandas", "pandas", "study"),

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from math import isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from crane_sim.recording.bag_messages import UnreadableBag, read_messages
-from crane_sim.recording.completeness import Completeness, Steps, assess
+from crane_sim.recording.blocks import block_of, run_of_block
+from crane_sim.recording.completeness import Steps, assess
 from crane_sim.recording.digest import agrees
-from crane_sim.recording.mcap.metadata import END, RUN, read_metadata
-from crane_sim.recording.mcap.reader import mcap_file
+from crane_sim.recording.layout import layout_of_scene
+from crane_sim.recording.mcap.reader import END, RUN, mcap_file, read_metadata
 from crane_sim.recording.run import UnreadableRecording, parse_scene
 from crane_sim.recording.step_assembler import StepAssembler
 from crane_sim.scenes.scene import load_scene
@@ -21,6 +23,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from crane_sim.recording.bag_messages import Message
+    from crane_sim.recording.completeness import Completeness
+    from crane_sim.recording.run import RecordedRun
     from crane_sim.recording.step_assembler import Row
     from crane_sim.scenes.scene import Scene
 
@@ -28,21 +32,22 @@ REQUIRED_TOPICS = ("joint_states", "applied_effort")
 OPTIONAL_TOPICS = ("true_states", "joint_commands", "accepted_command", "held_command", "joint_trajectory")
 
 
-class RunFromBag(NamedTuple):
-    """A run as far as a bag has it."""
+RUN_PROPERTIES = ("provenance", "drawn")  # those that do not follow from the scene
 
-    properties: dict[str, str]  # as text, as in a recording of the run
-    scene: Scene
-    rows: list[Row]  # control steps
-    lost_steps: int  # number of steps before the last one that lack a message
+
+class BagSteps(NamedTuple):
+    """The control steps of a run as far as a bag has them."""
+
+    rows: list[Row]
+    lost: int  # number of steps before the last one that lack a message
     lost_commands: int  # number of rows without their command, while no brakes acted
-    has_true_states: bool  # the rows' states are not those that sensors measure
-    end: dict[str, str]  # how the run ended, as the file's end says; empty without that
-    completeness: Completeness
+    true_states: bool  # the rows' states are not those that sensors measure
 
 
-def read_bag(path: Path) -> RunFromBag:
-    """Return the run in a bag: of one that is cut or damaged the steps whose messages are whole.
+def read_bag_run(path: Path) -> RecordedRun:
+    """Return the run in a bag as its recording would have it, but for events and metrics, which no message has.
+
+    Of one that is cut or damaged that are the steps whose messages are whole.
 
     Raises:
         UnreadableRecording: the file lacks the scene, or messages; the message is one line.
@@ -59,19 +64,40 @@ def read_bag(path: Path) -> RunFromBag:
     scene = load_scene(parse_scene(properties["scene_file"], path), own_law=False)
     if properties.get("law") == "external":  # another node commanded, whatever law the scene has
         scene = scene.with_external_commands()
-    has_true_states = any(message.topic == "true_states" for message in contents.messages)
-    decoder = _Decoder(scene, has_true_states)
-    for message in contents.messages:
-        decoder.decode(message)
-    rows = decoder.steps.pop_rows(final=True)
-    if not rows:
+    steps = decode_steps(scene, contents.messages)
+    if not steps.rows:
         raise UnreadableRecording(f"{path}: has no control step: no joint_states with an applied_effort of its stamp")
-    end, shows_truth = contents.metadata.get(END, {}), has_true_states or not is_sensed(scene)
+    end = contents.metadata.get(END, {})
     if not agrees(end, contents.is_checked):
         end, contents = {}, contents._replace(damage=contents.damage or "its end is not as it was written")
-    completeness = _assess(scene, rows, end, contents.damage)
-    lost = decoder.steps.lost_steps, decoder.steps.lost_commands
-    return RunFromBag(properties, scene, rows, *lost, shows_truth, end, completeness)
+    layout = layout_of_scene(scene, "", steps.true_states)
+    kept = {key: value for key, value in properties.items() if key in RUN_PROPERTIES}
+    layout = layout._replace(properties={**layout.properties, **kept})
+    run = run_of_block(layout, block_of(scene, steps.rows), _summary(scene, steps, end))
+    return replace(run, path=path, completeness=_assess(scene, steps.rows, end, contents.damage))
+
+
+def decode_steps(scene: Scene, messages: Sequence[Message]) -> BagSteps:
+    """Return the control steps that follow from messages of a run of a scene."""
+    has_true_states = any(message.topic == "true_states" for message in messages)
+    decoder = _Decoder(scene, has_true_states)
+    for message in messages:
+        decoder.decode(message)
+    rows, counts = decoder.steps.pop_rows(final=True), decoder.steps
+    return BagSteps(rows, counts.lost_steps, counts.lost_commands, has_true_states or not is_sensed(scene))
+
+
+def _summary(scene: Scene, steps: BagSteps, end: Mapping[str, str]) -> dict[str, Any]:
+    recorded = len(steps.rows)
+    entries: dict[str, Any] = {"scene": scene.name, "law": scene.law_name, "seed": scene.seed}
+    entries |= {"steps": recorded + steps.lost, "recorded_steps": recorded}
+    entries |= {"lost_steps": steps.lost + steps.lost_commands}
+    entries |= {"lost_commands": steps.lost_commands} if steps.lost_commands else {}
+    subjects = {"steps": steps.lost, "commands": steps.lost_commands}
+    missing = [f"{number} {name}" for name, number in subjects.items() if number]
+    if missing:
+        entries["error"] = f"{' and '.join(missing)} are not in the bag"
+    return entries | {key: end[key] for key in ("ended_by", "error") if key in end}
 
 
 def _assess(scene: Scene, rows: Sequence[Row], end: Mapping[str, str], damage: str) -> Completeness:

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from crane_sim.files.errors import shorten
 from crane_sim.files.installation import MissingPackage, import_optional
-from crane_sim.recording.mcap.reader import McapContents, StoredMessage, mcap_file, read_mcap
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
     from pathlib import Path
+
+    from crane_sim.recording.mcap.reader import McapContents, StoredMessage
 
     Decode = Callable[[bytes, str], Any]
 
@@ -78,21 +79,23 @@ def _check_topics(required: Sequence[str], present: Collection[str]) -> None:
 
 
 def _read_file(path: Path, store: Any, is_wanted: Callable[[str], bool]) -> tuple[McapContents, Decode]:
+    reader = import_optional("crane_sim.recording.mcap.reader", "a bag")
     try:
-        return read_mcap(mcap_file(path), is_wanted), store.deserialize_cdr
+        return reader.read_mcap(reader.mcap_file(path), is_wanted), store.deserialize_cdr
     except (OSError, ValueError) as error:
         raise UnreadableBag(f"cannot be read: {error}") from None
 
 
 def _read_folder(path: Path, store: Any, is_wanted: Callable[[str], bool]) -> tuple[McapContents, Decode]:
     any_reader = import_optional("rosbags.highlevel", "a bag").AnyReader
+    contents = import_optional("crane_sim.recording.mcap.reader", "a bag")
     try:
         with any_reader([path], default_typestore=store) as reader:
             chosen = [each for each in reader.connections if is_wanted(each.topic)]
             messages = reader.messages(chosen) if chosen else ()
-            found = [StoredMessage(each.topic, each.msgtype, time, data) for each, time, data in messages]
+            found = [contents.StoredMessage(each.topic, each.msgtype, time, data) for each, time, data in messages]
             types = reader.typestore
-            return McapContents(found, {}, "", False), types.deserialize_cdr if reader.is2 else types.deserialize_ros1
+            return contents.McapContents(found, {}, ""), types.deserialize_cdr if reader.is2 else types.deserialize_ros1
     except MissingPackage:
         raise
     except Exception as error:  # of a damaged file: rosbags raises many kinds

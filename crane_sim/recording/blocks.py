@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from crane_sim import system
 from crane_sim.recording.base_frame import base_of, to_base, to_world
-from crane_sim.recording.layout import Block, select_tensions
+from crane_sim.recording.layout import Block, of_rollout, select_tensions
+from crane_sim.recording.run import AnimationFrames, RecordedRun, crane_of
+from crane_sim.recording.states import StateTimelines, make_event_timelines, make_fault_timelines
 from crane_sim.recording.suspension import hanging_still
 from crane_sim.simulation.derived import Derived, derive, derive_instant, fill_contact_forces
+from crane_sim.simulation.flat_summary import plain
 from crane_sim.simulation.hardware import is_sensed, measure
 from crane_sim.trajectories.base_motion import base_positions
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
-    from crane_sim.recording.layout import Array
+    from crane_sim.recording.layout import Array, Block, Layout
+    from crane_sim.recording.states import Changes
     from crane_sim.recording.step_assembler import Row
     from crane_sim.scenes.scene import Scene
     from crane_sim.simulation.rollout import Rollout
@@ -42,7 +47,7 @@ def block_of(scene: Scene, rows: Sequence[Row]) -> Block:
     q, v = _array(row.q for row in rows), _array(row.v for row in rows)
     effort = _array(row.effort for row in rows)
     step, braked = np.array([row.step for row in rows], dtype=np.int64), np.array([row.braked for row in rows])
-    motion = Motion(step, q, v, effort, _demands(rows, effort.shape[1]), _write_reference(rows), braked)
+    motion = Motion(step, q, v, effort, _demands(rows, effort.shape[1]), _references(rows), braked)
     t = ((step - 1) * scene.period).astype(np.float64)
     return _complete(scene, motion, derive(scene, t, q, v, effort))._replace(measured=_measured_array(rows))
 
@@ -121,9 +126,12 @@ def _base(scene: Scene, t: Array) -> Array | None:
     return base_positions(moves, t) if moves is not None else None
 
 
-def _write_reference(rows: Sequence[Row]) -> Array | None:
-    references = [row.reference for row in rows]
-    return _array(references) if all(reference is not None for reference in references) else None
+def _references(rows: Sequence[Row]) -> Array | None:
+    """Return the targets (K, nu), NaN before the first one; None without any."""
+    known = next((row.reference for row in rows if row.reference is not None), None)
+    if known is None:
+        return None
+    return _array((np.nan,) * len(known) if row.reference is None else row.reference for row in rows)
 
 
 NEUTRAL_COMPONENTS = {"_z": -1.0, "qw": 1.0}
@@ -170,3 +178,59 @@ def _lyapunov(scene: Scene, t: Array, q: Array, v: Array) -> Array | None:
     if function is None:
         return None
     return _array(function(*at) for at in zip(t.tolist(), map(tuple, q), map(tuple, v), strict=True))
+
+
+def run_of_rollout(rollout: Rollout) -> RecordedRun:
+    """Return a run of `simulate`.
+
+    Raises:
+        ValueError: it has samples at other times than its control periods.
+    """
+    block, steps = block_of_rollout(rollout), rollout.summary["steps"]
+    entries = {"recorded_steps": steps, "lost_steps": 0}
+    return run_of_block(of_rollout(rollout, ""), block, rollout.summary | entries, rollout.events)
+
+
+def run_of_block(
+    layout: Layout, block: Block, summary: Mapping[str, Any], events: Sequence[tuple[float, str]] = ()
+) -> RecordedRun:
+    """Return the run of a block that has all its steps."""
+    t = 1e-9 * ((block.step - 1) * layout.period_ns).astype(np.float64)
+    measured = np.hsplit(block.measured, 2) if layout.sensed and block.measured is not None else (None, None)
+    return RecordedRun(
+        path=None,
+        crane=crane_of(layout.properties),
+        properties={key: value for key, value in layout.properties.items() if key not in ("crane", "urdf")},
+        t=t,
+        q=block.q,
+        v=block.v,
+        q_measured=measured[0],
+        v_measured=measured[1],
+        u=block.effort,
+        commands=block.demanded,
+        reference=block.reference,
+        tip=block.nodes[:, layout.ropes.tip],
+        payload=block.nodes[:, -1],
+        frames=_frames(layout, block, t),
+        states=_states(layout, block, summary, events),
+        events=[(round(1e9 * time) / 1e9, text) for time, text in events],
+        summary=json.loads(json.dumps(summary, default=plain)),
+        **{name: getattr(block, name) for name in ("base", "tensions", "reeved", "swing", "contact")},
+        **{name: getattr(block, name) for name in ("kinetic", "potential", "lyapunov")},
+    )
+
+
+def _frames(layout: Layout, block: Block, t: Any) -> AnimationFrames:
+    kept = (block.step - 1) % layout.frame_stride == 0
+    shown = block.part(kept)
+    target = None if shown.target is None else shown.target[:, -1]
+    return AnimationFrames(t[kept], shown.nodes, target, layout.fall_ends(shown))
+
+
+def _states(
+    layout: Layout, block: Block, summary: Mapping[str, Any], events: Sequence[tuple[float, str]]
+) -> dict[str, Changes]:
+    timelines = make_event_timelines(events) | make_fault_timelines(summary)
+    for timeline, steps, states in StateTimelines(layout).find_changes(block):
+        timelines[timeline] = [*zip(((steps - 1) * layout.period_ns / 1e9).tolist(), states, strict=True)]
+    return {name.replace("_", " "): timelines[name] for name in sorted(timelines)}

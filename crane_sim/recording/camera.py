@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from crane_sim.description.falls import portal_of
 from crane_sim.description.knuckle import pedestal_height
 from crane_sim.description.pendulum import cable_length
-from crane_sim.description.portal import portal_of
 from crane_sim.description.suspended import bridge_reach, contact_height, crane_size, ground_height
 from crane_sim.description.workspace import axis_positions
 from crane_sim.models.falls.crane import FallsCrane
@@ -17,7 +17,7 @@ from crane_sim.models.supports.flexible import rigid_support
 from crane_sim.models.supports.support import structure_of
 from crane_sim.models.supports.telescopic_boom import TelescopicBoom
 from crane_sim.models.suspended.crane import SuspendedCrane
-from crane_sim.recording.rotations import rotations_about_z
+from crane_sim.recording.base_frame import rotations_about_z
 from crane_sim.trajectories.trajectory import sample_trajectory
 
 if TYPE_CHECKING:
@@ -196,6 +196,16 @@ def knuckle_scales(scene: Scene) -> tuple[float, ...]:
     scales |= {"m/s²": 1.0, "m/s": 1.0}
     slew, *others = (max(scales[unit], 1e-9) for unit in scene.effort_units)
     return (0.2 * slew, *others)
+
+
+def pictures_of(scene: Scene) -> tuple[Framing, tuple[float, ...]]:
+    """Return how to draw a crane that is no overhead crane, and the scales (nu,) of its efforts' arrows."""
+    framing, scales = {
+        "knuckle": (of_knuckle, knuckle_scales),
+        "gantry": (of_gantry, gantry_scales),
+        "pendulum": (of_pendulum, lambda scene: (1.0,) * len(scene.actuated)),  # m/s², or m
+    }.get(scene.crane, (of_suspended, suspended_scales))
+    return framing(scene), scales(scene)
 
 
 def of_room(room: BoundingBox, lifts: bool) -> Framing:

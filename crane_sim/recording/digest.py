@@ -1,12 +1,14 @@
-"""Digests of what a recording holds: those that its writer adds, and its reader computes anew.
+"""Digests of what a recording holds: its writer adds them, its reader computes them anew.
 
-They do not depend on how rows were divided among blocks, files and chunks, which are joined and compacted later.
+A digest of rows has the steps of its block, so that a recorder that is killed leaves blocks that can be verified, and
+of a damaged file it is known which steps are as they were written.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -16,8 +18,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-DIGEST = "sha256"
-"""Key of the digest of values beside them."""
+DIGEST, CHANGES = "sha256", "changes_sha256"
+"""Keys of digests beside values: of the values, and in the summary that of events and changes of states."""
 
 
 class Rows(NamedTuple):
@@ -28,6 +30,16 @@ class Rows(NamedTuple):
     time: NDArray[np.int64]  # (K,) ns
     values: NDArray[np.float64]  # (K, curves) or (K,)
 
+    def between(self, first: int, last: int) -> Rows:
+        """Return the rows of the steps from one to another."""
+        part = slice(*np.searchsorted(self.step, (first, last + 1)))
+        return Rows(self.name, self.step[part], self.time[part], self.values[part])
+
+    def at(self, steps: NDArray[np.int64]) -> Rows:
+        """Return the rows at some of the steps."""
+        kept = np.isin(self.step, steps)
+        return Rows(self.name, self.step[kept], self.time[kept], self.values[kept])
+
 
 def digest_rows(quantities: Iterable[Rows]) -> str:
     """Return the digest of the rows of some quantities in whichever order; those without rows do not count."""
@@ -37,6 +49,24 @@ def digest_rows(quantities: Iterable[Rows]) -> str:
         for array, kind in ((rows.step, "<i8"), (rows.time, "<i8"), (rows.values, "<f8")):
             sha.update(np.ascontiguousarray(array, kind).data)
     return sha.hexdigest()
+
+
+def describe_block(first: int, last: int, quantities: Iterable[Rows]) -> str:
+    """Return the digest of a block from the step `first` to the step `last` as text."""
+    return json.dumps({"first": first, "last": last, "rows": digest_rows(quantities)})
+
+
+def verified_steps(curves: Iterable[Rows], blocks: Iterable[str]) -> NDArray[np.int64]:
+    """Return the steps of blocks all of whose rows are as they were written, in order; `blocks` have their digests."""
+    listed, good = list(curves), [np.empty(0, np.int64)]
+    for text in blocks:
+        with suppress(ValueError, TypeError, LookupError, OverflowError):  # the digest is damaged
+            digest = json.loads(text)
+            first, last = np.array([digest["first"], digest["last"]], np.int64).tolist()
+            block = [rows.between(first, last) for rows in listed]
+            if first <= last and digest_rows(block) == digest["rows"]:
+                good += [rows.step for rows in block]
+    return np.unique(np.concatenate(good))
 
 
 def digest_values(values: Mapping[str, Any]) -> str:
@@ -55,6 +85,7 @@ def agrees(values: Mapping[str, Any], required: bool) -> bool:
     return values[DIGEST] == digest_values(values) if DIGEST in values else not (required and values)
 
 
-def digest_changes(name: str, changes: Iterable[tuple[int, str]]) -> list[str]:
-    """Return the digests, 64 bits each, of events or states of a name: their instants [ns] and texts."""
-    return [hashlib.sha256(f"{name} {time} {text}".encode()).hexdigest()[:16] for time, text in changes]
+def digest_changes(changes: Mapping[str, Iterable[tuple[int, str]]]) -> str:
+    """Return the digest of events and states by entity: their instants [ns] and texts."""
+    lines = [f"{name} {time} {text}\n" for name, each in changes.items() for time, text in each]
+    return hashlib.sha256("".join(sorted(lines)).encode()).hexdigest()

@@ -5,6 +5,7 @@ Files of a killed recorder: their locks, and their names when recovered. No Reru
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import itertools
 import os
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from io import FileIO
 
 
 def describe_gaps(recorded: int, steps: int, lost_commands: int = 0) -> str:
@@ -24,6 +26,12 @@ def describe_gaps(recorded: int, steps: int, lost_commands: int = 0) -> str:
         return ""
     without = f", {lost_commands} of them without their command" if lost_commands else ""
     return f"recorder: the recording is incomplete, it has {recorded} of {steps} steps{without}"
+
+
+def describe_failure(recorded: int, steps: int, before_reset: int) -> str:
+    """Return a phrase on the steps in a file that could not be written further; others are of before a reset."""
+    suffix = f" since the last reset, and {before_reset} from before it" if before_reset else ""
+    return f"it has {recorded} of {steps} steps{suffix}"
 
 
 def part_of(path: str, number: int) -> Path:
@@ -72,6 +80,23 @@ def set_aside(parts: Sequence[Path], complete_file: Path) -> None:
     for number, part in enumerate(parts, start=1):
         target = part_of(str(complete_file), number)
         part.replace(unfinished_name(target) if part.name.endswith(".part") else target)
+
+
+def claim(part: Path) -> FileIO:
+    """Make an unfinished file, empty, and lock it until it is closed, or this process ends in any way.
+
+    Raises:
+        OSError: it cannot be made; FileExistsError: another process has it.
+    """
+    part.parent.mkdir(parents=True, exist_ok=True)
+    file = part.open("ab", buffering=0)  # not emptied: it may be another recorder's
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        file.close()
+        raise FileExistsError(errno.EEXIST, "is there already, and another run is writing it") from None
+    file.truncate(0)
+    return file
 
 
 def acquire_lock(path: Path) -> int | None:

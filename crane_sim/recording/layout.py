@@ -14,21 +14,12 @@ import yaml
 
 from crane_sim import system
 from crane_sim.description import urdf
+from crane_sim.description.transforms import BASE, WORLD
 from crane_sim.description.workspace import validated_scene_file
 from crane_sim.recording import provenance
-from crane_sim.recording.base_frame import BASE, WORLD, base_of
-from crane_sim.recording.camera import (
-    Framing,
-    gantry_scales,
-    knuckle_scales,
-    of_gantry,
-    of_knuckle,
-    of_pendulum,
-    of_room,
-    of_suspended,
-    suspended_scales,
-)
-from crane_sim.recording.path_units import path_unit_of_scene
+from crane_sim.recording.base_frame import base_of, fall_ends, to_base
+from crane_sim.recording.camera import Framing, of_room, pictures_of
+from crane_sim.recording.metric_units import path_unit_of_scene
 from crane_sim.recording.states import TimelineInputs, make_timeline_inputs
 from crane_sim.recording.suspension import COORDINATES, Suspension, effort_scales, suspension
 from crane_sim.simulation.hardware import is_sensed, sensed_coordinates
@@ -167,6 +158,14 @@ class Layout(NamedTuple):
             return self.ropes.tensions[0]
         return f"tension of each {'link' if self.ropes.falls is None else 'fall'}"
 
+    def fall_ends(self, block: Block) -> Array | None:
+        """Return the upper and the lower ends (K, n, 2, 3) [m] of n falls in the frame of the base; None without."""
+        if self.ropes.falls is None:
+            return None
+        tip = to_base(block.nodes, block.base)[:, self.ropes.tip]
+        ends = fall_ends(self.ropes.falls, dict(zip(self.joints, block.q.T, strict=True)), tip)
+        return np.stack(ends, axis=2)
+
     @property
     def driven(self) -> list[int]:
         """Return the indices of the actuated joints among the coordinates."""
@@ -202,6 +201,10 @@ class Block(NamedTuple):
     contact: Array | None  # (K,) N, normal force of a surface on the load, of a load that may touch one
     lyapunov: Array | None  # (K, 2) V [J] and its rate [W]
 
+    def part(self, rows: Any) -> Block:
+        """Return the steps of some rows."""
+        return self._replace(**{name: each[rows] for name, each in self._asdict().items() if each is not None})
+
 
 def layout_of_scene(scene: Scene, run_id: str, truth: bool = True) -> Layout:
     """Return the layout of a scene's recording; without `truth` its states are the measured ones."""
@@ -210,6 +213,11 @@ def layout_of_scene(scene: Scene, run_id: str, truth: bool = True) -> Layout:
 
 
 def _make_layout(scene: Scene, run_id: str, truth: bool) -> Layout:
+    cable = suspension(scene)
+    if cable:
+        framing, scales = of_room(cable.room, cable.lifts), effort_scales(scene, cable.hang)
+    else:
+        framing, scales = pictures_of(scene)
     return Layout(
         run_id=run_id,
         name=scene.name,
@@ -218,7 +226,7 @@ def _make_layout(scene: Scene, run_id: str, truth: bool) -> Layout:
         actuated=scene.actuated,
         effort_units=scene.effort_units,
         command_units=scene.command_units,
-        effort_scales=_effort_scales(scene, cable := suspension(scene)),
+        effort_scales=scales,
         length_plots=_length_plots(scene),
         swings=_swings(scene, cable),
         suspension=cable,
@@ -226,7 +234,7 @@ def _make_layout(scene: Scene, run_id: str, truth: bool) -> Layout:
         ropes=_ropes(scene),
         provenance=source_note(scene, truth),
         period_ns=scene.period_ns,
-        framing=(framing := _framing(scene, cable)),
+        framing=framing,
         commanded=scene.sampled,
         has_targets=scene.sampled or scene.reference is not None,
         undriven=not (scene.sampled or scene.law_name or scene.document.get("inputs")),
@@ -253,16 +261,6 @@ def label(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _framing(scene: Scene, cable: Suspension | None) -> Framing:
-    if cable:
-        return of_room(cable.room, cable.lifts)
-    if scene.crane == "pendulum":
-        return of_pendulum(scene)
-    if scene.crane == "knuckle":
-        return of_knuckle(scene)
-    return of_gantry(scene) if scene.crane == "gantry" else of_suspended(scene)
-
-
 def _ropes(scene: Scene) -> Ropes:
     falls, count = getattr(scene.model, "falls", None), system.link_count(scene.model)
     parts = system.fall_count(scene.model)  # of a rope over sheaves
@@ -273,16 +271,6 @@ def _ropes(scene: Scene) -> Ropes:
 def _sea(scene: Scene) -> SineSum | None:
     motion = getattr(scene.file, "base_motion", None)
     return None if motion is None or motion.sea is None else motion.sea.waves(scene.seed)
-
-
-def _effort_scales(scene: Scene, cable: Suspension | None) -> tuple[float, ...]:
-    if scene.crane == "pendulum":
-        return (1.0,) * len(scene.actuated)  # m/s², or m
-    if scene.crane == "knuckle":
-        return knuckle_scales(scene)
-    if scene.crane == "gantry":
-        return gantry_scales(scene)
-    return effort_scales(scene, cable.hang) if cable else suspended_scales(scene)
 
 
 def _length_plots(scene: Scene) -> tuple[LengthPlot, ...]:

@@ -43,6 +43,9 @@ SWING, PAYLOAD, TENSION, REEVED, CONTACT, ENERGY, LYAPUNOV = (
 """Titles of quantities, those that each joint has by SI unit."""
 TRUE, WANTED, MEASURED = "true", "wanted", "measured"
 """What a curve is: of the run itself, its target or command, or what a sensor measures of it."""
+PALETTE = ("#1f6fb4", "#d9730d", "#2a9d5c", "#9450b3", "#008b94", "#c8332b", "#8a6d3b", "#c2418c")
+"""Colours of joints, in the hues and the order of those in the Rerun viewer, dark enough for white paper."""
+TEXT_COLOR = "#2f3a45"
 MAX_SWINGS = 4  # swing coordinates of a cable that are drawn
 MIN_SPAN = 1e-12  # in any unit: a smaller span is rounding
 
@@ -54,7 +57,7 @@ class Quantity(NamedTuple):
     unit: str
 
 
-class QuantityCurve(NamedTuple):
+class Curve(NamedTuple):
     """A curve over the steps of a run."""
 
     name: str
@@ -62,13 +65,31 @@ class QuantityCurve(NamedTuple):
     hue: int | None = None  # number of its colour; None: a neutral one
     kind: str = TRUE
 
+    @property
+    def color(self) -> str:
+        """Its colour on white paper, #rrggbb: measured ones are mixed with as much white."""
+        color = TEXT_COLOR if self.hue is None else PALETTE[self.hue % len(PALETTE)]
+        if not self.dotted:
+            return color
+        return "#" + "".join(f"{(int(color[k : k + 2], 16) + 255) // 2:02x}" for k in (1, 3, 5))
+
+    @property
+    def dashed(self) -> bool:
+        """Whether it is a target or a command, or its colour is another one's already."""
+        return self.kind == WANTED or (self.kind == TRUE and (self.hue or 0) >= len(PALETTE))
+
+    @property
+    def dotted(self) -> bool:
+        """Whether it is what a sensor measures."""
+        return self.kind == MEASURED
+
 
 class CurveSet(NamedTuple):
     """A quantity's curve, with its target, command or measured one, which share an axis."""
 
     title: str  # of the axis
     unit: str
-    curves: tuple[QuantityCurve, ...]
+    curves: tuple[Curve, ...]
     alone: str = ""  # title of the first curve by itself, empty where runs are not compared by it
 
 
@@ -121,10 +142,10 @@ def _positions(run: RecordedRun) -> Iterator[CurveSet]:
         if name.startswith("swing_") or si not in POSITIONS:
             continue
         unit, factor = drawn_unit(si)
-        curves = [QuantityCurve(label(name), factor * run.q[:, i], hue)]
+        curves = [Curve(label(name), factor * run.q[:, i], hue)]
         if run.reference is not None and name in run.crane.actuated:
             target = factor * run.reference[:, run.crane.actuated.index(name)]
-            curves.append(QuantityCurve(f"{label(name)} target", target, hue, WANTED))
+            curves.append(Curve(f"{label(name)} target", target, hue, WANTED))
         curves += _measured(label(name), hue, factor, run.q, run.q_measured, i)
         yield CurveSet(POSITIONS[si], unit, tuple(curves), label(name))
 
@@ -133,16 +154,14 @@ def _rates(run: RecordedRun) -> Iterator[CurveSet]:
     for name, i, hue in _joints(run):
         si = f"{run.crane.joint_units[i]}/s"
         unit, factor = drawn_unit(si)
-        curve = QuantityCurve(label(name), factor * run.v[:, i], hue)
+        curve = Curve(label(name), factor * run.v[:, i], hue)
         yield CurveSet(RATES[si], unit, (curve, *_measured(label(name), hue, factor, run.v, run.v_measured, i)))
 
 
-def _measured(
-    name: str, hue: int, factor: float, true: Array, measured: Array | None, i: int
-) -> Iterator[QuantityCurve]:
+def _measured(name: str, hue: int, factor: float, true: Array, measured: Array | None, i: int) -> Iterator[Curve]:
     """Yield the curve of what a sensor measures of coordinate i, or of its velocity, where it differs from `true`."""
     if measured is not None and not np.array_equal(true[:, i], measured[:, i]):
-        yield QuantityCurve(f"{name} measured", factor * measured[:, i], hue, MEASURED)
+        yield Curve(f"{name} measured", factor * measured[:, i], hue, MEASURED)
 
 
 def _efforts(run: RecordedRun) -> Iterator[CurveSet]:
@@ -150,10 +169,10 @@ def _efforts(run: RecordedRun) -> Iterator[CurveSet]:
     hues, crane = {name: hue for name, _, hue in _joints(run)}, run.crane
     for k, (name, si) in enumerate(zip(crane.actuated, crane.effort_units, strict=True)):
         unit, factor = drawn_unit(si)
-        curves = [QuantityCurve(label(name), factor * run.u[:, k], hues.get(name))]
+        curves = [Curve(label(name), factor * run.u[:, k], hues.get(name))]
         if si == crane.command_units[k] and _differs(run.commands[:, k], run.u[:, k]):
             command = factor * run.commands[:, k]
-            curves.append(QuantityCurve(f"{label(name)} command", command, hues.get(name), WANTED))
+            curves.append(Curve(f"{label(name)} command", command, hues.get(name), WANTED))
         yield CurveSet(EFFORTS[si], unit, tuple(curves), f"effort of {label(name)}")
 
 
@@ -164,12 +183,12 @@ def _differs(command: Array, effort: Array) -> bool:
 
 def _swing(run: RecordedRun) -> Iterator[CurveSet]:
     """Yield the swing from the vertical, and its coordinates where the joints have them."""
-    vertical = QuantityCurve("from the vertical", np.degrees(run.swing))
+    vertical = Curve("from the vertical", np.degrees(run.swing))
     yield CurveSet(SWING, "°", (vertical,), "swing from the vertical")
     for name, i, hue in _joints(run):
         if name.startswith("swing_"):
             short, factor = _short_swing(name), drawn_unit("rad")[1]
-            curve = QuantityCurve(short, np.degrees(run.q[:, i]), hue)
+            curve = Curve(short, np.degrees(run.q[:, i]), hue)
             measured = _measured(short, hue, factor, run.q, run.q_measured, i)
             yield CurveSet(SWING, "°", (curve, *measured), label(name))
 
@@ -182,7 +201,7 @@ def _short_swing(name: str) -> str:
 
 def _payload(run: RecordedRun) -> Iterator[CurveSet]:
     for i, axis in enumerate("xyz"):
-        yield CurveSet(PAYLOAD, "m", (QuantityCurve(axis, run.payload[:, i], i),), f"payload {axis}")
+        yield CurveSet(PAYLOAD, "m", (Curve(axis, run.payload[:, i], i),), f"payload {axis}")
 
 
 def _tensions(run: RecordedRun) -> Iterator[CurveSet]:
@@ -190,21 +209,19 @@ def _tensions(run: RecordedRun) -> Iterator[CurveSet]:
     falls, several = run.frames.falls is not None, run.tensions.shape[1] > 1
     for k, values in enumerate(run.tensions.T if several or falls else [run.tension]):
         name = f"{'fall' if falls else 'link'} {k + 1}" if several or falls else "uppermost link"
-        yield CurveSet(
-            TENSION, "N", (QuantityCurve(name, values, k if several else None),), "" if k else "rope tension"
-        )
+        yield CurveSet(TENSION, "N", (Curve(name, values, k if several else None),), "" if k else "rope tension")
     if run.reeved is not None:
-        yield CurveSet(REEVED, "N", (QuantityCurve("lead line", run.lead_line),))
+        yield CurveSet(REEVED, "N", (Curve("lead line", run.lead_line),))
         for k, values in enumerate(run.falls.T):
-            yield CurveSet(REEVED, "N", (QuantityCurve(f"fall {k + 1}", values, k),))
+            yield CurveSet(REEVED, "N", (Curve(f"fall {k + 1}", values, k),))
     if run.contact is not None:
-        yield CurveSet(CONTACT, "N", (QuantityCurve("on the load", run.contact, 2),))
+        yield CurveSet(CONTACT, "N", (Curve("on the load", run.contact, 2),))
 
 
 def _energies(run: RecordedRun) -> Iterator[CurveSet]:
     potential, energy = (each - each[0] for each in (run.potential, run.energy))
-    yield CurveSet(ENERGY, "J", (QuantityCurve("total since the start", energy),), "energy since the start")
-    yield CurveSet(ENERGY, "J", (QuantityCurve("kinetic", run.kinetic, 0),))
-    yield CurveSet(ENERGY, "J", (QuantityCurve("potential since the start", potential, 2),))
+    yield CurveSet(ENERGY, "J", (Curve("total since the start", energy),), "energy since the start")
+    yield CurveSet(ENERGY, "J", (Curve("kinetic", run.kinetic, 0),))
+    yield CurveSet(ENERGY, "J", (Curve("potential since the start", potential, 2),))
     if run.lyapunov is not None:
-        yield CurveSet(LYAPUNOV, "J", (QuantityCurve("V", run.lyapunov[:, 0], 3),))
+        yield CurveSet(LYAPUNOV, "J", (Curve("V", run.lyapunov[:, 0], 3),))

@@ -6,7 +6,8 @@ import logging
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from crane_sim.files.installation import MissingPackage
+from crane_sim.files.installation import MissingPackage, import_optional
+from crane_sim.recording.blocks import run_of_rollout
 from crane_sim.recording.run import RecordedRun, UnreadableRecording
 
 if TYPE_CHECKING:
@@ -16,8 +17,8 @@ if TYPE_CHECKING:
 def read_recording(path: Path | str) -> RecordedRun:
     """Return the run in a recording FILE.rrd of `crane run`, `crane simulate --record` or `Rollout.record`.
 
-    Or the run in a bag FILE.mcap of `crane run --mcap`, without events and metrics; needs the package rosbags, too.
-    What a killed run has left, FILE.rrd.part or the folder FILE.mcap.part, is read likewise. Of a file that is cut or
+    Or the run in a bag FILE.mcap of `crane run --mcap`, without events and metrics; needs the package rosbags.
+    What a killed run has left, FILE.rrd.part or FILE.mcap.part, is read likewise. Of a file that is cut or
     damaged the steps that are as they were written are returned; `RecordedRun.completeness` and a warning say so.
 
     Times `t` (K,) [s], positions `q` (K, nq), speeds `v` (K, nq), efforts `u` (K, nu), `payload` (K, 3) [m], ...: SI
@@ -32,7 +33,10 @@ def read_recording(path: Path | str) -> RecordedRun:
         raise UnreadableRecording(f"{file}: {'is no file' if file.exists() else 'there is no such file'}")
     is_bag = Path(file.name.removesuffix(".part")).suffix == ".mcap"
     try:
-        run = _read_bag(file) if is_bag else _read_rerun(file)
+        if is_bag:
+            run = import_optional("crane_sim.recording.bag", "a bag").read_bag_run(file)
+        else:
+            run = import_optional("crane_sim.recording.rerun.reader", "a recording").read_run(file)
     except MissingPackage as error:
         raise UnreadableRecording(f"{file}: {error}") from None
     if run.completeness.extent:
@@ -47,20 +51,4 @@ def is_recording(path: Path) -> bool:
 
 def as_recorded(run: RecordedRun | Rollout) -> RecordedRun:
     """Return a run as it would be read back from its recording."""
-    if isinstance(run, RecordedRun):
-        return run
-    from crane_sim.recording.rerun.rollout import recorded_run  # here, as below: its packages are optional
-
-    return recorded_run(run)
-
-
-def _read_rerun(file: Path) -> RecordedRun:
-    from crane_sim.recording.rerun.reader import read_run
-
-    return read_run(file)
-
-
-def _read_bag(file: Path) -> RecordedRun:
-    from crane_sim.recording.rerun.bag_reader import read_bag_run
-
-    return read_bag_run(file)
+    return run if isinstance(run, RecordedRun) else run_of_rollout(run)

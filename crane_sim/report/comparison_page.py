@@ -6,9 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 from crane_sim.recording.metric_units import metric_row
 from crane_sim.recording.quantities import common_quantities, drawn_unit
-from crane_sim.report.page_data import MAX_EVENTS, curve_points, frames_of, page_data, state_rows
+from crane_sim.report.page_data import (
+    MAX_EVENTS,
+    curve_points,
+    frames_of,
+    page_data,
+    parse_robot,
+    state_rows,
+    used_coordinates,
+)
 from crane_sim.report.panels import RUN_COLORS
-from crane_sim.report.robot import parse_robot, used_coordinates
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

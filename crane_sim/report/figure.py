@@ -11,11 +11,11 @@ import numpy as np
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import import_optional
 from crane_sim.files.output import write_output
-from crane_sim.recording.quantities import moving_quantities
+from crane_sim.recording.quantities import PALETTE, TEXT_COLOR, moving_quantities
 from crane_sim.recording.read import as_recorded
 from crane_sim.recording.states import get_color, make_spans
 from crane_sim.report.decimation import rows_with_peaks
-from crane_sim.report.panels import AXIS_COLOR, PALETTE, RUN_COLORS, TEXT_COLOR, Panel, panels_of
+from crane_sim.report.panels import AXIS_COLOR, RUN_COLORS, Panel, panels_of
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -4,22 +4,28 @@ from __future__ import annotations
 
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree
 
 import numpy as np
 
+from crane_sim.description.suspended import ATTITUDE_JOINT
 from crane_sim.recording.base_frame import base_quaternions
+from crane_sim.recording.layout import label
+from crane_sim.recording.metric_units import metric_label, plain_unit
 from crane_sim.recording.rope_colors import usual_tensions
 from crane_sim.recording.states import get_color, make_spans
 from crane_sim.report.decimation import encode_columns, encode_floats, rows_with_peaks
-from crane_sim.report.metrics_table import headlines, joint_table, plain_metrics
-from crane_sim.report.panels import Panel, panels_of
-from crane_sim.report.robot import parse_robot, used_coordinates
+from crane_sim.report.panels import PREFIXES, UNITS_WITH_PREFIX, Panel, panels_of
+from crane_sim.scenes.schema.rigging import ATTITUDE
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from crane_sim.recording.layout import Array
     from crane_sim.recording.run import RecordedRun
+
 
 MAX_FRAME_VALUES = 140_000  # of all frames of a page: 0.75 MB
 MAX_TOTAL_POINTS = 40_000  # of all curves of a page: 0.45 MB
@@ -153,3 +159,119 @@ def _origin(run: RecordedRun) -> list[tuple[str, str]]:
     rows += [("scene sha256", sha256(run.scene_text.encode()).hexdigest())]
     rows += [("state sha256", state)] if state else []
     return [*rows, ("seed", str(run.seed)), ("control period", f"{run.period:g} s")]
+
+
+def parse_robot(urdf: str, coordinates: Sequence[str]) -> dict[str, Any]:
+    """Return the links of a URDF with their solids, and its joints with their coordinates.
+
+    A joint that moves has `source`, the index of its coordinate, and `multiplier` and `offset` of its position. A fixed
+    joint has none of these, except for the one of a body's attitude, which URDF has no type for: its `source` is the
+    indices of the components w, x, y, z of a quaternion.
+
+    Args:
+        urdf: the document's text.
+        coordinates: names of the joint coordinates (nq,).
+    """
+    robot = ElementTree.fromstring(urdf)
+    links = {link.attrib["name"]: [_solid(visual) for visual in link.iter("visual")] for link in robot.iter("link")}
+    return {"links": links, "joints": [_joint_record(joint, list(coordinates)) for joint in robot.findall("joint")]}
+
+
+def used_coordinates(robot: dict[str, Any]) -> list[int]:
+    """Return the indices of the coordinates that move a joint, in ascending order."""
+    used = [joint["source"] for joint in robot["joints"] if "source" in joint]
+    return sorted({i for source in used for i in (source if isinstance(source, list) else [source])})
+
+
+def _joint_record(joint: ElementTree.Element, coordinates: list[str]) -> dict[str, Any]:
+    name, mimic = joint.attrib["name"], joint.find("mimic")
+    description: dict[str, Any] = {
+        "name": name,
+        "parent": _child(joint, "parent").attrib["link"],
+        "child": _child(joint, "child").attrib["link"],
+        "at": _floats_of(_child(joint, "origin"), "xyz"),
+        "rpy": _floats_of(_child(joint, "origin"), "rpy"),
+    }
+    if joint.attrib["type"] == "fixed":
+        quaternion = [coordinates.index(part) for part in ATTITUDE if part in coordinates]
+        return description | ({"source": quaternion} if name == ATTITUDE_JOINT and quaternion else {})
+    return description | {
+        "source": coordinates.index(name if mimic is None else mimic.attrib["joint"]),
+        "multiplier": 1.0 if mimic is None else float(mimic.attrib.get("multiplier", "1")),
+        "offset": 0.0 if mimic is None else float(mimic.attrib.get("offset", "0")),
+        "prismatic": joint.attrib["type"] == "prismatic",
+        "axis": _floats_of(_child(joint, "axis"), "xyz"),
+    }
+
+
+def _solid(visual: ElementTree.Element) -> dict[str, Any]:
+    shape = _child(visual, "geometry")[0]
+    names = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}[shape.tag]
+    return {
+        "size": [number for name in names for number in _floats_of(shape, name)],
+        "at": _floats_of(_child(visual, "origin"), "xyz"),
+        "rpy": _floats_of(_child(visual, "origin"), "rpy"),
+        "color": _floats_of(_child(_child(visual, "material"), "color"), "rgba"),
+    }
+
+
+def _child(element: ElementTree.Element, name: str) -> ElementTree.Element:
+    child = element.find(name)
+    assert child is not None, f"{element.tag} without {name}"
+    return child
+
+
+def _floats_of(element: ElementTree.Element, name: str) -> list[float]:
+    return [float(number) for number in element.attrib[name].split()]
+
+
+HEADLINES = {
+    "sim_time": "simulated",
+    "peak_swing_deg": "peak swing",
+    "residual_swing_deg": "swing left at the end",
+    "max_rope_tension": "largest tension",
+    "min_rope_tension": "smallest tension",
+    "saturated_steps": "saturated periods",
+}
+HIDDEN = tuple("scene law mode seed error real_time_violation state_sha256 recording mcap event_count".split())
+JOINTS = {"final_error": "final error", "settling_time": "joint settled after", "peak_effort": "peak effort"}
+
+
+def headlines(run: RecordedRun) -> list[tuple[str, str]]:
+    """Return (name, value with its unit) of the metrics that are read first."""
+    known = {key: run.summary[key] for key in HEADLINES if run.summary.get(key) is not None}
+    return [(HEADLINES[key], _format(value, _unit(key, run))) for key, value in known.items()]
+
+
+def plain_metrics(run: RecordedRun) -> list[tuple[str, str]]:
+    """Return (name, value with its unit) of all single metrics of a run's summary."""
+    single = {key: value for key, value in run.summary.items() if isinstance(value, str | int | float) or value is None}
+    return [(metric_label(key), _format(value, _unit(key, run))) for key, value in single.items() if key not in HIDDEN]
+
+
+def joint_table(run: RecordedRun) -> list[list[str]]:
+    """Return the rows of the actuated joints below the names of the columns; empty where there is nothing to say."""
+    crane, summary = run.crane, run.summary
+    units = dict(zip(crane.joint_names, crane.joint_units, strict=True))
+    efforts = dict(zip(crane.actuated, crane.effort_units, strict=True))
+    kinds = [key for key in JOINTS if summary.get(key)]
+    unit_of = {"final_error": units, "settling_time": dict.fromkeys(crane.actuated, "s"), "peak_effort": efforts}
+    rows = [
+        [label(name), *(_format(summary[key].get(name), unit_of[key][name]) for key in kinds)]
+        for name in crane.actuated
+    ]
+    return [["joint", *(JOINTS[key] for key in kinds)], *rows] if kinds else []
+
+
+def _unit(key: str, run: RecordedRun) -> str:
+    return plain_unit(key, run.path_unit).replace("deg", "°")
+
+
+def _format(value: Any, unit: str) -> str:
+    if value is None:
+        return "–"
+    if not isinstance(value, float):
+        return f"{value} {unit}".strip()
+    prefixes = PREFIXES if unit in UNITS_WITH_PREFIX else ()
+    factor, prefix = next(((f, p) for f, least, p in prefixes if abs(value) >= least), (1.0, ""))
+    return f"{value / factor:.4g} {prefix}{unit}".strip()

@@ -7,31 +7,19 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from crane_sim.recording.quantities import MEASURED, WANTED, Quantity, QuantityCurve, curve_sets
+from crane_sim.recording.quantities import PALETTE, Quantity, curve_sets
 
 if TYPE_CHECKING:
-    from crane_sim.recording.layout import Array
+    from crane_sim.recording.quantities import Curve
     from crane_sim.recording.run import RecordedRun
 
-PALETTE = ("#1f6fb4", "#d9730d", "#2a9d5c", "#9450b3", "#008b94", "#c8332b", "#8a6d3b", "#c2418c")
-"""Colours of joints, in the hues and the order of those in the Rerun viewer, dark enough for white paper."""
 RUN_COLORS = (PALETTE[1], PALETTE[0], *PALETTE[2:])
 """Colours of runs in a comparison, chosen for contrast; the first is yellow like the crane, as in its recording."""
-TEXT_COLOR, AXIS_COLOR = "#2f3a45", "#8a95a1"
+AXIS_COLOR = "#8a95a1"
 MIN_SPAN_FRACTION = 0.1  # of an axis: a curve with a smaller span gets an axis of its own
 MAX_TITLE_NAMES = 4  # names of curves in a title
 PREFIXES = ((1e6, 2e6, "M"), (1e3, 2e4, "k"))  # factor, smallest peak for which it is used, SI prefix
 UNITS_WITH_PREFIX = ("N", "N m", "J", "W")
-
-
-class Curve(NamedTuple):
-    """One curve over the steps of a run."""
-
-    name: str
-    color: str
-    values: Array  # (K,)
-    dashed: bool = False  # a target, a command, or a curve whose colour another one has already
-    dotted: bool = False  # what a sensor measures, in a lighter tone
 
 
 class Panel(NamedTuple):
@@ -44,23 +32,10 @@ class Panel(NamedTuple):
 
 def panels_of(run: RecordedRun) -> list[Panel]:
     """Return the panels of a run, in the order in which they are shown; angles are in degrees."""
-    by_axis: dict[Quantity, list[list[Curve]]] = {}
+    by_axis: dict[Quantity, list[Sequence[Curve]]] = {}
     for each in curve_sets(run):
-        by_axis.setdefault(Quantity(each.title, each.unit), []).append([*map(_colored, each.curves)])
+        by_axis.setdefault(Quantity(each.title, each.unit), []).append(each.curves)
     return [panel for (title, unit), curves in by_axis.items() for panel in _group_by_axis(title, unit, curves)]
-
-
-def _colored(curve: QuantityCurve) -> Curve:
-    """Return a curve as it is drawn: dashed where it is wanted, or where its colour is another one's already."""
-    color = TEXT_COLOR if curve.hue is None else PALETTE[curve.hue % len(PALETTE)]
-    if curve.kind == MEASURED:
-        return Curve(curve.name, _lighten(color), curve.values, dotted=True)
-    return Curve(curve.name, color, curve.values, dashed=curve.kind == WANTED or (curve.hue or 0) >= len(PALETTE))
-
-
-def _lighten(color: str) -> str:
-    """Return a colour #rrggbb mixed with as much white."""
-    return "#" + "".join(f"{(int(color[k : k + 2], 16) + 255) // 2:02x}" for k in (1, 3, 5))
 
 
 def _group_by_axis(title: str, unit: str, curve_sets: Sequence[Sequence[Curve]]) -> list[Panel]:

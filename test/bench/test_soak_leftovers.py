@@ -9,14 +9,13 @@ from typing import Any
 
 import pytest
 from process_helpers import next_line, started_program
+from recording_samples import RowWriter, rows_at_rest
 
 from crane_bench.soak import signals
 from crane_bench.soak.leftovers import MARK, RECORDING, of_run, orphans
 from crane_bench.soak.monitor import Received
 from crane_bench.soak.signals import Interruption
 from crane_sim import load_scene
-from crane_sim.recording.rerun.session import Session
-from crane_sim.recording.step_assembler import Row
 
 LATE = Interruption(signal.SIGINT, 1.0, None, fresh=False)
 EARLY = LATE._replace(at=0.01)
@@ -33,9 +32,9 @@ def test_files_are_those_of_a_complete_run_or_of_none(tmp_path: Path) -> None:
 def test_a_recording_has_all_received_steps(tmp_path: Path) -> None:
     """It may have more steps than a late subscriber has received, but not fewer."""
     scene = load_scene("knuckle_setpoint", {"duration": 0.1})
-    session, effort = Session(scene, tmp_path / RECORDING), (0.0,) * len(scene.actuated)
-    session.write([Row(k + 1, scene.initial_q, scene.initial_v, effort, effort, scene.reference) for k in range(10)])
-    session.close({"scene": scene.name, "steps": 10}, 0)
+    session = RowWriter(scene, tmp_path / RECORDING)
+    session.write_rows(rows_at_rest(scene, 10))
+    session.finish({"scene": scene.name, "steps": 10})
     assert of_run(tmp_path, 10) == of_run(tmp_path, 7) == []
     assert of_run(tmp_path, 11) == ["recording: 10 steps, its summary says 10, received 11"]
 

@@ -7,8 +7,7 @@ import pytest
 
 from crane_sim import SceneError, load_scene
 from crane_sim.description import urdf
-from crane_sim.description.falls import HEIGHT, LENGTHS, WIDTH, container_edges
-from crane_sim.description.portal import portal_of, portal_visual
+from crane_sim.description.falls import HEIGHT, LENGTHS, WIDTH, container_edges, portal_of, portal_visual
 from crane_sim.description.suspended import box_edges
 
 SHIP_TO_SHORE = ("port_sts_container", "set_down_on_deck", "spreader_pick_up", "spreader_skew")

@@ -171,16 +171,6 @@ def limits(scene: Scene) -> dict[str, tuple[str, dict[str, float]]]:
     return by_name
 
 
-def test_limits_are_the_scenes() -> None:
-    """What a scene bounds has these bounds in the URDF, even beyond what is drawn: travel, length, effort."""
-    bounded = {"trolley": {"mass": 5.0, "limits": [-1.5, 300.0]}, "actuators": {"trolley": {"limit": [-20.0, 30.0]}}}
-    hoist = {"hoist": {"drive": "force", "inertia": 4.0, "limits": [0.5, 80.0]}}
-    actual = limits(load_scene(TROLLEY | hoist | bounded | {"cable": {"lengths": 2.0, "node_masses": 10.0}}))
-    trolley = {"lower": -1.5, "upper": 300.0, "effort": 30.0, "velocity": UNBOUNDED}
-    assert actual["trolley"] == ("prismatic", trolley)
-    assert actual["hoist"] == ("prismatic", {"lower": 0.5, "upper": 80.0, "effort": UNBOUNDED, "velocity": UNBOUNDED})
-
-
 def number(value: float | str) -> float:
     """Return a number of a file, which may be an angle in degrees."""
     return radians(float(value.removesuffix("deg"))) if isinstance(value, str) else value

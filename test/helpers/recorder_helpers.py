@@ -1,9 +1,9 @@
 """A plant that feeds a recorder without ROS, and a disk that is full."""
 
 from crane_sim import load_scene
-from crane_sim.recording.rerun.errors import RecordingError
+from crane_sim.recording.rerun.part_file import RecordingError
 from crane_sim.recording.rerun.recorder import Recorder
-from crane_sim.recording.rerun.session import Session
+from crane_sim.recording.rerun.writer import RunWriter
 from crane_sim.simulation.plant import Plant
 
 PERIOD = 10_000_000  # ns
@@ -26,6 +26,6 @@ def feed(recorder: Recorder, steps: int, after: int = 0, lost_command: int = 0) 
         recorder.add_effort(k * PERIOD, plant.applied)
 
 
-def fail_full_disk(session: Session, rows: object) -> None:
-    """Fail as a write to a full disk does, in place of `Session.write`."""
+def fail_full_disk(writer: RunWriter, block: object) -> None:
+    """Fail as a write to a full disk does, in place of `RunWriter.write`."""
     raise RecordingError("the disk is full")

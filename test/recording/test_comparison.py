@@ -187,20 +187,6 @@ def test_names_in_brackets_are_shown(
     assert "│ run[old] │" in shown
 
 
-def test_long_names_are_broken_and_not_cut(
-    run: crane_sim.RecordedRun, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """In a terminal that is too narrow for the names of the runs every letter of theirs is shown."""
-    names = tuple(f"a_long_name_of_the_run_{kind}" for kind in ("before", "after"))
-    monkeypatch.setenv("COLUMNS", "60")
-    print_comparison(crane_sim.compare(run, run, names=names))
-    shown = capsys.readouterr().out
-    assert "…" not in shown
-    cells = [[cell.strip() for cell in line.strip("┃").split("┃")] for line in shown.splitlines() if line[:1] == "┃"]
-    for i, name in enumerate(names, 1):
-        assert name in "".join(row[i] for row in cells if len(row) == 5)
-
-
 @pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
 def test_the_page_shows_all_runs(run: crane_sim.RecordedRun, tmp_path: Path) -> None:
     """In a browser the page draws both cranes where their runs had them, without fault or request, and names them."""

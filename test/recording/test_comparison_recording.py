@@ -11,8 +11,7 @@ import crane_sim
 from crane_sim.cli.commands import app
 from crane_sim.recording.camera import Framing
 from crane_sim.recording.rerun.comparison import framing_of, record_comparison
-from crane_sim.recording.rerun.errors import RecordingError
-from crane_sim.recording.rerun.repair import repair_leftovers
+from crane_sim.recording.rerun.part_file import RecordingError
 from crane_sim.recording.rerun.screenshot import picture
 from crane_sim.recording.rerun.viewer import PictureError
 
@@ -100,18 +99,6 @@ def test_the_command_writes_it_and_overwrites_no_run(run: crane_sim.RecordedRun,
         app(["compare", source, source, "-o", source], standalone_mode=False)
     with pytest.raises(crane_sim.SceneError, match="holds a comparison of runs"):
         crane_sim.read_recording(file)
-
-
-def test_a_recorder_that_starts_leaves_a_comparison_alone(
-    run: crane_sim.RecordedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """While a comparison is written, a recorder that looks for leftovers in its folder finds none."""
-    recovered = []
-    monkeypatch.setattr(
-        "crane_sim.recording.rerun.comparison._log_curves", lambda *_: recovered.extend(repair_leftovers(tmp_path))
-    )
-    assert record_comparison(crane_sim.compare(run, shifted(run), names=("a", "b")), tmp_path / "both.rrd").exists()
-    assert recovered == [] and [file.name for file in tmp_path.iterdir()] == ["both.rrd"]
 
 
 def test_a_recording_that_cannot_take_its_name_is_one_error(run: crane_sim.RecordedRun, tmp_path: Path) -> None:

@@ -7,9 +7,8 @@ from recorder_helpers import SCENE
 
 import crane_sim
 from crane_sim.files.errors import SceneError
-from crane_sim.recording.rerun.cut_files import open_viewable, viewable
 from crane_sim.recording.rerun.reader import read_curves
-from crane_sim.recording.rerun.rrd_file import read_chunks, whole_size
+from crane_sim.recording.rerun.rrd_file import open_viewable, read_chunks, viewable, whole_size
 
 
 def test_the_viewer_gets_what_is_whole(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
@@ -29,9 +28,9 @@ def test_the_viewer_gets_what_is_whole(tmp_path: Path, caplog: pytest.LogCapture
     assert caplog.messages == [f"{cut} is cut off: what is whole of it is shown"] * 2
 
 
-def test_the_folder_of_a_bag_is_not_shown(tmp_path: Path) -> None:
+def test_an_unfinished_bag_is_not_shown(tmp_path: Path) -> None:
     """An unfinished bag is refused in one line with what draws it."""
-    folder = tmp_path / "run.mcap.part"
-    folder.mkdir()
+    bag = tmp_path / "run.mcap.part"
+    bag.touch()
     with pytest.raises(SceneError, match=r"run\.mcap\.part: is an unfinished bag.*crane report"):
-        open_viewable(folder)
+        open_viewable(bag)

@@ -10,13 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mcap_samples import DESCRIPTION, EFFORT_CODEC, SCENE, STATE_CODEC, TOPICS, feed, read, stamp_of
+from mcap_samples import DESCRIPTION, EFFORT_CODEC, SCENE, TOPICS, feed, read, stamp_of
 from process_helpers import run_to_completion
 
 from crane_sim import orchestration
 from crane_sim.recording.files import unfinished_name
 from crane_sim.recording.mcap.bag import Bag
-from crane_sim.recording.mcap.file import McapFile
 from crane_sim.recording.mcap.topic import Topic
 from crane_sim.recording.rerun.reader import read_curves, read_summary
 from crane_sim.simulation.rollout import simulate
@@ -81,18 +80,6 @@ def test_a_full_disk_spares_run_and_recording(tmp_path: Path, domain_id: int) ->
     assert read_summary(tmp_path / "run.rrd") == summary
 
 
-def test_saved_messages_survive_a_killed_recorder(tmp_path: Path) -> None:
-    """Messages are on their way to the disk as soon as they are saved, not only when the file is complete."""
-    file = McapFile(tmp_path / "run.mcap", list(TOPICS.values()))
-    message = STATE_CODEC.encode(SCENE.period_ns, (0.125,) * 6, (0.25,) * 6, (0.5,) * 6)
-    file.write(0, SCENE.period_ns, message)
-    file.save()
-    (grown,) = file.part.iterdir()
-    assert message in grown.read_bytes()
-    file.abandon()
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_a_reset_begins_a_new_file(tmp_path: Path) -> None:
     """Messages before a reset get a file of their own, and the run after it has the latched ones."""
     bag = Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)
@@ -132,15 +119,6 @@ def test_a_replacing_recorder_restarts_its_count_at_a_reset(tmp_path: Path) -> N
     why = f"recorder: {tmp_path / 'run.part2.mcap'} is incomplete, it has 20 of 25 steps"
     assert bag.finish({"steps": 25})["error"] == why
     assert {file.name for file in tmp_path.iterdir()} == {"run.part2.mcap", "run.part2.before_reset_2.mcap"}
-
-
-def test_a_missing_end_is_an_error(tmp_path: Path) -> None:
-    """A file that lacks steps of the run is finished, and the summary has its number of steps."""
-    bag = Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)
-    feed(bag, 20)
-    why = f"recorder: {tmp_path / 'run.mcap'} is incomplete, it has 20 of 25 steps"
-    assert bag.finish({"steps": 25}) == {"mcap": str(tmp_path / "run.mcap"), "error": why}
-    assert len(read(tmp_path / "run.mcap")["/knuckle/applied_effort"]) == 20
 
 
 def test_a_message_without_a_usable_stamp_gets_the_run_s_time(tmp_path: Path) -> None:

@@ -1,14 +1,12 @@
 """Bags that a killed recorder left."""
 
-import shutil
 from pathlib import Path
 
 import pytest
 from mcap_samples import DESCRIPTION, EFFORT_CODEC, SCENE, STATE_CODEC, TOPICS
 from rosbags.rosbag2 import Reader
 
-from crane_sim.recording.mcap.file import McapFile
-from crane_sim.recording.mcap.repair import repair_folder, scan_file
+from crane_sim.recording.mcap.file import McapFile, recover_bag
 
 Written = list[tuple[str, int, bytes]]
 """Topics, times [ns] and contents of messages."""
@@ -37,18 +35,18 @@ def write(file: McapFile) -> tuple[Written, list[int]]:
 def test_a_recovered_file_is_read_like_a_closed_one(tmp_path: Path) -> None:
     """A recovered file has a killed recorder's messages as a closed one has them: times, order, counts.
 
-    An attempt for which there was no time has changed nothing.
+    An attempt for which there was no time has changed nothing. Older versions left a folder with the file.
     """
     file, left = McapFile(tmp_path / "run.mcap", list(TOPICS.values())), tmp_path / "left.mcap.part"
     write(file)
-    shutil.copytree(file.part, left)
-    with next(left.iterdir()).open("ab") as grown:
-        grown.write(b"\x06\x99")  # the beginning of a record
+    left.mkdir()
+    grown = left / "left.mcap.part.mcap"
+    grown.write_bytes(file.part.read_bytes() + b"\x06\x99")  # the beginning of a record
     file.close({})
     with pytest.raises(TimeoutError):
-        repair_folder(left, lambda: 0.0)  # no time left: it stays as it is
-    recovered = repair_folder(left)
-    assert recovered is not None
+        recover_bag(left, lambda: 0.0)  # no time left: it stays as it is
+    recovered = recover_bag(left)
+    assert recovered is not None and {each.name for each in tmp_path.iterdir()} == {"run.mcap", recovered.name}
     with Reader(recovered) as recovered_bag, Reader(file.path) as closed_bag:
         messages = [[(about.topic, *rest) for about, *rest in bag.messages()] for bag in (recovered_bag, closed_bag)]
         assert messages[0] == messages[1]
@@ -60,16 +58,14 @@ def test_every_chunk_that_is_complete_is_recovered(tmp_path: Path) -> None:
     """Wherever a file was cut, at or within a record, all messages of the chunks before are found by the index."""
     file, left = McapFile(tmp_path / "run.mcap", list(TOPICS.values())), tmp_path / "left.mcap.part"
     messages, saved = write(file)
-    grown = next(file.part.iterdir())
-    data = grown.read_bytes()
-    with grown.open("rb") as whole:
-        ends = [chunk.offset + chunk.length for chunk in scan_file(whole)[1] if chunk.index_offsets]
+    data = file.part.read_bytes()
     file.abandon()
-    assert len(ends) == len(saved)
-    for cut in cuts(data):
-        left.mkdir()
-        (left / "left.mcap.part.mcap").write_bytes(data[:cut])
-        recovered, expected = repair_folder(left), messages[: [0, *saved][sum(end <= cut for end in ends)]]
+    ends = record_ends(data)
+    chunks = [end for end, opcode in ends.items() if opcode == CHUNK]
+    assert len(chunks) == len(saved)
+    for cut in sorted({*ends, *(end - 3 for end in ends), *(end + 5 for end in ends)}):
+        left.write_bytes(data[:cut])
+        recovered, expected = recover_bag(left), messages[: [0, *saved][sum(end <= cut for end in chunks)]]
         assert (recovered is not None) == bool(expected) and not left.exists(), cut
         if recovered is not None:
             with Reader(recovered) as bag:
@@ -79,9 +75,14 @@ def test_every_chunk_that_is_complete_is_recovered(tmp_path: Path) -> None:
             recovered.unlink()
 
 
-def cuts(data: bytes) -> list[int]:
-    """Return the ends of all records of a file that nothing closed, and offsets within them."""
-    ends = [8]  # the file's first bytes
-    while ends[-1] < len(data):
-        ends.append(ends[-1] + 9 + int.from_bytes(data[ends[-1] + 1 : ends[-1] + 9], "little"))
-    return sorted({*ends, *(end - 3 for end in ends[1:]), *(end + 5 for end in ends[:-1])})
+CHUNK = 6  # opcode
+
+
+def record_ends(data: bytes) -> dict[int, int]:
+    """Return the ends of all records of a file that nothing closed, with their opcodes."""
+    end, ends = 8, dict[int, int]()  # behind the file's first bytes
+    while end < len(data):
+        opcode, length = data[end], int.from_bytes(data[end + 1 : end + 9], "little")
+        end += 9 + length
+        ends[end] = opcode
+    return ends

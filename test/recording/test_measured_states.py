@@ -7,6 +7,7 @@ import pytest
 
 import crane_sim
 from crane_sim.recording.layout import of_rollout
+from crane_sim.recording.read import as_recorded
 from crane_sim.recording.replay import replay
 from crane_sim.recording.rerun.curves import channels
 from crane_sim.recording.rerun.recorder import Recorder
@@ -25,9 +26,9 @@ def rollout() -> crane_sim.Rollout:
 
 
 @pytest.fixture(scope="module")
-def run(rollout: crane_sim.Rollout, tmp_path_factory: pytest.TempPathFactory) -> RecordedRun:
-    """Return the run, recorded and read back."""
-    return crane_sim.read_recording(rollout.record(tmp_path_factory.mktemp("measured") / "run.rrd"))
+def run(rollout: crane_sim.Rollout) -> RecordedRun:
+    """Return the run as its recording has it."""
+    return as_recorded(rollout)
 
 
 def test_measured_values_are_those_that_the_law_got(rollout: crane_sim.Rollout) -> None:

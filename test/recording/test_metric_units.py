@@ -1,16 +1,14 @@
 """Units of metrics that depend on the scene: the errors of a path, of the payload's coordinates or of joints."""
 
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 import crane_sim
 from crane_sim.cli.report import print_summary
-from crane_sim.recording.metric_units import metric_row
-from crane_sim.recording.path_units import path_unit
-from crane_sim.recording.rerun.summary import summary_table
-from crane_sim.report.metrics_table import plain_metrics
+from crane_sim.recording.metric_units import metric_row, path_unit, summary_table
+from crane_sim.recording.read import as_recorded
+from crane_sim.report.page_data import plain_metrics
 
 PATH = {
     "kind": "point_to_point",
@@ -31,10 +29,10 @@ CHANGES: dict[str, Any] = {
 }
 
 
-def test_errors_of_a_path_of_joints_have_the_joints_unit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_errors_of_a_path_of_joints_have_the_joints_unit(capsys: pytest.CaptureFixture[str]) -> None:
     """Terminal, page, comparison and the recording's summary show the errors of a path of angles as angles."""
     rollout = crane_sim.simulate("knuckle_setpoint", overrides=CHANGES)
-    run = crane_sim.read_recording(rollout.record(tmp_path / "run.rrd"))
+    run = as_recorded(rollout)
     assert run.path_unit == "rad"
     print_summary(rollout.summary, rollout.scene)
     shown = [line.split()[1:-1] for line in capsys.readouterr().out.splitlines() if "tracking" in line]
@@ -51,3 +49,12 @@ def test_the_unit_of_a_path_is_that_of_all_its_coordinates() -> None:
     assert path_unit(False, ("rad", "m")) == "m"
     for unit, cell in (("rad", "| tracking mse | 2 rad² |"), ("", "| tracking mse | 2 |")):
         assert cell in summary_table("run", {"tracking_mse": 2.0}, unit)
+
+
+def test_angles_have_their_unit() -> None:
+    """Metrics in degrees say so, whatever they are called; others have theirs, and numbers without one stay bare."""
+    table = summary_table(
+        "run", {"peak_tilt_deg": 12.0, "peak_swing_deg": 1.5, "steps": 3, "peak_effort": {"slew": 2.0}}, "m"
+    )
+    for row in ("| peak tilt | 12 ° |", "| peak swing | 1.5 ° |", "| steps | 3 |", "peak effort [N m, N]"):
+        assert row in table

@@ -13,9 +13,7 @@ import crane_sim
 from crane_sim.description import urdf
 from crane_sim.recording.base_frame import base_quaternions, to_base, to_world
 from crane_sim.recording.rerun.reader import read_curves
-from crane_sim.recording.rerun.session import Session
-from crane_sim.recording.rerun.vessel import CREST_POINTS
-from crane_sim.recording.step_assembler import Row
+from crane_sim.recording.rerun.scene3d import CREST_POINTS
 from crane_sim.trajectories.base_motion import base_positions
 
 
@@ -24,15 +22,6 @@ def run() -> crane_sim.Rollout:
     """Return a run on a ship."""
     target = {"reference": {"q": [0.3, 0.8, -0.2, 1.8]}, "control": {"law": "energy"}}
     return crane_sim.simulate(crane_sim.load_scene(CRANE | target, {"duration": 0.5}))
-
-
-def recorded(run: Any, path: Path) -> Path:
-    """Record the run but for its last instant, and return the path."""
-    session = Session(run.scene, path)
-    rows = [Row(k + 1, tuple(run.q[k]), tuple(run.v[k]), tuple(run.u[k]), None, None) for k in range(len(run.t) - 1)]
-    session.write(rows)
-    session.close({}, 0)
-    return path
 
 
 def test_the_frame_of_the_base_takes_the_solids_to_the_nodes(run: Any) -> None:
@@ -49,7 +38,7 @@ def test_the_frame_of_the_base_takes_the_solids_to_the_nodes(run: Any) -> None:
 
 def test_a_recording_moves_the_base(run: Any, tmp_path: Path) -> None:
     """The recording holds the base's place and turn in every picture, as the base's definition gives them."""
-    path = recorded(run, tmp_path / "ship.rrd")
+    path = run.record(tmp_path / "ship.rrd")
     chunks = [c for c in RrdReader(path).stream() if c.entity_path == "/tf/base_link"]
     (batch,) = [chunk.to_record_batch() for chunk in chunks]
     at = batch["Transform3D:translation"].flatten().flatten().to_numpy(zero_copy_only=False).reshape(-1, 3)
@@ -62,7 +51,7 @@ def test_a_recording_moves_the_base(run: Any, tmp_path: Path) -> None:
 
 def test_a_recording_has_the_rate_of_v_at_every_instant(run: Any, tmp_path: Path) -> None:
     """The base's part of V is evaluated at the time of each step, in the recording as in the run."""
-    rate = read_curves(recorded(run, tmp_path / "ship.rrd"), "plots/lyapunov_rate").values
+    rate = read_curves(run.record(tmp_path / "ship.rrd"), "plots/lyapunov_rate").values
     law = run.scene.law
     expected = [law.lyapunov(t, tuple(q), tuple(v))[1] for t, q, v in zip(run.t, run.q, run.v, strict=True)]
     assert np.array_equal(rate[:, 0], expected[:-1])
@@ -75,7 +64,7 @@ def test_the_water_is_the_sea_of_the_base(tmp_path: Path) -> None:
     """At the origin the water rises and falls as a base does that answers nothing but its heave, at every picture."""
     sea = {"significant_height": 1.5, "peak_period": 7.0, "components": 5}
     scene = crane_sim.load_scene(CRANE | {"base_motion": {"sea": sea}}, {"duration": 0.5})
-    path = recorded(crane_sim.simulate(scene), tmp_path / "sea.rrd")
+    path = crane_sim.simulate(scene).record(tmp_path / "sea.rrd")
     heave = {c.entity_path: c.to_record_batch() for c in RrdReader(path).stream() if not c.is_static}["/tf/base_link"]
     (water,) = [c.to_record_batch() for c in RrdReader(path).stream() if c.entity_path == "/water" and not c.is_static]
     points = water["Mesh3D:vertex_positions"].flatten().flatten().to_numpy(zero_copy_only=False)
@@ -88,7 +77,7 @@ def test_the_water_is_the_sea_of_the_base(tmp_path: Path) -> None:
 
 def test_curves_of_one_plot_have_one_unit(run: Any, tmp_path: Path) -> None:
     """Errors, rates, efforts and commands are recorded in a curve of their own unit each, angles in degrees."""
-    path, scene = recorded(run, tmp_path / "ship.rrd"), run.scene
+    path, scene = run.record(tmp_path / "ship.rrd"), run.scene
     rates = read_curves(path, "shown/rate_deg_s").values
     angles = [i for i, unit in enumerate(scene.joint_units) if unit == "rad"]
     assert rates == pytest.approx(np.degrees(run.v[:-1, angles]), abs=1e-12)  # rounding of the conversion

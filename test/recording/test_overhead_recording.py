@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from recording_samples import RowWriter
 from rerun.chunk import RrdReader
 
 from crane_sim import load_scene
 from crane_sim.description.cables import SuspendedCable
 from crane_sim.description.workspace import BoundingBox
 from crane_sim.recording.camera import ASPECT, FIELD_OF_VIEW, of_room
-from crane_sim.recording.rerun.curves import cable_channels
+from crane_sim.recording.rerun.curves import _cable_curves
 from crane_sim.recording.rerun.reader import read_curves
 from crane_sim.recording.rerun.screenshot import picture
-from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.rerun.viewer import NO_DRAWING, PictureError
 from crane_sim.recording.step_assembler import Row
 from crane_sim.recording.suspension import Suspension, hanging_still
@@ -51,11 +51,11 @@ def record_cable_run(path: Path, links: int) -> Run:
     bend = np.sin(4.0 * t)[:, None] * np.linspace(0.2, 1.0, links)
     q = np.column_stack([20.0 * t, bend])
     rest = np.zeros_like(q)
-    session = Session(scene, path)
+    session = RowWriter(scene, path)
     rows = [Row(k + 1, tuple(q[k]), tuple(rest[k]), (1.0,), None, None) for k in range(STEPS)]
-    session.write(rows[:200])
-    session.write(rows[200:])
-    session.close({"scene": scene.name}, lost=0)
+    session.write_rows(rows[:200])
+    session.write_rows(rows[200:])
+    session.finish({"scene": scene.name})
     exact = (np.asarray(part, dtype=np.float64) for part in (t, q, rest, np.ones((STEPS, 1))))
     return Run(path, scene, q, derive(scene, *exact).nodes)
 
@@ -93,10 +93,6 @@ def test_a_few_links_stand_for_all_in_the_plots(run: Run) -> None:
     line = run.nodes[:, -1] - run.nodes[:, 0]
     total = read_curves(run.path, "shown/swing_total_deg").values[:, 0]
     assert total == pytest.approx(np.degrees(np.arctan2(line[:, 0], -line[:, 2])))
-
-
-def test_energies_add_up(run: Run) -> None:
-    """Kinetic and potential energy are plotted beside their sum."""
     parts, whole = read_curves(run.path, "plots/energy_parts").values, read_curves(run.path, "plots/energy").values
     assert parts.sum(axis=1) == pytest.approx(whole[:, 0])
     assert np.ptp(parts[:, 1]) > 1.0  # J: the cable bends, so it is no sum of zeros
@@ -177,7 +173,7 @@ def test_an_elastic_cable_has_the_coordinates_of_its_nodes() -> None:
     room = BoundingBox((5.0, 0.0, -6.0), (10.0, 0.0, 0.0), 5.0, spatial=False)
     cable = Suspension(SuspendedCable((1.0,) * 6, (1.0,) * 6), room, False, "positions")
     block: Any = SimpleNamespace(nodes=nodes[None])
-    channels = {channel.entity: channel for channel in cable_channels(cable)}
+    channels = {channel.entity: channel for channel in _cable_curves(cable)}
     assert channels["shown/swing_deg"].names == ("link 1", "link 3", "link 4", "link 6")
     assert channels["shown/swing_deg"].values(block) == pytest.approx(np.array([[10.0, 30.0, 40.0, 60.0]]))
     assert channels["shown/cable_m"].values(block) == pytest.approx([6.6])

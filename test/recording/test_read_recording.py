@@ -94,7 +94,7 @@ def test_bad_files_are_refused_in_one_line(file: Path, tmp_path: Path) -> None:
 def test_a_file_is_cut_off_wherever_that_is(file: Path, tmp_path: Path) -> None:
     """A file that ends within a message, within the head of one or between two is said to be cut off."""
     whole = file.read_bytes()
-    for size in range(60, 1560, 4):  # heads have 16 bytes
+    for size in range(60, 460, 4):  # heads have 16 bytes
         (tmp_path / "cut.rrd").write_bytes(whole[:size])
         with pytest.raises(UnreadableRecording, match="is cut off"):
             crane_sim.read_recording(tmp_path / "cut.rrd")

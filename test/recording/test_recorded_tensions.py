@@ -9,10 +9,9 @@ from rerun.chunk import RrdReader
 
 import crane_sim
 from crane_sim.recording.layout import MAX_TENSIONS, layout_of_scene
-from crane_sim.recording.rerun.session import Session
+from crane_sim.recording.quantities import Curve
 from crane_sim.recording.run import RecordedRun
-from crane_sim.recording.step_assembler import Row
-from crane_sim.report.panels import Curve, panels_of
+from crane_sim.report.panels import panels_of
 
 STEPS = 4
 
@@ -76,19 +75,6 @@ def test_every_tension_has_its_name(kind: str, runs: dict[str, RecordedRun]) -> 
         assert np.array_equal(columns[f"tension.{k + 1}"][0], run.tensions[:, k])
 
 
-@pytest.mark.parametrize("kind", ["fall", "link"])
-def test_a_recorder_derives_the_same(
-    kind: str, rollouts: dict[str, crane_sim.Rollout], runs: dict[str, RecordedRun], tmp_path: Path
-) -> None:
-    """A recorder, which gets joint states and efforts only, writes the same tensions in blocks of any length."""
-    run, session = rollouts[kind], Session(rollouts[kind].scene, tmp_path / "run.rrd")
-    rows = [Row(k + 1, tuple(run.q[k]), tuple(run.v[k]), tuple(run.u[k]), None, None) for k in range(STEPS)]
-    session.write(rows[:1])
-    session.write(rows[1:])
-    session.close({"scene": run.scene.name}, lost=0)
-    assert np.array_equal(crane_sim.read_recording(tmp_path / "run.rrd").tensions, runs[kind].tensions)
-
-
 def test_of_very_many_links_the_first_is_recorded(tmp_path: Path) -> None:
     """A chain of more links than are recorded keeps the top one's tension, and says so."""
     rollout = chain(MAX_TENSIONS + 1)
@@ -100,9 +86,12 @@ def test_of_very_many_links_the_first_is_recorded(tmp_path: Path) -> None:
 
 def test_recordings_with_one_tension_are_shown(runs: dict[str, RecordedRun]) -> None:
     """Of a run on falls whose recording holds one tension, as older ones do, it is shown as the first fall's."""
-    old = replace(runs["fall"], tensions=runs["fall"].tensions[:, :1])
+    run = runs["fall"]
+    old = replace(run, tensions=run.tensions[:, :1])
     assert list(tension_curves(old)) == ["fall 1"]
     assert "tension.1" not in old.columns()
+    assert run.reeved is None and run.falls.shape == (STEPS, 0) and run.lead_line.size == 0
+    assert "lead_line" not in run.columns() and "fall.1" not in run.columns()
 
 
 def test_lead_line_and_falls_of_a_reeved_rope_are_recorded(tmp_path: Path) -> None:
@@ -119,10 +108,3 @@ def test_lead_line_and_falls_of_a_reeved_rope_are_recorded(tmp_path: Path) -> No
     assert sorted(shown) == sorted(names)
     columns = run.columns()
     assert np.array_equal(columns["fall.12"][0], run.falls[:, 11]) and columns["lead_line"][1] == "N"
-
-
-def test_a_rope_without_sheaves_has_no_such_tensions(runs: dict[str, RecordedRun]) -> None:
-    """Other cranes record none: no curve, no column, empty arrays."""
-    run = runs["fall"]
-    assert run.reeved is None and run.falls.shape == (STEPS, 0) and run.lead_line.size == 0
-    assert "lead_line" not in run.columns() and "fall.1" not in run.columns()

@@ -18,17 +18,16 @@ from process_helpers import run_to_completion, wait_until
 from recorder_helpers import PERIOD, SCENE, fail_full_disk, feed
 from rerun.chunk import RrdReader
 
-from crane_sim import orchestration, read_recording
+from crane_sim import read_recording
 from crane_sim.recording.completeness import COMPLETE
 from crane_sim.recording.files import existing_parts
 from crane_sim.recording.rerun.live import live_address
 from crane_sim.recording.rerun.reader import read_curves, read_summary
 from crane_sim.recording.rerun.recorder import Recorder
 from crane_sim.recording.rerun.repair import EarlierFiles, repair
-from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.rerun.viewer import free_ports, rerun_executable
+from crane_sim.recording.rerun.writer import RunWriter
 from crane_sim.recording.step_assembler import MAX_ROWS_PENDING, StepAssembler
-from crane_sim.simulation.plant import Plant
 
 TARGET = (0.0, 0.0, 0.0, 2.0)
 
@@ -38,7 +37,7 @@ def number(k: int, size: int) -> tuple[float, ...]:
     return (float(k),) * size
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(2))
 def test_topics_may_overtake_each_other(seed: int) -> None:
     """In any interleaving of the three topics, each step is assembled once, in order, from its own messages."""
     assembler, draw = StepAssembler(PERIOD, TARGET), random.Random(seed)
@@ -182,20 +181,6 @@ def test_a_replacing_recorder_overwrites_no_file_before_a_reset(tmp_path: Path) 
         assert np.array_equal(read_curves(tmp_path / name, "plots/q").step, np.arange(1, steps + 1))
 
 
-def test_a_reset_after_the_recorder_died_starts_a_new_recording(tmp_path: Path) -> None:
-    """A recorder that resumes at step 20 and then receives step 1 does not take a reset for a repetition."""
-    path = tmp_path / "run.rrd"
-    dead = Recorder(SCENE, path, run_id="one")
-    feed(dead, 20)
-    dead.save()
-    previous = EarlierFiles(20, 20, (tmp_path / "run.rrd.part",))
-    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", complete_file=path, previous=previous)
-    feed(successor, 30)
-    assert successor.finish({"steps": 30})["recorded_steps"] == 30
-    for name, steps in (("run.before_reset_1.rrd", 20), ("run.rrd", 30)):
-        assert np.array_equal(read_curves(tmp_path / name, "plots/q").step, np.arange(1, steps + 1))
-
-
 def test_a_part_that_is_complete_already_is_joined_too(tmp_path: Path) -> None:
     """A recorder that died after the last step, its file complete, loses no step, and leaves one file."""
     path = tmp_path / "run.rrd"
@@ -219,7 +204,7 @@ def test_the_error_of_a_full_disk_has_counts_and_parts(tmp_path: Path, monkeypat
     previous = EarlierFiles(20, 20, (part,))
     successor = Recorder(SCENE, tmp_path / "run.part2.rrd", complete_file=tmp_path / "run.rrd", previous=previous)
     feed(successor, 30, after=20)
-    monkeypatch.setattr(Session, "write", fail_full_disk)
+    monkeypatch.setattr(RunWriter, "write", fail_full_disk)
     added = successor.finish({"steps": 32})
     files = [str(part), str(tmp_path / "run.part2.rrd.part")]
     assert added["error"] == "recorder: the disk is full; it has 20 of 32 steps"
@@ -256,32 +241,6 @@ def test_commands_that_a_dead_recorder_lost_stay_lost(tmp_path: Path) -> None:
     assert added == {"recording": str(path), "recorded_steps": 40, "lost_steps": 2, "lost_commands": 2}
     assert np.flatnonzero(np.isnan(read_recording(path).commands[:, 0])).tolist() == [6, 32]
     assert "2 of them without their command" in read_summary(path)["error"]
-
-
-def test_the_summary_counts_the_missing_end(tmp_path: Path) -> None:
-    """Steps of the plant that the recorder never received are lost, in the summary of the file, too."""
-    recorder = Recorder(SCENE, tmp_path / "run.rrd")
-    feed(recorder, 20)
-    assert recorder.finish({"steps": 25})["lost_steps"] == 5
-    assert read_summary(tmp_path / "run.rrd")["lost_steps"] == 5
-
-
-def test_the_node_records_every_step(tmp_path: Path) -> None:
-    """Over ROS in lockstep the recording has each step's state and applied effort, bit for bit as without ROS."""
-    path = tmp_path / "run.rrd"
-    summary = orchestration.run(SCENE, record=path)
-    assert "error" not in summary
-    assert (summary["recorded_steps"], summary["lost_steps"]) == (SCENE.steps, 0)
-    plant, states, efforts = Plant(SCENE), [], []
-    for _ in range(SCENE.steps):
-        states.append(plant.q)
-        assert SCENE.law is not None
-        plant.advance(SCENE.law(plant.t, plant.q, plant.v))
-        efforts.append(plant.applied)
-    assert np.array_equal(read_curves(path, "plots/q").values, states)
-    for entity in ("plots/effort", "plots/effort_demanded"):  # nothing limits this crane's drives
-        assert np.array_equal(read_curves(path, entity).values, efforts)
-    assert read_summary(path) == summary
 
 
 RUN = """

@@ -8,13 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from recording_samples import SCENE, STEPS, steps_of
+from recording_samples import SCENE, STEPS, RowWriter, steps_of
 from rerun.chunk import RrdReader
 
 from crane_sim.recording.rerun.cranes import turn_from_z
 from crane_sim.recording.rerun.reader import read_curves, read_summary
 from crane_sim.recording.rerun.screenshot import picture
-from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.rerun.viewer import NO_DRAWING, PictureError
 from crane_sim.simulation.derived import derive
 
@@ -34,14 +33,14 @@ class Run(NamedTuple):
 def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     """Record one run."""
     path = tmp_path_factory.mktemp("recording") / "run.rrd"
-    session, rows = Session(SCENE, path), list(steps_of(SCENE))
+    session, rows = RowWriter(SCENE, path), list(steps_of(SCENE))
     session.add_timeline_state("simulation", "stopped", 1, "playing")
-    session.write(rows[:500])
-    session.write(rows[500:])
+    session.write_rows(rows[:500])
+    session.write_rows(rows[500:])
     session.add_speed(STEPS, 12.5)
     session.add_note(STEPS, "the end")
     summary = {"scene": SCENE.name, "steps": STEPS, "final_error": {"slew": 0.25}, "settling_time": {"slew": None}}
-    added = session.close(summary, lost=0)
+    added = session.finish(summary)
     q, v, u = (np.array([row[i] for row in rows]) for i in (1, 2, 3))
     return Run(path, SCENE.period * np.arange(STEPS), q, v, u, summary | added)
 

@@ -11,31 +11,29 @@ import pytest
 import rerun as rr
 from mcap_samples import TOPICS, feed, read
 from process_helpers import run_to_completion
-from recording_samples import SCENE, STEPS
+from recording_samples import SCENE, STEPS, RowWriter
 
 from crane_sim import simulate
 from crane_sim.recording.files import unfinished_name
 from crane_sim.recording.mcap.bag import Bag
-from crane_sim.recording.rerun.errors import RecordingError
+from crane_sim.recording.rerun.part_file import RecordingError
 from crane_sim.recording.rerun.reader import read_curves
 from crane_sim.recording.rerun.repair import repair, repair_leftovers
-from crane_sim.recording.rerun.session import Session
 
 CHILD = """
 import os, resource, signal, sys
 from pathlib import Path
-from recording_samples import SCENE, steps_of
-from crane_sim.recording.rerun.session import Session
-from crane_sim.recording.rerun.errors import RecordingError
+from recording_samples import SCENE, RowWriter, steps_of
+from crane_sim.recording.rerun.part_file import RecordingError
 
-rows, session = list(steps_of(SCENE)), Session(SCENE, Path(sys.argv[1]))
+rows, session = list(steps_of(SCENE)), RowWriter(SCENE, Path(sys.argv[1]))
 if sys.argv[2] == "killed":
-    session.write(rows[:500])
+    session.write_rows(rows[:500])
     os.kill(os.getpid(), signal.SIGKILL)
 resource.setrlimit(resource.RLIMIT_FSIZE, (800_000, 800_000))
 try:
     for first in range(0, len(rows), 50):
-        session.write(rows[first:first + 50])
+        session.write_rows(rows[first:first + 50])
 except RecordingError as error:
     print(session.recorded, error, sep="|", flush=True)
     os._exit(3)
@@ -50,54 +48,42 @@ def child(program: str, path: Path, end: str = "killed") -> subprocess.Completed
     return run_to_completion(command, env=env)
 
 
-def test_a_killed_recorder_loses_nothing_it_wrote(tmp_path: Path) -> None:
-    """After SIGKILL the next recorder repairs what was left, and every step that was written is in it."""
-    assert child(CHILD, tmp_path / "run.rrd", "killed").returncode == -9
+def test_a_killed_recorder_loses_nothing_it_wrote(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """After SIGKILL the next run of that name says in one line what it recovered: every step that was written."""
+    path, recovered = tmp_path / "run.rrd", tmp_path / "run.recovered.rrd"
+    assert child(CHILD, path, "killed").returncode == -9
     assert [entry.name for entry in tmp_path.iterdir()] == ["run.rrd.part"]
-    session = Session(SCENE, tmp_path / "next.rrd")
-    curves = read_curves(tmp_path / "run.recovered.rrd", "plots/q")
-    assert np.array_equal(curves.step, np.arange(1, 501))
-    assert not (tmp_path / "run.rrd.part").exists()
-    session.close({}, lost=0)
+    run = simulate(SCENE, duration=0.3)
+    run.record(path)
+    line = f"{path}.part was left by a killed run: recovered as {recovered}"
+    assert [each.getMessage() for each in caplog.records] == [line]
+    assert np.array_equal(read_curves(recovered, "plots/q").step, np.arange(1, 501))
+    assert np.array_equal(read_curves(path, "plots/q").values, run.q[:-1])
+    assert not unfinished_name(path).exists()
 
 
 def test_a_living_recorder_s_part_is_unchanged(tmp_path: Path) -> None:
     """A file that is still being written is not taken for a leftover."""
-    session = Session(SCENE, tmp_path / "run.rrd")
+    session = RowWriter(SCENE, tmp_path / "run.rrd")
     assert repair_leftovers(tmp_path) == []
-    session.close({}, lost=0)
+    session.finish({})
     assert (tmp_path / "run.rrd").exists()
-
-
-def test_a_run_of_the_same_name_recovers_what_was_left(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    """A run that is recorded where a killed one left a file keeps that one's steps and says so in one line."""
-    path, run = tmp_path / "run.rrd", simulate(SCENE, duration=0.3)
-    data = run.record(path).read_bytes()
-    path.unlink()
-    unfinished_name(path).write_bytes(data[:-2000])
-    run.record(path)
-    recovered = tmp_path / "run.recovered.rrd"
-    assert [line.getMessage() for line in caplog.records] == [
-        f"{path}.part was left by a killed run: recovered as {recovered}"
-    ]
-    for file in (path, recovered):
-        assert np.array_equal(read_curves(file, "plots/q").values, run.q[:-1])
 
 
 def test_a_folder_that_is_gone_is_an_error_of_the_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A recording whose folder was removed ends in one line, whether the disk fails or the file cannot be renamed."""
     folder = tmp_path / "gone"
-    session = Session(SCENE, folder / "run.rrd")
+    session = RowWriter(SCENE, folder / "run.rrd")
     shutil.rmtree(folder)
     with pytest.raises(RecordingError, match=r"run\.rrd\.part: No such file"):
-        session.close({}, lost=0)
+        session.finish({})
 
     def fail(*_: object, **__: object) -> None:
         raise RuntimeError("no disk")
 
     monkeypatch.setattr(rr.RecordingStream, "flush", fail)
     with pytest.raises(RecordingError, match=r"run\.rrd\.part: no disk \(its folder: No such file"):
-        session.close({}, lost=0)
+        session.finish({})
 
 
 def test_unrecoverable_files_are_unchanged(tmp_path: Path) -> None:
@@ -138,8 +124,7 @@ def test_a_killed_recorder_s_file_is_recovered(tmp_path: Path, caplog: pytest.Lo
     """After SIGKILL the next recorder of the same name names the recovered file, which is readable."""
     path = tmp_path / "run.mcap"
     assert child(MCAP_CHILD, path).returncode == -9
-    (grown,) = unfinished_name(path).glob("*.mcap")
-    with grown.open("ab") as file:
+    with unfinished_name(path).open("ab") as file:
         file.write(b"\x06\xff\xff")  # a chunk that was cut
     bag = Bag(path, TOPICS, SCENE.period_ns)
     feed(bag, 5)

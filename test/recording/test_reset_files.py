@@ -17,7 +17,7 @@ from crane_sim.recording.rerun import repair
 from crane_sim.recording.rerun.reader import read_curves
 from crane_sim.recording.rerun.recorder import Recorder
 from crane_sim.recording.rerun.repair import EarlierFiles
-from crane_sim.recording.rerun.session import Session
+from crane_sim.recording.rerun.writer import RunWriter
 
 
 def test_a_disk_that_was_full_before_a_reset_is_counted_in_its_own_files(
@@ -29,7 +29,7 @@ def test_a_disk_that_was_full_before_a_reset_is_counted_in_its_own_files(
     feed(recorder, 30)
     assert recorder.recorded >= 29  # the command of the last step may still be waited for
     previous = recorder.recorded
-    monkeypatch.setattr(Session, "write", fail_full_disk)
+    monkeypatch.setattr(RunWriter, "write", fail_full_disk)
     feed(recorder, 40, after=30)
     feed(recorder, 20)
     added = recorder.finish({"steps": 20})

@@ -13,7 +13,7 @@ from crane_sim.files.catalogue import scene_files
 from crane_sim.recording.rerun.screenshot import Shown, camera
 from crane_sim.recording.rerun.viewer import NO_DRAWING, PictureError
 
-KINDS = ("knuckle_setpoint", "overhead_energy", "bridge_pick_up")
+KINDS = ("overhead_energy", "bridge_pick_up")
 """Scenes whose pictures the ordinary suite looks at; those of all others are long."""
 ENDLESS = {"overhead_long"}
 """An hour, whose recording has no picture that a shorter run has not."""

@@ -161,26 +161,20 @@ def test_a_viewer_that_never_answers_is_given_up(recording: Path, monkeypatch: p
         assert str(caught.value) == line
 
 
-def test_temporary_files_of_a_viewer_are_removed(recording: Path, tmp_path: Path) -> None:
-    """What a viewer creates in the folder for temporary files, and leaves when it is ended, is gone with it."""
-    program, made = tmp_path / "viewer", tmp_path / "made"
-    program.write_text(f"#!/bin/sh\nmktemp -d > {made}.new && mv {made}.new {made}\nexec sleep 60\n")
-    with headless_viewer():
-        wait_until(made.exists, "the viewer's folder")
-        folder = Path(made.read_text().strip())
-        assert folder.is_dir()
-    assert not folder.exists()
-
-
 def test_a_viewer_reaches_no_other_machine(recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever proxy a user has, a viewer's requests to other machines end at a port here that no program serves."""
+    """Whatever proxy a user has, a viewer's requests to other machines end at a port here that no program serves.
+
+    What it leaves in the folder for temporary files is gone with it.
+    """
     monkeypatch.setenv("https_proxy", "http://proxy.example.org:3128")
     monkeypatch.setenv("NO_PROXY", "example.org")
     program, made = tmp_path / "viewer", tmp_path / "made"
     program.write_text(f"#!/bin/sh\nenv > {made}.new && mv {made}.new {made}\nexec sleep 60\n")
     with headless_viewer():
         wait_until(made.exists, "the viewer's environment")
-    given = dict(line.split("=", 1) for line in made.read_text().splitlines() if "proxy" in line.lower())
+        given = dict(line.split("=", 1) for line in made.read_text().splitlines() if "=" in line)
+        assert Path(given["TMPDIR"]).is_dir()
+    assert not Path(given["TMPDIR"]).exists()
     assert given["ALL_PROXY"] == given["all_proxy"] == "http://127.0.0.1:9"  # before those of a single scheme
     assert given["NO_PROXY"] == given["no_proxy"] == "127.0.0.1"
 
@@ -207,7 +201,7 @@ def test_a_clip_has_the_pictures_of_its_part(recording: Path, tmp_path: Path) ->
     assert count == 8 and progress == [(k, 8) for k in range(1, 9)]
 
 
-@pytest.mark.parametrize(("rate", "duration"), [(30.0, 2000), (50.0, 1200), (7.0, 8570)])
+@pytest.mark.parametrize(("rate", "duration"), [(30.0, 2000), (7.0, 8570)])
 def test_a_gif_lasts_as_long_as_its_part(recording: Path, tmp_path: Path, rate: float, duration: int) -> None:
     """The pictures of a GIF, which counts in hundredths of a second, together last as long as they should."""
     file = tmp_path / "run.gif"

@@ -5,16 +5,21 @@ from typing import Any
 
 import numpy as np
 import pytest
+from recording_samples import RowWriter, rows_at_rest
 
 import crane_sim
 from crane_sim.recording.blocks import block_of_rollout
 from crane_sim.recording.layout import of_rollout
-from crane_sim.recording.rerun.session import Session
 from crane_sim.recording.rerun.writer import RunWriter
 from crane_sim.recording.run import RecordedRun
-from crane_sim.recording.state_timelines import StateTimelines
-from crane_sim.recording.states import COLORS, CONTROLLER, TimelineInputs, make_event_timelines, make_spans
-from crane_sim.recording.step_assembler import Row
+from crane_sim.recording.states import (
+    COLORS,
+    CONTROLLER,
+    StateTimelines,
+    TimelineInputs,
+    make_event_timelines,
+    make_spans,
+)
 from crane_sim.report.page_data import page_data
 
 CHANGES: dict[str, Any] = {
@@ -72,10 +77,12 @@ def test_timelines_follow_from_steps(rollout: crane_sim.Rollout) -> None:
     demanded[10:12], demanded[14, 1], demanded[20], braked[10:12] = np.nan, 1e9, np.nan, True
     tensions[12:18, 0], tensions[18, 0], contact[3:15] = 0.0, -2.0, 1.0
     block = block._replace(demanded=demanded, braked=braked, tensions=tensions, contact=contact)
-    timelines, found = StateTimelines(layout, TimelineInputs(None, True)), dict[str, list[tuple[int, str]]]()
+    timelines, found = (
+        StateTimelines(layout._replace(timeline_inputs=TimelineInputs(None, True))),
+        dict[str, list[tuple[int, str]]](),
+    )
     for rows in (slice(0, 15), slice(15, None)):
-        part = block._replace(**{name: each[rows] for name, each in block._asdict().items() if each is not None})
-        for timeline, steps, states in timelines.find_changes(part):
+        for timeline, steps, states in timelines.find_changes(block.part(rows)):
             found.setdefault(timeline, []).extend(zip(steps.tolist(), states, strict=True))
     assert found == {
         "brakes": [(1, "released"), (11, "acting"), (13, "released")],
@@ -128,10 +135,9 @@ def test_short_spans_do_not_hide_what_happened() -> None:
 def test_states_of_one_instant_are_in_their_order(tmp_path: Path) -> None:
     """Changes at one instant are read back in the order in which they were recorded, not in that of their names."""
     scene = crane_sim.load_scene("knuckle_setpoint")
-    session = Session(scene, tmp_path / "run.rrd")
-    effort = (0.0,) * len(scene.actuated)
-    session.write([Row(k + 1, scene.initial_q, scene.initial_v, effort, effort, scene.reference) for k in range(10)])
+    session = RowWriter(scene, tmp_path / "run.rrd")
+    session.write_rows(rows_at_rest(scene, 10))
     for name in ("playing", "paused"):
         session.add_timeline_state("simulation", "stopped", 5, name)
-    file = session.close({"scene": scene.name, "steps": 10}, 0)["recording"]
+    file = session.finish({"scene": scene.name, "steps": 10})["recording"]
     assert [state for _, state in crane_sim.read_recording(file).states["simulation"]][-2:] == ["playing", "paused"]

@@ -14,6 +14,7 @@ from browser import CHROMIUM, NO_CHROMIUM, evaluate_in_pages
 import crane_sim
 from crane_sim.files.catalogue import scene_files
 from crane_sim.recording.layout import FRAME_NS
+from crane_sim.recording.read import as_recorded
 from crane_sim.recording.run import RecordedRun
 from crane_sim.report.page import page, save_page
 from crane_sim.report.page_data import page_data
@@ -48,24 +49,22 @@ SCRIPT = """() => {
 }""".replace("COUNT", str(INSTANTS))
 
 
-def record_run(scene: str, duration: float, folder: Path) -> RecordedRun:
-    """Return a short run, recorded and read back."""
-    run = crane_sim.simulate(scene, duration=duration)
-    return crane_sim.read_recording(run.record(folder / f"{scene}.rrd"))
+def record_run(scene: str, duration: float) -> RecordedRun:
+    """Return a short run as its recording has it."""
+    return as_recorded(crane_sim.simulate(scene, duration=duration))
 
 
-def record_failed_run(folder: Path) -> RecordedRun:
+def record_failed_run() -> RecordedRun:
     """Return a run that ended where its suspension point ran into its limit."""
     with pytest.raises(crane_sim.SimulationError) as error:
         crane_sim.simulate("pendulum_free", overrides=PUSHED)
-    return crane_sim.read_recording(error.value.run.record(folder / "failed.rrd"))
+    return as_recorded(error.value.run)
 
 
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, RecordedRun]:
-    """Record short runs, and one that fails."""
-    folder = tmp_path_factory.mktemp("runs")
-    found = {name: record_run(*each, folder) for name, each in SCENES.items()} | {"failed": record_failed_run(folder)}
+def runs() -> dict[str, RecordedRun]:
+    """Return short runs, and one that fails."""
+    found = {name: record_run(*each) for name, each in SCENES.items()} | {"failed": record_failed_run()}
     found["gantry"].summary["real_time_violation"] = LATE
     return found
 
@@ -114,7 +113,7 @@ def test_pages_of_the_catalogue(first: int, tmp_path: Path) -> None:
     for name in CATALOGUE[first : first + PAGES_PER_BROWSER]:
         scene = crane_sim.load_scene(name)
         frames = (INSTANTS + 1) * max(scene.period, 1e-9 * FRAME_NS)  # s
-        runs[name] = record_run(name, min(scene.duration, frames), tmp_path)
+        runs[name] = record_run(name, min(scene.duration, frames))
     answers = evaluate_in_pages({name: page(run) for name, run in runs.items()}, SCRIPT, tmp_path)
     check_positions(runs, answers)
     check_quiet(answers)
@@ -165,20 +164,7 @@ def lengthen(run: RecordedRun, steps: int) -> RecordedRun:
     """Return a run of this many steps with noise for its motion, the worst to store."""
     random, stride = np.random.default_rng(1), 3
     count = len(range(0, steps, stride))
-    names = (
-        "q",
-        "v",
-        "u",
-        "commands",
-        "reference",
-        "tip",
-        "payload",
-        "tensions",
-        "swing",
-        "kinetic",
-        "potential",
-        "base",
-    )
+    names = "q v u commands reference tip payload tensions swing kinetic potential base".split()
     longer = {name: random.normal(size=(steps, *getattr(run, name).shape[1:])) for name in names}
     t = run.period * np.arange(steps)
     nodes = random.normal(size=(count, *run.frames.nodes.shape[1:]))

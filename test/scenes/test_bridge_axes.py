@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import crane_sim
-from crane_sim.description.portal import portal_of
+from crane_sim.description.falls import portal_of
 from crane_sim.description.suspended import bridge_reach
 from crane_sim.files.errors import SceneError
 from crane_sim.recording.layout import layout_of_scene

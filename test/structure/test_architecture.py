@@ -86,7 +86,6 @@ LAYERS = (
     "crane_sim.report.plotting",
     "crane_sim.report",
     "crane_sim.cli",
-    "crane_sim.recording.picture",
     "crane_bench.nodes",
     "crane_bench.page",
     "crane_bench.tables",

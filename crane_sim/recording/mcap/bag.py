@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from crane_sim.recording.files import before_reset
+from crane_sim.recording.files import before_reset, describe_failure
 from crane_sim.recording.mcap.file import McapFile
 from crane_sim.recording.mcap.topic import Topic, stamp_of
 
@@ -91,8 +91,7 @@ class Bag:
             self._attempt(self._file.save)
         self._saved = time.monotonic()
         if not self.write_error:
-            # a last effort belongs to no step
-            complete_stamp = min(self._states.stamp - self._period_ns, self._efforts.stamp)
+            complete_stamp = min(self._states.stamp - self._period_ns, self._efforts.stamp)  # a last effort has no step
             self.last_step = max(complete_stamp // self._period_ns, self.last_step)
 
     def expect_messages(self) -> None:
@@ -116,18 +115,13 @@ class Bag:
         if not self.write_error:
             self._attempt(self._file.close, _describe_end(summary, steps))
         if self.write_error:
-            steps_before = (
-                f" since the last reset, and {self._steps_before_reset} from before it"
-                if self._steps_before_reset
-                else ""
-            )
-            counts = f"it has {self.last_step - self._after} of {steps} steps{steps_before}"
+            counts = describe_failure(self.last_step - self._after, steps, self._steps_before_reset)
             return {"mcap": str(self._file.part), "error": f"recorder: {self.write_error}; {counts}"}
-        added = {"mcap": str(self._path)}
-        written = min(self._states.count - 1, self._efforts.count)  # no effort follows the final state
-        if written < steps:
-            return added | {"error": f"recorder: {self._path} is incomplete, it has {max(written, 0)} of {steps} steps"}
-        return added
+        written = max(0, min(self._states.count - 1, self._efforts.count))  # no effort follows the final state
+        if written >= steps:
+            return {"mcap": str(self._path)}
+        why = f"recorder: {self._path} is incomplete, it has {written} of {steps} steps"
+        return {"mcap": str(self._path), "error": why}
 
     def abandon(self) -> None:
         """Remove the file."""

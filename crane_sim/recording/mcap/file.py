@@ -1,44 +1,28 @@
-"""An unfinished MCAP file: chunks in a folder beside it, joined into one file at the requested path when complete."""
+"""An MCAP file while it grows, in chunks that survive its recorder, and the recovery of what a killed one left."""
 
-import errno
+from __future__ import annotations
+
 import logging
-import os
 import shutil
-import struct
-from collections.abc import Mapping, Sequence
-from pathlib import Path
-from zlib import crc32
+from contextlib import suppress
+from io import BufferedWriter
+from math import inf
+from typing import IO, TYPE_CHECKING, Any
 
-from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
-from rosbags.rosbag2 import Writer
-from rosbags.rosbag2.enums import StoragePlugin
-from rosbags.rosbag2.storage_mcap import McapWriter
+import yaml
+from mcap.records import Channel, Message, Metadata, Schema
+from mcap.writer import CompressionType, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from crane_sim.recording.files import acquire_lock, unfinished_name
-from crane_sim.recording.mcap.metadata import END, RUN, pack_metadata
-from crane_sim.recording.mcap.repair import repair_folder
-from crane_sim.recording.mcap.topic import Topic
+from crane_sim.recording.digest import with_digest
+from crane_sim.recording.files import claim, lock_file, recovered_name, temporary_name, unfinished_name
+from crane_sim.recording.mcap.reader import END, RUN, mcap_file, records
 
-_BEFORE_CHECKSUM = 33  # bytes of a chunk's record before its checksum: opcode, length, three numbers of 64 bits
-_NEVER = QosTime(9_223_372_036, 854_775_807)  # ROS 2's infinite duration
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+    from pathlib import Path
 
-
-class _CheckedStorage(McapWriter):
-    """Writer of chunks with checksums, which that of rosbags leaves out."""
-
-    def close_chunk(self) -> None:
-        """Write the chunk, then its checksum in its place."""
-        checksum, place = crc32(self.chunk.bio.getbuffer()), self.bio.tell() + _BEFORE_CHECKSUM
-        super().close_chunk()
-        end = self.bio.tell()
-        self.bio.seek(place)
-        self.bio.write(struct.pack("<I", checksum))
-        self.bio.seek(end)
-
-
-class _CheckedWriter(Writer):
-    STORAGE_PLUGINS = {StoragePlugin.MCAP: _CheckedStorage}  # noqa: RUF012
+    from crane_sim.recording.mcap.topic import Topic
 
 
 class McapFile:
@@ -46,7 +30,7 @@ class McapFile:
 
     Attributes:
         path: the complete file.
-        part: the folder that holds what there is of it until then.
+        part: the file until then.
     """
 
     def __init__(self, path: Path, topics: Sequence[Topic], properties: Mapping[str, str] | None = None) -> None:
@@ -57,71 +41,122 @@ class McapFile:
         """
         self.path, self.part = path, unfinished_name(path)
         _make_room(self.part)
-        self._writer = _CheckedWriter(self.part, version=9, storage_plugin=StoragePlugin.MCAP)
-        self._writer.open()
-        self._lock = acquire_lock(self.part)
+        self._file = claim(self.part)
+        self._stream = BufferedWriter(self._file)
+        self._writer = _start(self._stream)
         if properties:
-            self._write_metadata(RUN, properties)
-        types = get_typestore(Stores.ROS2_JAZZY)
-        self._connections = [
-            self._writer.add_connection(topic.name, topic.kind, typestore=types, offered_qos_profiles=[_qos(topic)])
+            self._writer.add_metadata(RUN, with_digest(properties))
+        schemas = {kind: self._register_kind(kind) for kind in dict.fromkeys(topic.kind for topic in topics)}
+        self._channels = [
+            self._writer.register_channel(topic.name, "cdr", schemas[topic.kind], {"offered_qos_profiles": _qos(topic)})
             for topic in topics
         ]
 
     def write(self, topic: int, time: int, data: bytes) -> None:
         """Append a serialized message of a topic, given by its number, at a time, ns."""
-        self._writer.write(self._connections[topic], time, data)
+        self._writer.add_message(self._channels[topic], time, data, time)
 
     def save(self) -> None:
         """Hand what there is over to the system, as a whole chunk: it survives this process."""
-        storage = self._writer.storage
-        if isinstance(storage, McapWriter):
-            if storage.chunk.bio.tell():
-                storage.close_chunk()
-            storage.bio.flush()
+        self._writer.flush()
 
     def close(self, end: Mapping[str, str]) -> None:
         """Write how the run ended and the index, and move the file to its path, replacing an existing one."""
         self.save()
-        self._write_metadata(END, end)
-        self._writer.close()
-        (self.part / f"{self.part.name}.mcap").replace(self.path)
-        self._remove()
+        self._writer.add_metadata(END, with_digest(end))
+        self._writer.finish()
+        self._stream.flush()
+        self.part.replace(self.path)
+        self._file.close()
 
     def abandon(self) -> None:
         """Remove the unfinished file."""
-        self._writer.abort()
-        self._remove()
+        self.part.unlink()
+        self._file.close()
 
-    def _write_metadata(self, name: str, values: Mapping[str, str]) -> None:
-        if isinstance(self._writer.storage, McapWriter):
-            self._writer.storage.bio.write(pack_metadata(name, values))
+    def _register_kind(self, kind: str) -> int:
+        definition, _ = get_typestore(Stores.ROS2_JAZZY).generate_msgdef(kind, ros_version=2)
+        return self._writer.register_schema(kind, "ros2msg", definition.encode())
 
-    def _remove(self) -> None:
-        shutil.rmtree(self.part)
-        if self._lock is not None:
-            os.close(self._lock)
+
+def _start(stream: IO[Any]) -> Writer:
+    writer = Writer(stream, compression=CompressionType.NONE)
+    writer.start("ros2", "crane_sim")
+    return writer
+
+
+def _qos(topic: Topic) -> str:
+    """Return the quality of service as rosbag2 writes it."""
+    never = {"sec": 9_223_372_036, "nsec": 854_775_807}  # ROS 2's infinite duration
+    profile = {
+        "history": "keep_last",
+        "depth": 1 if topic.latched else 10,
+        "reliability": "reliable" if topic.reliable else "best_effort",
+        "durability": "transient_local" if topic.latched else "volatile",
+        "deadline": {**never},
+        "lifespan": {**never},
+        "liveliness": "automatic",
+        "liveliness_lease_duration": {**never},
+        "avoid_ros_namespace_conventions": False,
+    }
+    return yaml.safe_dump([profile])
 
 
 def _make_room(part: Path) -> None:
     if not part.exists():
         return
-    recovered = repair_folder(part)
-    if part.exists():
-        raise FileExistsError(errno.EEXIST, "is there already, and another run is writing it")
-    result = f"recovered as {recovered}" if recovered else "removed, nothing was saved in it"
-    logging.getLogger(__name__).warning("%s was left by a killed run: %s", part, result)
+    recovered = recover_bag(part)
+    if not part.exists():  # else another recorder is writing it
+        result = f"recovered as {recovered}" if recovered else "removed, nothing was saved in it"
+        logging.getLogger(__name__).warning("%s was left by a killed run: %s", part, result)
 
 
-def _qos(topic: Topic) -> Qos:
-    return Qos(
-        history=QosHistory.KEEP_LAST,
-        depth=1 if topic.latched else 10,
-        reliability=QosReliability.RELIABLE if topic.reliable else QosReliability.BEST_EFFORT,
-        durability=QosDurability.TRANSIENT_LOCAL if topic.latched else QosDurability.VOLATILE,
-        deadline=_NEVER,
-        lifespan=_NEVER,
-        liveliness=QosLiveliness.AUTOMATIC,
-        liveliness_lease_duration=_NEVER,
-        avoid_ros_namespace_conventions=False,
-    )
+def recover_bag(part: Path, time_left: Callable[[], float] = lambda: inf) -> Path | None:
+    """Write the messages that a killed recorder left into `<name>.recovered.mcap`, and remove what it left.
+
+    Returns None, and leaves it alone, where a recorder is still writing it; None, too, where it has no messages.
+
+    Args:
+        part: the unfinished file, by older versions a folder with it.
+        time_left: returns the seconds that are left.
+
+    Raises:
+        OSError: the disk is full or gone, or no time is left; all is as it was.
+    """
+    with lock_file(part) as acquired:
+        if not acquired:
+            return None
+        target = recovered_name(part)
+        temporary = temporary_name(target)
+        try:
+            found = _copy_messages(mcap_file(part), temporary, time_left)
+            if found:
+                temporary.replace(target)
+        finally:
+            temporary.unlink(missing_ok=True)
+        shutil.rmtree(part) if part.is_dir() else part.unlink()
+        return target if found else None
+
+
+def _copy_messages(source: Path, target: Path, time_left: Callable[[], float]) -> bool:
+    """Write a file with all that is whole of another one; return whether that has messages."""
+    schemas, channels, found = dict[int, int](), dict[int, int](), False
+    with source.open("rb") as left, target.open("wb") as file, suppress(ValueError):  # it is no MCAP file
+        writer = _start(file)
+        for record in records(left):
+            if time_left() <= 0.0:
+                raise TimeoutError("no time is left to read all messages")
+            match record:
+                case Metadata():
+                    writer.add_metadata(record.name, record.metadata)
+                case Schema() if record.id not in schemas:
+                    schemas[record.id] = writer.register_schema(record.name, record.encoding, record.data)
+                case Channel() if record.id not in channels and record.schema_id in schemas:
+                    about = record.topic, record.message_encoding, schemas[record.schema_id], record.metadata
+                    channels[record.id] = writer.register_channel(*about)
+                case Message() if record.channel_id in channels:
+                    channel, time = channels[record.channel_id], record.log_time
+                    writer.add_message(channel, time, record.data, record.publish_time, record.sequence)
+                    found = True
+        writer.finish()
+    return found

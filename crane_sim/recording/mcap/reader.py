@@ -1,32 +1,36 @@
-"""Messages of an MCAP file, of one that is cut or damaged those that are whole; its index is not used.
-
-Checksums of chunks are compared, and the number of messages with that of the statistics at the end. Layout of records:
-MCAP specification (mcap.dev/spec), "Records".
-"""
+"""Records and messages of MCAP files: of one that is cut or damaged what is whole; the index is not used."""
 
 from __future__ import annotations
 
 import os
 import struct
 from collections import Counter
-from collections.abc import Callable, Iterator
-from importlib import import_module
+from contextlib import suppress
+from io import BytesIO
 from typing import TYPE_CHECKING, BinaryIO, NamedTuple
-from zlib import crc32
+
+from mcap.data_stream import ReadDataStream
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, Footer, McapRecord, Message, Metadata, Schema, Statistics
+from mcap.stream_reader import breakup_chunk
+from mcap.writer import MCAP0_MAGIC as MAGIC
 
 from crane_sim.recording.digest import DIGEST
-from crane_sim.recording.mcap.metadata import METADATA, unpack_metadata
-from crane_sim.recording.mcap.repair import CHANNEL, CHUNK, FOOTER, MAGIC, MESSAGE, SCHEMA, STATISTICS
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
-_HEAD, _ID, _SIZE, _TEXT = struct.Struct("<BQ"), struct.Struct("<H"), struct.Struct("<Q"), struct.Struct("<I")
-_CHUNK = struct.Struct("<QQQI")  # first and last time [ns], uncompressed size, checksum
-_MESSAGE = struct.Struct("<HIQQ")  # channel, sequence number, times [ns]
-_LAST_OPCODE = 15
-_DAMAGE = (ValueError, LookupError, struct.error, RuntimeError, EOFError, MemoryError)
-"""What parsing a damaged record may raise."""
+RUN, END = "crane_sim.run", "crane_sim.end"
+"""Names of metadata: before the messages of a run's bag, its properties; behind them, how it ended."""
+_HEAD = struct.Struct("<BQ")  # opcode of a record, length of its content
+_KINDS = {
+    Opcode.SCHEMA: Schema,
+    Opcode.CHANNEL: Channel,
+    Opcode.METADATA: Metadata,
+    Opcode.STATISTICS: Statistics,
+    Opcode.FOOTER: Footer,
+}
 
 
 class StoredMessage(NamedTuple):
@@ -44,12 +48,63 @@ class McapContents(NamedTuple):
     messages: list[StoredMessage]  # of the wanted topics, in the order of their times
     metadata: dict[str, dict[str, str]]  # by name
     damage: str  # what is not as it was written, one phrase; empty for nothing
-    is_checked: bool  # chunks have checksums
+
+    @property
+    def is_checked(self) -> bool:
+        """Whether its metadata have digests, as those of older versions have not."""
+        return any(DIGEST in values for values in self.metadata.values())
 
 
 def mcap_file(path: Path) -> Path:
-    """Return the file itself: of the folder of an unfinished bag that in it."""
+    """Return the file itself: of the folder of an unfinished bag by an older version that in it."""
     return next(iter(sorted(path.glob("*.mcap"))), path) if path.is_dir() else path
+
+
+def records(file: BinaryIO) -> Iterator[McapRecord | None]:
+    """Yield the whole records of a file, of a chunk those in it; None for each that is damaged.
+
+    Raises:
+        ValueError: it does not begin as an MCAP file does; one phrase.
+    """
+    rest = os.fstat(file.fileno()).st_size - len(MAGIC)
+    if file.read(len(MAGIC)) != MAGIC:
+        raise ValueError("it is no MCAP file")
+    opcode = 0
+    while opcode != Opcode.FOOTER and len(head := file.read(_HEAD.size)) == _HEAD.size:
+        opcode, length = _HEAD.unpack(head)
+        rest -= _HEAD.size + length
+        if rest < 0:
+            break
+        yield from _parse(opcode, file.read(length))
+    file.seek(-len(MAGIC), os.SEEK_END)
+    if opcode != Opcode.FOOTER and file.read() == MAGIC:  # it has its end, but not all before that
+        yield None
+
+
+def _parse(opcode: int, content: bytes) -> list[McapRecord | None]:
+    """Return the records in one, none of a kind that is not needed here."""
+    stream = ReadDataStream(BytesIO(content))
+    try:
+        if opcode == Opcode.CHUNK:
+            return [*breakup_chunk(Chunk.read(stream), validate_crc=True)]
+        if opcode == Opcode.MESSAGE:
+            return [Message.read(stream, len(content))]
+        if opcode in _KINDS:
+            return [_KINDS[Opcode(opcode)].read(stream)]
+    except Exception:  # of a damaged record: each kind of compression raises its own
+        return [None]
+    return [] if 0 < opcode <= Opcode.DATA_END else [None]
+
+
+def read_metadata(path: Path, name: str) -> dict[str, str]:
+    """Return the metadata of a name before a file's messages, with their digest; empty without."""
+    with path.open("rb") as file, suppress(ValueError):
+        for record in records(file):
+            if not isinstance(record, Metadata):
+                break
+            if record.name == name:
+                return record.metadata
+    return {}
 
 
 def read_mcap(path: Path, is_wanted: Callable[[str], bool]) -> McapContents:
@@ -61,148 +116,66 @@ def read_mcap(path: Path, is_wanted: Callable[[str], bool]) -> McapContents:
 
     Raises:
         ValueError: it does not begin as an MCAP file does; one phrase.
-        ModuleNotFoundError: it is compressed, and rosbags is not installed.
         OSError: it cannot be read.
     """
+    found = _Contents(is_wanted)
     with path.open("rb") as file:
-        if file.read(len(MAGIC)) != MAGIC:
-            raise ValueError("it is no MCAP file")
-        records = _Records(is_wanted)
-        for opcode, content in _records(file):
-            records.add(opcode, content)
-            if opcode == FOOTER:
-                break
-        else:
-            records.unreadable += _has_end(file)
-        return records.contents()
+        for record in records(file):
+            found.add(record)
+    return found.summarise()
 
 
-def _records(file: BinaryIO) -> Iterator[tuple[int, bytes]]:
-    """Yield (opcode, content) of the whole records."""
-    rest = os.fstat(file.fileno()).st_size - len(MAGIC)
-    while len(head := file.read(_HEAD.size)) == _HEAD.size:
-        opcode, length = _HEAD.unpack(head)
-        rest -= _HEAD.size + length
-        if rest < 0:
-            return
-        yield opcode, file.read(length)
-
-
-def _has_end(file: BinaryIO) -> bool:
-    """Whether a file ends as a complete one does, though its records do not."""
-    file.seek(-len(MAGIC), os.SEEK_END)
-    return file.read() == MAGIC
-
-
-class _Records:
-    """The records of a file so far.
-
-    Attributes:
-        unreadable: number of those that are damaged.
-    """
+class _Contents:
+    """The records of a file so far."""
 
     def __init__(self, is_wanted: Callable[[str], bool]) -> None:
-        self.unreadable, self._is_wanted = 0, is_wanted
+        self._is_wanted = is_wanted
         self._schemas: dict[int, str] = {}
-        self._channels: dict[int, tuple[int, str]] = {}  # (schema, topic)
-        self._messages: list[tuple[int, int, bytes]] = []  # (time [ns], channel, data); not those of unwanted topics
+        self._topics: dict[int, tuple[int, str]] = {}  # (schema, name) by channel
+        self._messages: list[Message] = []  # of wanted topics, or of ones that are not known yet
         self._numbers = Counter[int]()  # of messages, by channel
         self._metadata: dict[str, dict[str, str]] = {}
-        self._count: int | None = None  # of the statistics
-        self._ended = self._is_checked = False
+        self._count: int | None = None  # of messages, by the statistics
+        self._unreadable = 0
+        self._ended = False
 
-    def add(self, opcode: int, content: bytes) -> None:
-        """Take a record; of a damaged chunk nothing."""
-        try:
-            if not 0 < opcode <= _LAST_OPCODE or (opcode == MESSAGE and self._is_checked):
-                raise ValueError(f"record {opcode}")
-            if opcode == CHUNK:
-                checksum, records = _unpack_chunk(content, self._is_checked)
-                self._is_checked = self._is_checked or checksum > 0
-                for each in list(_parse(records)):
-                    self._take(*each)
-            else:
-                self._take(opcode, content)
-        except _DAMAGE:
-            self.unreadable += 1
+    def add(self, record: McapRecord | None) -> None:
+        match record:
+            case None:
+                self._unreadable += 1
+            case Schema():  # repeated at the end, where no checksum protects them
+                self._schemas.setdefault(record.id, record.name)
+            case Channel():
+                self._topics.setdefault(record.id, (record.schema_id, record.topic))
+            case Message():
+                self._numbers[record.channel_id] += 1
+                if self._wants(record.channel_id):
+                    self._messages.append(record)
+            case Metadata():
+                self._metadata.setdefault(record.name, record.metadata)
+            case Statistics():
+                self._count = record.message_count
+            case _:
+                self._ended = True
 
-    def contents(self) -> McapContents:
-        """Return what there is of the file."""
-        known = {number for number, (schema, _) in self._channels.items() if schema in self._schemas}
-        total, readable = self._numbers.total(), sum(self._numbers[number] for number in known)
+    def summarise(self) -> McapContents:
+        known = {channel for channel, (schema, _) in self._topics.items() if schema in self._schemas}
+        messages = [each for each in self._messages if each.channel_id in known and self._wants(each.channel_id)]
+        messages.sort(key=lambda each: each.log_time)
+        return McapContents([self._named(each) for each in messages], self._metadata, self._damage(known))
+
+    def _damage(self, known: set[int]) -> str:
+        total, readable = self._numbers.total(), sum(self._numbers[channel] for channel in known)
         damage = []
-        if lost := self.unreadable + (self._ended and self._count is None):
+        if lost := self._unreadable + (self._ended and self._count is None):
             damage.append(f"{lost} of its parts cannot be read")
         if self._count not in (None, readable) or readable < total:
             damage.append(f"{readable} of {max(self._count or 0, total)} messages are readable")
-        wanted = [each for each in self._messages if each[1] in known and self._wants(each[1])]
-        found = [self._named(*each) for each in sorted(wanted, key=lambda each: each[0])]
-        return McapContents(found, self._metadata, "; ".join(damage), self._is_checked)
-
-    def _take(self, opcode: int, content: bytes) -> None:
-        if opcode == SCHEMA:  # repeated at the end, where no checksum protects them
-            self._schemas.setdefault(_ID.unpack_from(content)[0], _text(content, _ID.size)[0])
-        elif opcode == CHANNEL:
-            number, schema = struct.unpack_from("<HH", content)
-            self._channels.setdefault(number, (schema, _text(content, 2 * _ID.size)[0]))
-        elif opcode == MESSAGE:
-            channel, _, time, _ = _MESSAGE.unpack_from(content)
-            self._numbers[channel] += 1
-            if self._wants(channel):
-                self._messages.append((time, channel, content[_MESSAGE.size :]))
-        elif opcode == METADATA:
-            name, values = unpack_metadata(content)
-            self._metadata.setdefault(name, values)
-            self._is_checked = self._is_checked or DIGEST in values
-        elif opcode == STATISTICS:
-            (self._count,) = _SIZE.unpack_from(content)
-        self._ended = self._ended or opcode == FOOTER
+        return "; ".join(damage)
 
     def _wants(self, channel: int) -> bool:
-        """Whether messages of a channel are kept: those of one whose topic is not known yet are."""
-        return channel not in self._channels or self._is_wanted(self._channels[channel][1])
+        return channel not in self._topics or self._is_wanted(self._topics[channel][1])
 
-    def _named(self, time: int, channel: int, data: bytes) -> StoredMessage:
-        schema, topic = self._channels[channel]
-        return StoredMessage(topic, self._schemas[schema], time, data)
-
-
-def _unpack_chunk(content: bytes, is_checked: bool) -> tuple[int, bytes]:
-    """Return (checksum, 0 for none; the records in a chunk); ValueError where the checksum does not agree."""
-    _, _, size, checksum = _CHUNK.unpack_from(content)
-    compression, at = _text(content, _CHUNK.size)
-    (length,) = _SIZE.unpack_from(content, at)
-    data = content[at + _SIZE.size :][:length]
-    if compression:
-        return checksum, _decompress(data, compression, size, checksum)
-    if len(data) != size or ((checksum or is_checked) and crc32(data) != checksum):
-        raise ValueError("checksum")
-    return checksum, data
-
-
-def _decompress(data: bytes, compression: str, size: int, checksum: int) -> bytes:
-    storage = import_module("rosbags.rosbag2.storage_mcap")
-    try:
-        return storage.decompress(data, compression, size, checksum)
-    except Exception as error:  # of a damaged chunk: each kind of compression raises its own
-        raise ValueError("compression") from error
-
-
-def _parse(data: bytes) -> Iterator[tuple[int, bytes]]:
-    """Yield (opcode, content) of each record in a chunk; ValueError where one is longer than what is left."""
-    at = 0
-    while at < len(data):
-        opcode, length = _HEAD.unpack_from(data, at)
-        at += _HEAD.size + length
-        if at > len(data):
-            raise ValueError("length")
-        yield opcode, data[at - length : at]
-
-
-def _text(content: bytes, at: int) -> tuple[str, int]:
-    """Return (text, offset behind it)."""
-    begin = at + _TEXT.size
-    end = begin + _TEXT.unpack_from(content, at)[0]
-    if end > len(content):
-        raise ValueError("length")
-    return content[begin:end].decode(), end
+    def _named(self, message: Message) -> StoredMessage:
+        schema, topic = self._topics[message.channel_id]
+        return StoredMessage(topic, self._schemas[schema], message.log_time, message.data)

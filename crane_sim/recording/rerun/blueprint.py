@@ -10,8 +10,7 @@ import rerun.blueprint as rrb
 
 from crane_sim.recording.layout import Layout, label
 from crane_sim.recording.quantities import LYAPUNOV, PAYLOAD, POSITIONS, REEVED, SWING
-from crane_sim.recording.rerun.curves import angle_indices
-from crane_sim.recording.rerun.unit_plots import UnitPlot, commands, efforts, errors, rates
+from crane_sim.recording.rerun.curves import UnitPlot, angle_indices, commands, efforts, errors, rates
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

@@ -1,30 +1,24 @@
-"""Common parts of all crane visuals: frames, effort arrows, the rotation of a rope.
+"""The crane of a recording: a URDF whose joints fix its posture, or an overhead crane's solids, cable and nodes.
 
-Solids of a description as static entities of a recording: one for boxes, one for cylinders.
-
-A crane whose joints fix its posture: its URDF moves in the recording.
-
-An overhead crane with a cable of nodes: solids on rails, one line for the cable, one entity for nodes.
-
-Rails and legs are as long as the motion needs. They are static, and what is static can be logged anew: the picture
-grows with a run, and is fitted to all of it in the end.
+Rails and legs of the latter are as long as the motion needs. They are static, and what is static can be logged anew:
+the picture grows with a run, and is fitted to all of it in the end.
 """
 
 from __future__ import annotations
 
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 import rerun as rr
 import rerun.urdf  # noqa: F401  (makes rr.urdf available)
 
-from crane_sim.description import overhead_visuals
+from crane_sim.description import overhead
 from crane_sim.description.suspended import ATTITUDE_JOINT
 from crane_sim.description.workspace import make_bounding_box
+from crane_sim.recording.base_frame import fall_ends
 from crane_sim.recording.camera import TROLLEY, of_room
-from crane_sim.recording.rotations import rotation_matrices, rotations_about_z
 from crane_sim.scenes.schema.rigging import ATTITUDE
 
 if TYPE_CHECKING:
@@ -34,7 +28,6 @@ if TYPE_CHECKING:
 
     from crane_sim.description.solids import Shape
     from crane_sim.description.workspace import BoundingBox
-    from crane_sim.models.falls.crane import Falls
     from crane_sim.recording.camera import Framing
     from crane_sim.recording.layout import Array, Layout
     from crane_sim.recording.suspension import Suspension
@@ -42,11 +35,7 @@ if TYPE_CHECKING:
 
 Vector = tuple[float, float, float]
 Colors: TypeAlias = "NDArray[np.uint8]"  # red, green, blue along the last axis
-
-
-LABEL_COLOR = (226, 230, 236)
-
-
+LABEL_COLOR, NODE_COLOR = (226, 230, 236), (184, 191, 199)
 CABLE_RADIUS_RATIO = 0.0035  # radius of a rope, of the crane's size
 
 
@@ -56,30 +45,6 @@ class EffortArrow(NamedTuple):
     frame: str
     origin: Vector
     direction: Vector
-
-
-class CraneVisual(Protocol):
-    """A crane that is drawn."""
-
-    def effort_arrow(self, joint: str) -> EffortArrow:
-        """Return the arrow of the effort of an actuated joint."""
-        ...
-
-    def set_size(self, size: float) -> None:
-        """Log what depends on the crane's size [m] and does not move."""
-
-    def move(self, time: list[rr.TimeColumn], q: Array, nodes: Array, colors: Colors) -> Framing | None:
-        """Add frames with coordinates (F, nq) and, in the frame that the crane stands in, nodes (F, N, 3).
-
-        The colours (F, L, 3) are those of links or falls; one alone is that of all.
-
-        Return a new framing where the old one is outgrown.
-        """
-        ...
-
-    def fit_to_motion(self) -> Framing | None:
-        """Fit what stands still to the whole motion; return how to look at it, None if that is as before."""
-        ...
 
 
 def turn_from_z(direction: Array) -> NDArray[np.float64]:
@@ -97,42 +62,23 @@ def turn_from_z(direction: Array) -> NDArray[np.float64]:
 
 
 def log_solids(rec: rr.RecordingStream, entity: str, frame: str, shapes: Sequence[Shape]) -> None:
-    """Log the boxes and cylinders of a frame, which replace those of this entity."""
-    for kind, solids in (("boxes", _boxes(shapes)), ("cylinders", _cylinders(shapes))):
-        if solids is not None:
-            rec.log(f"{entity}/{kind}", rr.CoordinateFrame(frame), solids, static=True)
-
-
-def _boxes(shapes: Sequence[Shape]) -> rr.Boxes3D | None:
-    selected = [shape for shape in shapes if len(shape.size) == 3]
-    if not selected:
-        return None
-    return rr.Boxes3D(
-        half_sizes=[[0.5 * edge for edge in shape.size] for shape in selected],
-        centers=[shape.at for shape in selected],
-        rotation_axis_angles=[_rotation_about_x(shape) for shape in selected],
-        colors=[_color(shape) for shape in selected],
-        fill_mode="solid",
-    )
-
-
-def _cylinders(shapes: Sequence[Shape]) -> rr.Cylinders3D | None:
-    selected = [shape for shape in shapes if len(shape.size) == 2]
-    if not selected:
-        return None
-    return rr.Cylinders3D(
-        radii=[shape.size[0] for shape in selected],
-        lengths=[shape.size[1] for shape in selected],
-        centers=[shape.at for shape in selected],
-        rotation_axis_angles=[_rotation_about_x(shape) for shape in selected],
-        colors=[_color(shape) for shape in selected],
-        fill_mode="solid",
-    )
-
-
-def _rotation_about_x(shape: Shape) -> rr.RotationAxisAngle:
-    """Return a shape's turn about x, the only one that an overhead crane's solids have."""
-    return rr.RotationAxisAngle((1.0, 0.0, 0.0), radians=shape.rpy[0])
+    """Log the boxes and cylinders of a frame, which replace those of this entity; they turn about x at most."""
+    for kind, length in (("boxes", 3), ("cylinders", 2)):
+        chosen = [shape for shape in shapes if len(shape.size) == length]
+        if not chosen:
+            continue
+        sizes = np.array([shape.size for shape in chosen])
+        look: dict[str, Any] = {
+            "centers": [shape.at for shape in chosen],
+            "rotation_axis_angles": [rr.RotationAxisAngle((1.0, 0.0, 0.0), radians=each.rpy[0]) for each in chosen],
+            "colors": [_color(shape) for shape in chosen],
+            "fill_mode": "solid",
+        }
+        if kind == "boxes":
+            solids = rr.Boxes3D(half_sizes=0.5 * sizes, **look)
+        else:
+            solids = rr.Cylinders3D(radii=sizes[:, 0], lengths=sizes[:, 1], **look)
+        rec.log(f"{entity}/{kind}", rr.CoordinateFrame(frame), solids, static=True)
 
 
 def _color(shape: Shape) -> tuple[int, ...]:
@@ -173,7 +119,10 @@ class RobotVisual:
         self._rec.log("rope", rods, static=True)
 
     def move(self, time: list[rr.TimeColumn], q: Array, nodes: Array, colors: Colors) -> Framing | None:
-        """Add frames; the framing stays."""
+        """Add frames with coordinates (F, nq) and, in the frame that the crane stands in, nodes (F, N, 3).
+
+        The colours (F, L, 3) are those of links or falls; one alone is that of all. The framing stays.
+        """
         values = dict(zip(self._layout.joints, q.T, strict=True))
         for name, columns in joint_transforms(self._joints.values(), values):
             self._rec.send_columns(f"tf/{name}", time, columns)
@@ -224,24 +173,6 @@ def _turns(joint: rr.urdf.UrdfJoint, attitude: Array) -> rr.ComponentColumnList:
     return rr.Transform3D.columns(quaternion=np.roll(attitude, -1, axis=1), parent_frame=parent, child_frame=child)
 
 
-def fall_ends(falls: Falls, values: Mapping[str, Array], tip: Array) -> tuple[Array, Array]:
-    """Return both ends (F, n, 3) of falls, relative to the base.
-
-    Args:
-        falls: the parameters.
-        values: joint coordinates (F,) by name.
-        tip: (F, 3) m, of the support, relative to the base.
-    """
-    yaw = sum((values[name] for name in ("slew", "lateral_deflection") if name in values), np.zeros(len(tip)))
-    turns = rotations_about_z(yaw)
-    load = np.column_stack([values[f"payload_{axis}"] for axis in "xyz"])
-    attitude = np.column_stack([values[name] for name in ATTITUDE])
-    rows = rotation_matrices(np.roll(attitude, -1, axis=1))
-    return tip[:, None] + np.einsum("kij,nj->kni", turns, falls.top), load[:, None] + np.einsum(
-        "kij,nj->kni", rows, falls.bottom
-    )
-
-
 def _as_vector(values: Array) -> tuple[float, float, float]:
     x, y, z = (float(value) for value in values)
     return x, y, z
@@ -262,9 +193,6 @@ def _cable_columns(nodes: Array, colors: Colors) -> rr.ComponentColumnList:
         return rr.LineStrips3D.columns(strips=nodes.astype(np.float32), colors=colors[:, 0])
     strips = np.stack([nodes[:, :-1], nodes[:, 1:]], axis=2).reshape(-1, 2, 3).astype(np.float32)
     return rr.LineStrips3D.columns(strips=strips, colors=colors.reshape(-1, 3)).partition([links] * frames)
-
-
-NODE_COLOR = (184, 191, 199)
 
 
 ROOM_MARGIN = 0.3  # fraction of the motion's extent by which a room is made larger, so that it rarely has to grow
@@ -334,17 +262,17 @@ class GantryVisual:
         """Log the solids, which replace those that were logged before."""
         self._room = room
         mass = self._suspension.hang.masses[-1]
-        log_solids(self._rec, "crane/base", self._stand, overhead_visuals.base(room))
+        log_solids(self._rec, "crane/base", self._stand, overhead.base(room))
         if room.spatial:
-            log_solids(self._rec, "crane/bridge", "bridge", overhead_visuals.bridge(room))
-        log_solids(self._rec, TROLLEY, "trolley", overhead_visuals.trolley(room))
-        log_solids(self._rec, "payload/box", "payload", overhead_visuals.payload(mass, room))
+            log_solids(self._rec, "crane/bridge", "bridge", overhead.bridge(room))
+        log_solids(self._rec, TROLLEY, "trolley", overhead.trolley(room))
+        log_solids(self._rec, "payload/box", "payload", overhead.payload(mass, room))
         return of_room(room, self._suspension.lifts)
 
     def _radii(self, room: BoundingBox) -> list[float]:
         hang = self._suspension.hang
         pairs = list(zip(hang.masses, hang.lengths, strict=True))
-        return [overhead_visuals.node_radius(mass, length, room) for mass, length in pairs[:-1]]
+        return [overhead.node_radius(mass, length, room) for mass, length in pairs[:-1]]
 
     def _place(self, time: list[rr.TimeColumn], frame: str, at: Array, turn: Array | None = None) -> None:
         frames = len(at)

@@ -6,7 +6,7 @@ import socket
 
 import rerun as rr
 
-from crane_sim.recording.rerun.errors import RecordingError
+from crane_sim.recording.rerun.part_file import RecordingError
 
 ADDRESS = "127.0.0.1"
 

@@ -6,7 +6,6 @@ that then wait for it may wait for ever.
 
 from __future__ import annotations
 
-import fcntl
 import os
 import select
 import shutil
@@ -16,8 +15,7 @@ from typing import TYPE_CHECKING
 
 import rerun as rr
 
-from crane_sim.recording.files import unfinished_name
-from crane_sim.recording.rerun.errors import RecordingError
+from crane_sim.recording.files import claim, unfinished_name
 from crane_sim.recording.rerun.repair import repair
 
 if TYPE_CHECKING:
@@ -26,6 +24,11 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     import rerun.blueprint as rrb
+
+
+class RecordingError(RuntimeError):
+    """The recording could not be written; the message is one line."""
+
 
 FLUSH_SECONDS = 5.0
 _PIECE = 1 << 20  # bytes, at most as many as a pipe may hold
@@ -143,17 +146,13 @@ class PartFile:
 
 
 def _claim(part: Path) -> FileIO:
-    """Make the file, empty, and hold a lock on it: the system drops it when this process ends, however that happens."""
+    """Make the file and lock it, after recovering a killed run's."""
     try:
-        part.parent.mkdir(parents=True, exist_ok=True)
         if part.exists():
             repair(part)
-        file = part.open("ab", buffering=0)  # not emptied: it may be another recorder's
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        file.truncate(0)
+        return claim(part)
     except OSError as error:
         raise RecordingError(f"recording {part}: {error.strerror}") from error
-    return file
 
 
 def _describe_disk(folder: Path) -> str:

@@ -12,17 +12,9 @@ import numpy as np
 import pyarrow as pa
 
 from crane_sim.recording.completeness import Steps, assess
-from crane_sim.recording.digest import DIGEST, Rows, agrees, digest_changes
-from crane_sim.recording.rerun.block_digests import (
-    ENTITY,
-    EVENTS,
-    STATES,
-    BlockDigest,
-    is_verified,
-    parse_digests,
-    verified_steps,
-)
+from crane_sim.recording.digest import CHANGES, DIGEST, Rows, agrees, digest_changes, verified_steps
 from crane_sim.recording.rerun.rrd_file import NoRecording, read_chunks
+from crane_sim.recording.rerun.writer import DIGESTS, EVENTS, STATES, is_verified
 from crane_sim.recording.run import AnimationFrames, RecordedRun, UnreadableRecording, crane_of
 
 if TYPE_CHECKING:
@@ -36,7 +28,7 @@ if TYPE_CHECKING:
 SCALARS = "Scalars:scalars"
 _ROW_ID = "rerun.controls.RowId"  # in the order in which rows were logged, also within one instant
 _SUMMARY, _RUN = "__properties/summary", "__properties/run"
-_RUN_ENTITIES = (_SUMMARY, _RUN, ENTITY, EVENTS, STATES, "plots/", "frames/")
+_RUN_ENTITIES = (_SUMMARY, _RUN, DIGESTS, EVENTS, STATES, "plots/", "frames/")
 _CHANGED = {EVENTS: "TextLog:text", STATES: "StateChange:state"}  # columns
 Batches = dict[str, list[pa.RecordBatch]]  # rows by entity
 Instants = list[tuple[int, str]]  # (ns, event or state from then on)
@@ -87,7 +79,7 @@ def read_run(path: Path) -> RecordedRun:
     run = _properties(batches[_RUN])
     if "compared" in run:
         raise UnreadableRecording(f"{path}: holds a comparison of runs, no run; read the recordings of the runs")
-    if not agrees(run, required=bool(batches[ENTITY])):
+    if not agrees(run, required=bool(batches[DIGESTS])):
         raise UnreadableRecording(f"{path}: is damaged: its scene is not as it was written")
     if "crane" not in run:
         cut = "" if run else "is cut off before its first step, or "
@@ -102,16 +94,18 @@ def read_run(path: Path) -> RecordedRun:
 
 def _assemble(path: Path, batches: Batches, run: dict[str, Any], unreadable: int) -> RecordedRun:
     """Return the run of the rows of a file with properties `run`, of which some messages are not readable."""
-    checked, summary = DIGEST in run, _summary(batches, DIGEST in run)
-    digests = parse_digests(text for _, text in _texts(batches[ENTITY], "TextDocument:text"))
+    checked, end = DIGEST in run, _properties(batches[_SUMMARY])
+    is_whole = agrees(end, required=checked)
+    summary = json.loads(end.get("json", "{}")) if is_whole else {}
     changes, curves = _changes(batches), _verified_curves(batches)
-    good = verified_steps(curves.values(), digests) if checked else _common_steps(curves.values())
-    checks = {
-        f"{unreadable} of its parts cannot be read": not unreadable,
-        "its summary is not as it was written": summary or not _properties(batches[_SUMMARY]),
-        "its events and states are not as they were written": not (summary and checked) or _agree(changes, digests),
-    }
-    crane, plots = crane_of(run), _Plots({name: _select(rows, good) for name, rows in curves.items()}, path, good)
+    blocks = [text for _, text in _texts(batches[DIGESTS], "TextDocument:text")]
+    good = verified_steps(curves.values(), blocks) if checked else _common_steps(curves.values())
+    damage = [f"{unreadable} of its parts cannot be read"] * bool(unreadable)
+    damage += ["its summary is not as it was written"] * (not is_whole)
+    if summary and end.get(CHANGES, digest := digest_changes(changes)) != digest:
+        damage.append("its events and states are not as they were written")
+    plots = _Plots({name: rows.at(good) for name, rows in curves.items()}, path, good)
+    crane = crane_of(run)
     arrays = _arrays(plots, bool(crane.actuated), summary)
     events = _in_seconds(changes.get(EVENTS, []))
     return RecordedRun(
@@ -120,17 +114,11 @@ def _assemble(path: Path, batches: Batches, run: dict[str, Any], unreadable: int
         properties={key: value for key, value in run.items() if key not in ("crane", "urdf", DIGEST)},
         frames=_frames(plots),
         states={_timeline(name): _in_seconds(changes[name]) for name in sorted(changes) if name != EVENTS},
-        events=events or [(event["t"], event["what"]) for event in summary.get("events", ())],
+        events=events or [(each["t"], each["what"]) for each in summary.get("events", ())],
         summary=summary,
-        completeness=_assess(arrays["t"], run, summary, "; ".join(what for what, holds in checks.items() if not holds)),
+        completeness=_assess(arrays["t"], run, summary, "; ".join(damage)),
         **arrays,
     )
-
-
-def _summary(batches: Batches, checked: bool) -> dict[str, Any]:
-    """Return the summary of the run; empty where there is none, or a damaged one."""
-    properties = _properties(batches[_SUMMARY])
-    return json.loads(properties.get("json", "{}")) if agrees(properties, required=checked) else {}
 
 
 def _assess(t: NDArray[np.float64], run: dict[str, Any], summary: dict[str, Any], damage: str) -> Completeness:
@@ -225,12 +213,6 @@ def _texts(batches: Sequence[pa.RecordBatch], column: str) -> Instants:
     return [(time, text) for time, _, text in sorted(rows)]
 
 
-def _agree(changes: dict[str, Instants], digests: Sequence[BlockDigest]) -> bool:
-    """Whether all events and states of the digests are there; a killed recorder may have left one without a digest."""
-    found = {digest for entity, each in changes.items() for digest in digest_changes(entity, each)}
-    return all(found.issuperset(each.changes) for each in digests)
-
-
 def _timeline(entity: str) -> str:
     """Return the name of a timeline of states."""
     return entity.removeprefix(STATES).replace("_", " ")
@@ -275,12 +257,6 @@ def _join_rows(entity: str, batches: Sequence[pa.RecordBatch]) -> Rows | None:
 def _rows_of(entity: str, batch: pa.RecordBatch) -> Rows:
     values = batch[SCALARS].flatten().to_numpy(zero_copy_only=False).reshape(batch.num_rows, -1)
     return Rows(entity, batch["step"].to_numpy(), _nanoseconds(batch), values)
-
-
-def _select(rows: Rows, steps: NDArray[np.int64]) -> Rows:
-    """Return the rows at some of the steps."""
-    kept = np.isin(rows.step, steps)
-    return Rows(rows.name, rows.step[kept], rows.time[kept], rows.values[kept])
 
 
 def _spread(rows: Rows, steps: NDArray[np.int64]) -> NDArray[np.float64]:

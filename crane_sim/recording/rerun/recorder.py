@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import time
+import uuid
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from crane_sim.recording.blocks import block_of
-from crane_sim.recording.files import before_reset, describe_gaps, set_aside
-from crane_sim.recording.rerun.errors import RecordingError
+from crane_sim.recording.files import before_reset, describe_failure, describe_gaps, set_aside
+from crane_sim.recording.layout import layout_of_scene
 from crane_sim.recording.rerun.live import LiveServer
-from crane_sim.recording.rerun.repair import REPAIR_TIMEOUT, EarlierFiles, Parts, compact
-from crane_sim.recording.rerun.session import Session
+from crane_sim.recording.rerun.part_file import RecordingError
+from crane_sim.recording.rerun.repair import REPAIR_TIMEOUT, EarlierFiles, Parts, compact, repair_leftovers
+from crane_sim.recording.rerun.writer import RunWriter
 from crane_sim.recording.states import SIMULATION
 from crane_sim.recording.step_assembler import Row, StepAssembler
 from crane_sim.simulation.hardware import is_sensed
@@ -46,7 +48,7 @@ class Recorder:
         complete_file: Path | None = None,
         previous: EarlierFiles | None = None,
     ) -> None:
-        """Start the file.
+        """Start the file, after recovering what earlier, killed recorders left beside it.
 
         Args:
             scene: what is recorded.
@@ -65,8 +67,10 @@ class Recorder:
         self._parts = Parts(self._path, previous)
         self._run_id, self.resets = run_id, previous.resets
         self._live = None if live_port is None else LiveServer(live_port)
-        self._session = Session(scene, path, self._live, self._pass_id, repairs=complete_file is None)
-        self._session.recorded = previous.recorded
+        if complete_file is None:
+            repair_leftovers(path.parent)
+        self._writer = self._new_writer(path)
+        self._recorded_before = previous.recorded  # steps in earlier parts
         self._assembler = _new_assembler(scene, previous.last_step)
         self._assembler.lost_commands = previous.lost_commands
         self._simulation_state = ""
@@ -81,8 +85,7 @@ class Recorder:
         self._last_message = time.monotonic()
         if self._assembler.follows_reset(stamp):
             self._start_over()
-        if not self._last_time:
-            self._last_time = self._last_message
+        self._last_time = self._last_time or self._last_message
         self._assembler.add_state(stamp, q, v)
 
     def add_true_state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:
@@ -93,7 +96,7 @@ class Recorder:
         """Take the effort (nu,) applied from a stamp on."""
         self._last_message = time.monotonic()
         self._assembler.add_effort(stamp, effort)
-        self._write_if_due()
+        self.idle()
 
     def add_command(self, stamp: int, effort: Sequence[float]) -> None:
         """Take the effort (nu,) demanded in answer to the state of a stamp."""
@@ -110,20 +113,19 @@ class Recorder:
     def add_simulation_state(self, name: str) -> None:
         """Take the state of the simulation: playing, paused, ..."""
         if name != self._simulation_state and not self.write_error:
-            self._session.add_timeline_state(SIMULATION, "stopped", self.last_step + self._assembler.waiting + 1, name)
+            self._writer.add_timeline_state(SIMULATION, "stopped", self._newest_step, name)
         self._simulation_state = name
 
     def add_timeline_state(self, timeline: str, normal: str, stamp: int, state: str) -> None:
         """Add that a timeline, which begins in the state `normal`, has another one from a stamp [ns] on."""
         if not self.write_error:
-            newest = self.last_step + self._assembler.waiting + 1
-            step = min(max(1, stamp // self._scene.period_ns), newest)
-            self._session.add_timeline_state(timeline, normal, step, state)
+            step = min(max(1, stamp // self._scene.period_ns), self._newest_step)
+            self._writer.add_timeline_state(timeline, normal, step, state)
 
     @property
     def recorded(self) -> int:
         """Steps on the disk, those in earlier parts among them."""
-        return self._session.recorded
+        return self._recorded_before + self._writer.recorded
 
     @property
     def lost_commands(self) -> int:
@@ -131,13 +133,14 @@ class Recorder:
         return self._assembler.lost_commands
 
     @property
-    def _pass_id(self) -> str:
-        """Recording id in the viewer since the last reset: the same for all recorders that write a part of it."""
-        return f"{self._run_id}-{self.resets}" if self._run_id and self.resets else self._run_id
+    def _newest_step(self) -> int:
+        return self.last_step + self._assembler.waiting + 1
 
     def idle(self) -> None:
         """Write waiting steps if they are due; to be called periodically."""
-        self._write_if_due()
+        waiting = self._assembler.waiting
+        if waiting >= BLOCK_STEPS or (waiting and time.monotonic() - self._last_time >= BLOCK_SECONDS):
+            self._write(final=False)
 
     def save(self) -> None:
         """Write all waiting steps, at the end of a run."""
@@ -149,9 +152,8 @@ class Recorder:
 
     def has_all(self, steps: int | None) -> bool:
         """Whether `steps` steps (None: an unknown number) have been received, or no more messages arrive."""
-        if self.write_error or time.monotonic() - self._last_message > (
-            _SETTLING_TIME if steps is None else MESSAGE_TIMEOUT
-        ):
+        limit = _SETTLING_TIME if steps is None else MESSAGE_TIMEOUT
+        if self.write_error or time.monotonic() - self._last_message > limit:
             return True
         return steps is not None and self._assembler.has(steps)
 
@@ -173,38 +175,31 @@ class Recorder:
         start = time.monotonic()
         self.save()
         steps, lost_commands = summary.get("steps", self.last_step), self.lost_commands
-        lost_steps = max(self.last_step, steps) - self._session.recorded + lost_commands
-        errors = summary.get("error", ""), describe_gaps(self._session.recorded, steps, lost_commands)
-        metrics = {"steps": steps, **summary} | ({"error": "; ".join(filter(None, errors))} if any(errors) else {})
-        metrics |= {"lost_commands": lost_commands} if lost_commands else {}
-        closed = None if self.write_error else self._attempt(lambda: self._session.close(metrics, lost_steps))
-        if closed is None:
-            entries, files = (
-                self._session.failed_summary(self.write_error, lost_steps, self._steps_before_reset),
-                self._parts.all(self._session.part),
-            )
-        else:
-            time_left = time_limit - (time.monotonic() - start)
-            entries, files = closed, self._parts.join(Path(closed["recording"]), time_left)
+        lost_steps = max(self.last_step, steps) - self.recorded + lost_commands
+        entries = {"recorded_steps": self.recorded, "lost_steps": lost_steps}
         entries |= {"lost_commands": lost_commands} if lost_commands else {}
+        errors = filter(None, (summary.get("error", ""), describe_gaps(self.recorded, steps, lost_commands)))
+        metrics = {"steps": steps, **summary, "recording": str(self._writer.file.path), **entries}
+        metrics |= {"error": error} if (error := "; ".join(errors)) else {}
+        file = None if self.write_error else self._attempt(lambda: self._writer.close(metrics))
+        if file is None:
+            counts = describe_failure(self.recorded, self.recorded + lost_steps, self._steps_before_reset)
+            entries |= {"error": f"recorder: {self.write_error}; {counts}"}
+            files = self._parts.all(self._writer.file.part)
+        else:
+            files = self._parts.join(file, time_limit - (time.monotonic() - start))
         return entries | {"recording": str(files[-1])} | ({"parts": list(map(str, files))} if files[1:] else {})
-
-    def _write_if_due(self) -> None:
-        waiting = self._assembler.waiting
-        due = time.monotonic() - self._last_time >= BLOCK_SECONDS
-        if waiting >= BLOCK_STEPS or (waiting and due):
-            self._write(final=False)
 
     def _write(self, final: bool) -> None:
         rows = self._assembler.pop_rows(final)
         if rows and not self.write_error:
-            self._attempt(lambda: self._session.write(rows))
+            self._attempt(lambda: self._writer.write(block_of(self._scene, rows)))
         if not rows or self.write_error:
             return
         self._blocks += 1
         step, written_at = rows[-1].step, time.monotonic()
         simulated = (step - self.last_step) * self._scene.period
-        self._session.add_speed(step, simulated / max(written_at - self._last_time, 1e-9))
+        self._writer.add_speed(step, simulated / max(written_at - self._last_time, 1e-9))
         self.last_step, self._last_time = step, written_at
 
     def _attempt(self, work: Callable[[], Any]) -> Any:
@@ -214,6 +209,12 @@ class Recorder:
             self.write_error = str(error)
             return None
 
+    def _new_writer(self, path: Path) -> RunWriter:
+        """Return the writer of a file; all recorders that write a part of one between two resets have the same id."""
+        numbered = f"{self._run_id}-{self.resets}" if self._run_id and self.resets else self._run_id
+        run_id = f"{self._scene.name}-{numbered or uuid.uuid4().hex[:12]}"
+        return RunWriter(path, layout_of_scene(self._scene, run_id), self._live)
+
     def _start_over(self) -> None:
         """The plant was reset: keep the steps so far in a file of their own, and begin a new one.
 
@@ -222,18 +223,16 @@ class Recorder:
         finished = self._complete({"scene": self._scene.name, "ended_by": "reset"}, REPAIR_TIMEOUT)
         self._assembler = _new_assembler(self._scene)
         self.last_step, self._last_time, self.resets, self._blocks = 0, 0.0, self.resets + 1, 0
-        recorded, self._session.recorded = self._session.recorded, 0
         if self.write_error:
-            self._steps_before_reset += recorded
+            self._steps_before_reset += self.recorded
+            self._recorded_before, self._writer.recorded = 0, 0
             return
-        set_aside(
-            [Path(file) for file in finished.get("parts", [finished["recording"]])],
-            before_reset(self._path, self.resets),
-        )
+        self._recorded_before, self._writer.recorded = 0, 0
+        files = [Path(file) for file in finished.get("parts", [finished["recording"]])]
+        set_aside(files, before_reset(self._path, self.resets))
         self._parts = Parts(self._path, EarlierFiles())
         self.on_reset()
-        session = self._attempt(lambda: Session(self._scene, self._path, self._live, self._pass_id))
-        self._session = session or self._session
+        self._writer = self._attempt(lambda: self._new_writer(self._path)) or self._writer
         # the plant publishes its state before the first step, and has not changed it where the run was playing before
         state, self._simulation_state = self._simulation_state, ""
         if state:

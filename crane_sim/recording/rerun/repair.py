@@ -21,11 +21,8 @@ from crane_sim.recording.files import acquire_lock, lock_file, recovered_name, t
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-
 REPAIR_TIMEOUT = 60.0  # s for the repair of one recording
 COMPACTED_BYTES = 500_000_000  # of a recording at most; its compaction needs twice as much memory
-
-
 _POLL = 0.05  # s between two checks of the time left
 _MARGIN = 0.3  # s before the deadline, so that the outcome can still be reported
 
@@ -74,20 +71,9 @@ def join_recordings(parts: Sequence[Path], complete_file: Path, time_left: Calla
     """
     if time_left() <= 0.0:
         return False
-    command = [
-        str(rerun_executable()),
-        "rrd",
-        "optimize",
-        "--profile",
-        "live",
-        "-o",
-        str(complete_file),
-        *map(str, parts),
-    ]
-    devnull = subprocess.DEVNULL
-    with subprocess.Popen(
-        command, stdin=devnull, stdout=devnull, stderr=devnull, preexec_fn=set_parent_death_signal()
-    ) as program:
+    command = [rerun_executable(), "rrd", "optimize", "--profile", "live", "-o", complete_file, *parts]
+    none = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
+    with subprocess.Popen(command, preexec_fn=set_parent_death_signal(), **none) as program:
         while program.poll() is None and time_left() > 0.0:
             with suppress(subprocess.TimeoutExpired):
                 program.wait(_POLL)

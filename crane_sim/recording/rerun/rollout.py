@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import tempfile
 import uuid
-from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from crane_sim.recording.blocks import block_of_rollout
 from crane_sim.recording.layout import of_rollout
-from crane_sim.recording.rerun.errors import RecordingError
-from crane_sim.recording.rerun.reader import read_run
+from crane_sim.recording.rerun.part_file import RecordingError
 from crane_sim.recording.rerun.writer import RunWriter
 
 if TYPE_CHECKING:
-    from crane_sim.recording.layout import Block
-    from crane_sim.recording.run import RecordedRun
+    from pathlib import Path
+
     from crane_sim.simulation.rollout import Rollout
 
 BLOCK_STEPS, MAX_BLOCK_STEPS, BLOCKS = 500, 2000, 60
@@ -37,19 +33,9 @@ def record(rollout: Rollout, path: Path) -> Path:
     try:
         size = max(BLOCK_STEPS, min(MAX_BLOCK_STEPS, steps // BLOCKS))
         for first in range(0, steps, size):
-            writer.write(_part(block, slice(first, first + size)))
+            writer.write(block.part(slice(first, first + size)))
         writer.add_events(rollout.events)
         return writer.close(rollout.summary | entries)
     except RecordingError:
         writer.file.discard()  # the run can be recorded again
         raise
-
-
-def recorded_run(rollout: Rollout) -> RecordedRun:
-    """Return a run as it would be read back from its recording."""
-    with tempfile.TemporaryDirectory() as folder:
-        return replace(read_run(record(rollout, Path(folder, "run.rrd"))), path=None)
-
-
-def _part(block: Block, rows: slice) -> Block:
-    return block._replace(**{name: each[rows] for name, each in block._asdict().items() if each is not None})

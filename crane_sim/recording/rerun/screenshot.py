@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from crane_sim.files.errors import SceneError, did_you_mean
 from crane_sim.files.output import write_output
 from crane_sim.recording.rerun import viewer
-from crane_sim.recording.rerun.cut_files import viewable
+from crane_sim.recording.rerun.rrd_file import viewable
 from crane_sim.recording.rerun.viewer import HeadlessViewer, PictureError, check_viewable, headless_viewer
 
 if TYPE_CHECKING:

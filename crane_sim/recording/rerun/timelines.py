@@ -15,16 +15,15 @@ if TYPE_CHECKING:
 
 def times(layout: Layout, step: NDArray[np.int64]) -> list[rr.TimeColumn]:
     """Return the instants at which these steps begin; the scene time is exact, in nanoseconds."""
-    elapsed = ((step - 1) * layout.period_ns).astype("timedelta64[ns]")
-    return [rr.TimeColumn("sim_time", duration=elapsed), rr.TimeColumn("step", sequence=step)]
+    return times_at(layout, (step - 1) * layout.period_ns)
 
 
 def times_at(layout: Layout, instants: NDArray[np.int64]) -> list[rr.TimeColumn]:
     """Return instants [ns] of scene time, with the steps in which they are."""
-    steps = 1 + instants // layout.period_ns
+    elapsed = instants.astype("timedelta64[ns]")
     return [
-        rr.TimeColumn("sim_time", duration=instants.astype("timedelta64[ns]")),
-        rr.TimeColumn("step", sequence=steps),
+        rr.TimeColumn("sim_time", duration=elapsed),
+        rr.TimeColumn("step", sequence=1 + instants // layout.period_ns),
     ]
 
 

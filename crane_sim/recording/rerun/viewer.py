@@ -22,7 +22,6 @@ from rerun.experimental import ViewerClient
 
 from crane_sim.files.errors import SceneError
 from crane_sim.process_signals import end_process, set_parent_death_signal
-from crane_sim.recording.mcap.repair import MAGIC
 from crane_sim.recording.rerun.live import ADDRESS, live_address
 from crane_sim.recording.rerun.repair import rerun_executable
 
@@ -34,7 +33,7 @@ if TYPE_CHECKING:
 LOAD_SECONDS = 120.0  # for each question to the viewer, on however busy a machine
 END_SECONDS = 5.0  # for the viewer to end in order, before it is killed
 NO_DRAWING = "the viewer cannot draw here; is there a Vulkan driver (Debian, Ubuntu: apt install mesa-vulkan-drivers)?"
-_RECORDING = b"RRF"  # how Rerun's files begin, in any version of their format
+_BEGINNINGS = b"RRF", b"\x89MCAP"  # of Rerun's files, in any version of their format, and of bags
 _PANIC = "panicked at"  # what a viewer without a driver ends with, above a page of stack
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 _POLL = 0.1  # s between two questions
@@ -57,14 +56,14 @@ class PictureError(RuntimeError):
 
 def check_viewable(recording: Path) -> None:
     """Raise SceneError for a file that neither is a recording nor a bag: the viewer would wait for one."""
-    if recording.is_dir() and recording.name.endswith(".mcap.part"):
-        return  # an unfinished bag
+    if recording.name.endswith(".mcap.part") and recording.exists():
+        return  # an unfinished bag, by older versions a folder
     try:
         with recording.open("rb") as file:
-            beginning = file.read(len(MAGIC))
+            beginning = file.read(5)
     except OSError as error:
         raise SceneError(f"{recording}: {error.strerror}") from None
-    if not beginning.startswith((_RECORDING, MAGIC)):
+    if not beginning.startswith(_BEGINNINGS):
         raise SceneError(f"{recording}: is no recording: its first bytes are not those of one")
 
 

@@ -2,42 +2,49 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import rerun as rr
 
-from crane_sim.recording.digest import with_digest
+from crane_sim.recording.digest import CHANGES, Rows, describe_block, digest_changes, with_digest
 from crane_sim.recording.layout import Block, Layout, Span
-from crane_sim.recording.rerun.block_digests import EVENTS, STATES, DigestWriter, is_verified
+from crane_sim.recording.metric_units import summary_properties, summary_table
 from crane_sim.recording.rerun.blueprint import blueprint
 from crane_sim.recording.rerun.curves import PALETTE, Channel, channels
-from crane_sim.recording.rerun.errors import RecordingError
-from crane_sim.recording.rerun.part_file import PartFile
+from crane_sim.recording.rerun.part_file import PartFile, RecordingError
 from crane_sim.recording.rerun.scene3d import Scene3D
-from crane_sim.recording.rerun.summary import summary_properties, summary_table
 from crane_sim.recording.rerun.timelines import set_time, times, times_at
-from crane_sim.recording.state_timelines import StateTimelines
-from crane_sim.recording.states import COLORS, OTHER_COLOR, make_event_timelines, make_fault_timelines
+from crane_sim.recording.states import StateTimelines, get_color, make_event_timelines, make_fault_timelines
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
 
-    from crane_sim.recording.layout import Array
     from crane_sim.recording.rerun.live import LiveServer
     from crane_sim.recording.states import Changes
 
 APPLICATION = "crane_sim"
-MAX_INDEXED_DURATION = (
-    120.0  # s of scene time; the file of a longer run has no index, which needs 0.1 MB of memory a block
-)
+DIGESTS, EVENTS, STATES = "digests", "log/events", "states/"
+"""Entities of digests and events, and beginning of those of timelines of states."""
+SPEED = "plots/rtf"
+MAX_INDEXED_DURATION = 120.0  # s of scene time: a longer run has no index, which needs 0.1 MB of memory a block
+
+
+def is_verified(entity: str) -> bool:
+    """Whether the curves of an entity are read back, and have digests: what is only shown has none."""
+    return entity.startswith(("plots/", "frames/")) and entity != SPEED  # speeds are logged beside the blocks
 
 
 class RunWriter:
-    """A recording that grows block by block in `<path>.part` and becomes `<path>` when it is closed."""
+    """A recording that grows block by block in `<path>.part` and becomes `<path>` when it is closed.
+
+    Attributes:
+        recorded: number of steps that reached the disk.
+    """
 
     def __init__(self, path: Path, layout: Layout, live: LiveServer | None = None) -> None:
         """Start the file with the blueprint, the run properties and the crane; recover a killed run's of that name.
@@ -50,15 +57,15 @@ class RunWriter:
         Raises:
             RecordingError: the file cannot be written.
         """
-        self._layout, self._channels = layout, channels(layout)
-        self._strides = {channel.stride for channel in self._channels}
+        self._layout, self._channels, self.recorded = layout, channels(layout), 0
         self._spans: dict[str, Span] = {}
-        self._timelines, self._named = StateTimelines(layout, layout.timeline_inputs), dict[str, set[str]]()
+        self._timelines = StateTimelines(layout)
+        self._changes = defaultdict[str, list[tuple[int, str]]](list)  # (ns, event or state) by entity
         rr.set_strict_mode(True)  # otherwise a bad array is only warned about, and lost
         self._rec = rr.RecordingStream(APPLICATION, recording_id=layout.run_id)
         self._rec.set_log_time_enabled(False)  # wall time in the rows would make equal runs differ
         self._rec.set_log_tick_enabled(False)
-        self._digests, self.file = DigestWriter(self._rec, layout), PartFile(path, self._rec)
+        self.file = PartFile(path, self._rec)
         try:
             self._stage = self._begin(live)
         except RecordingError:
@@ -70,7 +77,10 @@ class RunWriter:
             self._connect(live)
             self._rec.send_recording_name(self._layout.name)
             self._rec.send_property("run", rr.AnyValues(**with_digest(self._layout.properties)))
-            self._log_styles()
+            for channel in self._channels:
+                if channel.colors:  # the others are no curves of a plot
+                    self._rec.log(channel.entity, _style(channel), static=True)
+            self._rec.log(SPEED, rr.SeriesLines(names="simulated s per s", colors=PALETTE[0], widths=1.6), static=True)
             stage = Scene3D(self._rec, self._layout)
         self.file.check()
         return stage
@@ -89,26 +99,32 @@ class RunWriter:
         Raises:
             RecordingError: it did not reach the disk, which is full or gone.
         """
-        self._write_channels(block, [channel for channel in self._channels if is_verified(channel.entity)])
-        for timeline, steps, states in self._timelines.find_changes(block):
-            self._log_states(timeline, self._instants(steps), states)
-        self._digests.log(int(block.step[0]), int(block.step[-1]))
+        first, last = int(block.step[0]), int(block.step[-1])
+        verified = [channel for channel in self._channels if is_verified(channel.entity)]
+        digest = describe_block(first, last, self._write_channels(block, verified))
+        self._log_changes(self._timelines.find_changes(block))
+        text = rr.TextDocument.columns(text=[digest])
+        self._rec.send_columns(DIGESTS, times(self._layout, np.array([last])), text)
         self._write_channels(block, [channel for channel in self._channels if not is_verified(channel.entity)])
         self._stage.draw(block)
         self.file.check()
+        self.recorded += len(block.step)
 
-    def _write_channels(self, block: Block, listed: Sequence[Channel]) -> None:
-        rows = {stride: np.flatnonzero((block.step - 1) % stride == 0) for stride in self._strides}
-        time = {stride: times(self._layout, block.step[those]) for stride, those in rows.items()}
+    def _write_channels(self, block: Block, listed: Sequence[Channel]) -> list[Rows]:
+        """Write the curves of a block; return their rows."""
+        written = list[Rows]()
         for channel in listed:
-            values, those = channel.values(block), rows[channel.stride]
-            if values is None or not those.size:
+            kept = np.flatnonzero((block.step - 1) % channel.stride == 0)
+            values = channel.values(block)
+            if values is None or not kept.size:
                 continue
-            columns = rr.Scalars.columns(scalars=values[those].ravel())
-            widths = [values.size // len(block.step)] * len(those)
-            self._rec.send_columns(channel.entity, time[channel.stride], columns.partition(widths))
-            self._digests.add_rows(channel.entity, block.step[those], values[those])
+            step, values = block.step[kept], values[kept]
+            width = values.size // len(kept)
+            columns = rr.Scalars.columns(scalars=values.ravel()).partition([width] * len(kept))
+            self._rec.send_columns(channel.entity, times(self._layout, step), columns)
+            written.append(Rows(channel.entity, step, (step - 1) * self._layout.period_ns, values))
             self._widen_span(channel.entity, values[np.isfinite(values)])
+        return written
 
     def add_note(self, step: int, text: str) -> None:
         """Add a line to the recording's log at the start of a step."""
@@ -116,13 +132,11 @@ class RunWriter:
 
     def add_speed(self, step: int, real_time_factor: float) -> None:
         """Add the simulated seconds per second before the start of a step."""
-        self._log(step, "plots/rtf", rr.Scalars(real_time_factor))
+        self._log(step, SPEED, rr.Scalars(real_time_factor))
 
     def add_timeline_state(self, timeline: str, normal: str, step: int, state: str) -> None:
         """Add that a timeline, which begins in the state `normal`, has another one from the start of a step on."""
-        for _, steps, states in self._timelines.find_change(timeline, normal, step, state):
-            self._log_states(timeline, self._instants(steps), states)
-            self._digests.log()
+        self._log_changes(self._timelines.find_change(timeline, normal, step, state))
 
     def add_events(self, events: Sequence[tuple[float, str]]) -> None:
         """Add events (s, text), and the timelines of states that follow from them."""
@@ -130,7 +144,7 @@ class RunWriter:
             instants, texts = np.array([round(1e9 * t) for t, _ in events]), [text for _, text in events]
             rows = rr.TextLog.columns(text=texts, level=["INFO"] * len(texts))
             self._rec.send_columns(EVENTS, times_at(self._layout, instants), rows)
-            self._digests.add_changes(EVENTS, instants, texts)
+            self._changes[EVENTS] += zip(instants.tolist(), texts, strict=True)
         self._log_timelines(make_event_timelines(events))
 
     def close(self, summary: Mapping[str, Any]) -> Path:
@@ -140,25 +154,23 @@ class RunWriter:
             RecordingError: the end did not reach the disk; what was written before stays in the `.part` file.
         """
         self._log_timelines(make_fault_timelines(summary))
-        self._digests.log()
         framing = self._stage.fit_to_motion() or self._layout.framing
         self._rec.send_blueprint(blueprint(self._layout._replace(framing=framing, spans=self._spans)))
         text = summary_table(self._layout.name, summary, self._layout.path_unit)
         self._rec.log("summary/table", rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
-        self._rec.send_property("summary", rr.AnyValues(**with_digest(summary_properties(summary))))
+        properties = summary_properties(summary) | {CHANGES: digest_changes(self._changes)}
+        self._rec.send_property("summary", rr.AnyValues(**with_digest(properties)))
         return self.file.finish()
 
-    def _widen_span(self, entity: str, values: Array) -> None:
+    def _widen_span(self, entity: str, values: NDArray[np.float64]) -> None:
         if values.size:
             known = self._spans.get(entity, Span(np.inf, -np.inf))
             self._spans[entity] = Span(min(known.low, values.min()), max(known.high, values.max()))
 
-    def _log_styles(self) -> None:
-        for channel in self._channels:
-            if channel.colors:  # the others are no curves of a plot
-                self._rec.log(channel.entity, _style(channel), static=True)
-        speed = rr.SeriesLines(names="simulated s per s", colors=PALETTE[0], widths=1.6)
-        self._rec.log("plots/rtf", speed, static=True)
+    def _log_changes(self, changes: Iterable[tuple[str, NDArray[np.int64], list[str]]]) -> None:
+        """Log changes of timelines at the starts of steps."""
+        for timeline, steps, states in changes:
+            self._log_states(timeline, (steps - 1) * self._layout.period_ns, states)
 
     def _log_timelines(self, timelines: Mapping[str, Changes]) -> None:
         for timeline, changes in timelines.items():
@@ -166,19 +178,15 @@ class RunWriter:
             self._log_states(timeline, instants, [state for _, state in changes])
 
     def _log_states(self, timeline: str, instants: NDArray[np.int64], states: list[str]) -> None:
-        """Log the states of a timeline from instants [ns] on, and the colours of states that are new to it."""
-        entity, named = f"{STATES}{timeline.replace(' ', '_')}", self._named.setdefault(timeline, set())
-        if not named.issuperset(states):
-            named.update(states)
-            shown = [int(f"{COLORS.get(state, OTHER_COLOR)[1:]}ff", 16) for state in sorted(named)]
-            colors = np.array(shown, np.uint32)  # a list of three would be one colour
-            self._rec.log(entity, rr.StateConfiguration(values=sorted(named), colors=colors), static=True)
+        """Log the states of a timeline from instants [ns] on, and the colours of its states so far."""
+        entity = f"{STATES}{timeline.replace(' ', '_')}"
+        known = {state for _, state in self._changes[entity]}
+        self._changes[entity] += zip(instants.tolist(), states, strict=True)
+        named = sorted(known.union(states))
+        if len(named) > len(known):
+            colors = np.array([int(f"{get_color(state)[1:]}ff", 16) for state in named], np.uint32)
+            self._rec.log(entity, rr.StateConfiguration(values=named, colors=colors), static=True)
         self._rec.send_columns(entity, times_at(self._layout, instants), rr.StateChange.columns(state=states))
-        self._digests.add_changes(entity, instants, states)
-
-    def _instants(self, steps: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the instants [ns] at which steps begin."""
-        return (steps - 1) * self._layout.period_ns
 
     def _log(self, step: int, entity: str, what: rr.TextLog | rr.Scalars) -> None:
         set_time(self._rec, self._layout, step)
@@ -187,6 +195,5 @@ class RunWriter:
 
 def _style(channel: Channel) -> rr.SeriesLines:
     count = len(channel.names)
-    return rr.SeriesLines(
-        names=list(channel.names), colors=list(channel.colors[:count]), widths=[channel.width] * count
-    )
+    colors, widths = list(channel.colors[:count]), [channel.width] * count
+    return rr.SeriesLines(names=list(channel.names), colors=colors, widths=widths)

@@ -141,7 +141,7 @@ def _open_recorder(
 ) -> "Recorder | None":
     if not settings.path:
         return None
-    from crane_sim.recording.rerun.errors import RecordingError
+    from crane_sim.recording.rerun.part_file import RecordingError
     from crane_sim.recording.rerun.recorder import Recorder  # needs Rerun
     from crane_sim.recording.rerun.repair import EarlierFiles
 
