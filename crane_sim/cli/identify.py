@@ -15,7 +15,7 @@ from rich.console import Console
 from crane_sim.cli import report
 from crane_sim.cli.package_groups import install_groups
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options
-from crane_sim.cli.tables import print_table
+from crane_sim.cli.tables import print_line, print_table
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import require
 from crane_sim.files.output import write_text
@@ -123,6 +123,6 @@ def print_identification(found: Identification, console: Console) -> None:
         print_table(console, "", ("correlation", *keys), rows)
     residuals = ", ".join(f"{name} {rms:.3g}" for name, rms in found.residual.items())
     samples = f"{len(found.data.t)} samples in {len(found.segments)} segments"
-    console.print(f"data less fit, rms [m, rad]: {residuals}; {samples}", markup=False, highlight=False, soft_wrap=True)
+    print_line(console, f"data less fit, rms [m, rad]: {residuals}; {samples}")
     for line in found.warnings:
-        console.print(f"warning: {line}", style="bold red", highlight=False, soft_wrap=True, markup=False)
+        print_line(console, f"warning: {line}", "bold red")

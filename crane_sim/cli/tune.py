@@ -16,7 +16,7 @@ from crane_sim.cli.report import json_value
 from crane_sim.cli.run_options import ensure_writable_file
 from crane_sim.cli.scene_options import as_json_option
 from crane_sim.cli.sweep import format_cell, show_progress
-from crane_sim.cli.tables import print_table
+from crane_sim.cli.tables import print_line, print_table
 from crane_sim.files.errors import SceneError
 
 if TYPE_CHECKING:
@@ -99,9 +99,7 @@ def print_result(result: TuningResult, summary: dict[str, Any], folder: Path, co
         title = f"{objective} on {summary['samples']} held-out samples, and the difference from {summary['baseline']}"
         head = ("gains", "runs", "mean", "difference", "from", "to", "")
         print_table(console, title, head, (_objective_row(*row) for row in rows.items()))
-    console.print(
-        f"{folder / 'gains.yaml'}: gains; {result.held_out.folder}: crane report", highlight=False, markup=False
-    )
+    print_line(console, f"{folder / 'gains.yaml'}: gains; {result.held_out.folder}: crane report")
 
 
 def _objective_row(variant: str, row: dict[str, Any]) -> tuple[str, ...]:
