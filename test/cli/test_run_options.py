@@ -17,6 +17,7 @@ from crane_sim.orchestration.runs import run
 from crane_sim.recording.files import lock_file
 
 OPTIONS = RunOptions()
+LED = {"command_stamps": "ros", "no_controller": True}  # by the clock
 
 
 @pytest.mark.parametrize(
