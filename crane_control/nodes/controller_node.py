@@ -14,10 +14,11 @@ from trajectory_msgs.msg import JointTrajectory
 
 from crane_sim.laws import inner_loop_of, outer_loop_of
 from crane_sim.ros.common import messages, node_host
+from crane_sim.ros.common.choices import RUN_MODES, RunMode
 from crane_sim.ros.common.command_codec import CommandCodec
-from crane_sim.ros.common.guarded_services import ServingNode
 from crane_sim.ros.common.node_host import NodeHost
-from crane_sim.ros.common.parameters import RUN_MODES, Option, RunMode
+from crane_sim.ros.common.nodes import ServingNode
+from crane_sim.ros.common.parameters import Option
 from crane_sim.ros.controller.law_node import Diagnostics, LawNode, OutputTopic, make_law
 from crane_sim.ros.controller.responder import serve_responder
 from crane_sim.ros.controller.setpoints import Setpoints

@@ -8,8 +8,8 @@ from trajectory_msgs.msg import JointTrajectory
 
 from crane_sim.laws import Law, OuterLoop, outer_loop_of
 from crane_sim.ros.common import messages, node_host
-from crane_sim.ros.common.guarded_services import ServingNode
 from crane_sim.ros.common.node_host import NodeHost
+from crane_sim.ros.common.nodes import ServingNode
 from crane_sim.ros.common.parameters import Option
 from crane_sim.ros.controller.law_node import LawNode, OutputTopic, make_law
 from crane_sim.ros.controller.responder import serve_responder

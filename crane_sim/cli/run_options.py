@@ -15,9 +15,13 @@ from crane_sim.cli.help_lines import FiniteRange
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import require
 from crane_sim.recording.files import lock_file, unfinished_name
-from crane_sim.ros.common.command_stamps import COMMAND_STAMPS, CommandStamps
-from crane_sim.ros.common.transform_scope import TRANSFORM_SCOPES
-from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS, CommandTimeoutAction
+from crane_sim.ros.common.choices import (
+    COMMAND_STAMPS,
+    COMMAND_TIMEOUT_ACTIONS,
+    TRANSFORM_SCOPES,
+    CommandStamps,
+    CommandTimeoutAction,
+)
 
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene

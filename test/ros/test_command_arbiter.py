@@ -9,7 +9,7 @@ import pytest
 from rclpy.qos import QoSProfile
 
 from crane_sim.ros.common.sender_subscription import MessageWithSender
-from crane_sim.ros.plant.command_arbiter import CommandArbiter, CommandLease, CommandTopic
+from crane_sim.ros.plant.command_arbiter import CommandArbiter, CommandLease, CommandTopic, Ownership
 
 A, B, C = b"a" * 16, b"b" * 16, b"c" * 16
 LEASE = 0.1  # s
@@ -46,7 +46,8 @@ class ArbiterFixture:
         self.refused = Counter[str]()
         simulation: Any = SimpleNamespace(warn=self._warn, validator=validator, refused_messages=self.refused)
         topics = {TOPIC: CommandTopic(bytes, self._on_message)}
-        self.arbiter = CommandArbiter(host, simulation, topics, LEASE, lambda: self.suspended, exclusive, commander)
+        lease = CommandLease(LEASE, lambda: self.suspended)
+        self.arbiter = CommandArbiter(host, simulation, topics, lease, exclusive, commander)
         self.arbiter.start()
 
     def set_publishers(self, *gids: bytes) -> None:
@@ -87,26 +88,17 @@ def bench(clock: list[float]) -> ArbiterFixture:
     return ArbiterFixture()
 
 
-def test_the_first_publisher_owns_the_lease_until_it_expires() -> None:
-    """Another publisher is accepted once the owner was silent for longer than the lease, and not before."""
-    lease = CommandLease(0.2)
-    assert lease.accepts(A, 0.0)
-    lease.acquire(A, 0.0)
-    assert not lease.accepts(B, 0.2)
-    lease.acquire(A, 0.2)
-    assert not lease.accepts(B, 0.4)
-    assert lease.accepts(B, 0.41)
-    lease.acquire(B, 0.41)
-    assert not lease.accepts(A, 0.5)
-
-
-def test_a_renewed_lease_expires_later() -> None:
-    """A sole publisher that is set as owner keeps the lease from when it was renewed."""
-    lease = CommandLease(0.2)
-    lease.owner = A
-    lease.renew(1.0)
-    assert not lease.accepts(B, 1.1)
-    assert lease.accepts(B, 1.3)
+def test_states_of_the_lease() -> None:
+    """It is held by who has commanded until that was silent for longer than the lease, and lapses not while suspended."""
+    suspended = [False]
+    lease = CommandLease(0.25, lambda: suspended[0])
+    assert lease.state(9.0) == Ownership.FREE
+    lease.hold(A, 1.0)
+    assert (lease.state(1.25), lease.state(1.26)) == (Ownership.HELD, Ownership.LAPSED)
+    suspended[0] = True
+    assert lease.state(9.0) == Ownership.HELD
+    suspended[0] = False
+    assert (lease.state(9.25), lease.state(9.26)) == (Ownership.HELD, Ownership.LAPSED)
 
 
 def test_a_suspended_lease_does_not_expire(bench: ArbiterFixture, clock: list[float]) -> None:

@@ -9,7 +9,7 @@ from lockstep_doubles import CountingPlant, FakeHost, FakeTopics, make_simulatio
 from crane_sim.ros.common.messages import SimulationState
 from crane_sim.ros.common.node_host import QUIT
 from crane_sim.ros.plant.run_control import RunControl
-from crane_sim.ros.plant.scheduler import OpenLoop
+from crane_sim.ros.plant.scheduler import Scheduler
 from crane_sim.ros.plant.standard_operations import Code, StandardOperations
 
 STOPPED, PLAYING, PAUSED, QUITTING = SimulationState
@@ -41,7 +41,7 @@ class OperatedRun:
         if started:
             self.simulation.start()
         settings = SimpleNamespace(reset_positions=(), reset_velocities=())
-        scheduler = OpenLoop(self.host, self.simulation)
+        scheduler = Scheduler(self.host, self.simulation)
         self.operations = StandardOperations(RunControl(self.host, self.simulation, scheduler, settings))
 
     def set_state(self, state: int) -> Code:

@@ -11,7 +11,7 @@ from sensor_msgs.msg import JointState
 from crane_sim import load_scene
 from crane_sim.laws import Law, LawError
 from crane_sim.ros.common import messages
-from crane_sim.ros.common.guarded_services import ServingNode
+from crane_sim.ros.common.nodes import ServingNode
 from crane_sim.ros.common.served_subscription import SourceSubscription
 from crane_sim.ros.controller.responder import ActivationBuffer, missing_peers
 from crane_sim.ros.controller.states import ExecutionTime, State, StateReader
