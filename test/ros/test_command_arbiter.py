@@ -89,7 +89,7 @@ def bench(clock: list[float]) -> ArbiterFixture:
 
 
 def test_states_of_the_lease() -> None:
-    """It is held by who has commanded until that was silent for longer than the lease, and lapses not while suspended."""
+    """It is held until its owner was silent for longer than the lease, and does not lapse while it is suspended."""
     suspended = [False]
     lease = CommandLease(0.25, lambda: suspended[0])
     assert lease.state(9.0) == Ownership.FREE
