@@ -36,6 +36,7 @@ def test_commands_with_stamps_of_the_wall_clock_are_named(domain_id: int, ros_en
         summary = orchestration.run(
             scene, mode="realtime", record=None, controller=False, domain_id=domain_id, on_news=lines.append
         )
+    assert summary["steps"] == scene.steps and summary["real_time_factor"] < 1.01  # a late end only lowers it
     assert summary["commands"]["rejected"] == summary["commands"]["received"] == summary["refused_commands"]["future"]
     (line,) = [line for line in lines if "commands so far were refused" in line]
     assert "possible: " in line and "(future)" in line and "--command-stamps ros" in line

@@ -77,7 +77,7 @@ def test_the_clock_leads_on_a_loaded_machine(
             assert "error" not in summary and summary["commands"]["rejected"] == 0, (run, summary)
 
 
-@pytest.mark.long(cases=["wall clock, any stamps", "wall clock, ROS time", "simulated time, stamps of states"])
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("options", "stamps"),
     [
@@ -98,13 +98,6 @@ def test_real_time(
         if not summary["silences"]:
             break
     assert max(map(abs, summary["final_error"].values())) < ARRIVED
-
-
-def test_stamps_of_another_clock_are_refused(domain_id: int, ros_environment: dict[str, str], tmp_path: Path) -> None:
-    """Where commands are to have stamps of states, those of the wall clock are all refused, and move nothing."""
-    options = ("wall", "actuated", "single")
-    summary = run_with(tmp_path, ros_environment, options, domain_id=domain_id, mode="realtime", rate=2.0)
-    assert summary["commands"]["received"] == summary["commands"]["rejected"] > 0
 
 
 def test_a_publisher_that_reads_no_states_begins_a_run(domain_id: int, ros_environment: dict[str, str]) -> None:

@@ -1,19 +1,12 @@
 """Two-rate laws: a tracker at a rate of its own, in a process of its own, above a servo."""
 
-import json
-import os
-import signal
-import subprocess
-import sys
 import time
 from math import ceil
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from fake_node import fake_sources
-from process_helpers import next_line, nodes_of, started_program
 from trajectory_msgs.msg import JointTrajectory
 from two_rate_messages import PERIOD, make_setpoint_fixture, make_setpoint_message, make_state
 
@@ -91,28 +84,6 @@ def test_realtime_does_not_wait_for_the_tracker(domain_id: int) -> None:
     assert "error" not in summary
     assert summary["steps"] == 500 and summary["demands"]["received"] > 0
     assert summary["tracking_peak"] < 0.5  # m; 1.35, the distance to the origin, if zeros held until the first setpoint
-
-
-KILLED = """
-import json
-from crane_sim import load_scene, orchestration
-scene = load_scene("offshore_two_rate", {"duration": 1e5})
-summary = orchestration.run(scene, mode="realtime", record=None, on_progress=lambda *at: print(*at, flush=True))
-print(json.dumps(summary))
-"""
-
-
-@pytest.mark.slow
-def test_a_killed_tracker_ends_the_run(tmp_path: Path) -> None:
-    """The servo holds the last setpoint until the end of the run, whose error names the tracker."""
-    env = os.environ | {"TMPDIR": str(tmp_path)}
-    with started_program([sys.executable, "-c", KILLED], stdout=subprocess.PIPE, env=env) as process:
-        while int(next_line(process).split()[0]) < 10:
-            pass
-        os.kill(nodes_of(process.pid)["tracker"], signal.SIGKILL)
-        summary = json.loads(process.communicate()[0].splitlines()[-1])
-    assert summary["error"] == "tracker: it was killed by SIGKILL"
-    assert summary["steps"] > 0 and summary["demands"]["received"] > 0
 
 
 def test_lockstep_waits_for_the_setpoint_of_the_state() -> None:
