@@ -49,7 +49,7 @@ def check_run(summary: dict[str, Any], path: Path) -> None:
 @pytest.mark.parametrize(
     ("mode", "seed", "number"),
     [
-        ("lockstep", 0, 1000),
+        ("lockstep", 0, 500),
         *(pytest.param("lockstep", seed, 10_000, marks=pytest.mark.long) for seed in (1, 2)),
         *(pytest.param("realtime", seed, 10_000, marks=pytest.mark.long) for seed in (3, 4)),
     ],
