@@ -136,31 +136,13 @@ def test_invalid_setpoints_are_ignored() -> None:
     assert not setpoints.apply_to(outer, make_state(0)) and len(node.lines) == 4
 
 
-class PublishingNode:
-    """A node that records the messages of its publisher."""
-
-    def __init__(self) -> None:
-        """Create it without messages."""
-        self.messages: list[Any] = []
-
-    def get_name(self) -> str:
-        """Return a name."""
-        return "controller"
-
-    def get_namespace(self) -> str:
-        """Return a namespace."""
-        return "/pendulum"
-
-    def create_publisher(self, _type: type, topic: str, _qos: Any) -> SimpleNamespace:
-        """Return a publisher that records messages."""
-        assert topic == "/diagnostics"
-        return SimpleNamespace(publish=self.messages.append)
-
-
 def test_diagnostics_have_the_execution_time(monkeypatch: pytest.MonkeyPatch) -> None:
     """The execution time of a law is measured in its node, and published once a second, with warnings."""
-    node = PublishingNode()
-    execution_time = ExecutionTime(node)  # type: ignore[arg-type]
+    published: list[Any] = []
+    publisher = SimpleNamespace(publish=published.append)
+    names = {"get_name": lambda: "controller", "get_namespace": lambda: "/pendulum"}
+    node: Any = SimpleNamespace(create_publisher=lambda *_: publisher, **names)
+    execution_time = ExecutionTime(node)
 
     def slow(t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
         time.sleep(0.002)
@@ -171,11 +153,11 @@ def test_diagnostics_have_the_execution_time(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(states, "_DIAGNOSTICS_PERIOD", 60.0)  # s, in which a busy machine comes to the next line
     execution_time.publish("no setpoint", {"received": 3})
     assert not execution_time.is_due()
-    status = node.messages[0].status[0]
+    status = published[0].status[0]
     values = {pair.key: pair.value for pair in status.values}
     assert (status.name, status.message, values["received"]) == ("pendulum/controller", "no setpoint", "3")
     assert float(values["law p50 [us]"]) >= 2000.0 and float(values["law max [us]"]) >= 2000.0
-    assert messages.nanoseconds(node.messages[0].header.stamp) == make_state(5).stamp
+    assert messages.nanoseconds(published[0].header.stamp) == make_state(5).stamp
 
 
 def test_the_tracker_rate_is_limited_by_the_period() -> None:
