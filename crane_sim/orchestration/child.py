@@ -103,9 +103,7 @@ class Child:
     def _handle_report(self, event: dict[str, Any]) -> None:
         match event:
             case {"event": "started", "pid": int(pid)}:
-                self.pid = pid
-                with suppress(ProcessLookupError):  # it may have exited by now
-                    self._pidfd = os.pidfd_open(pid)
+                self._on_start(pid)
             case {"event": "exited", "code": int(code)}:
                 self._code = code
             case {"event": "ready"}:
@@ -128,6 +126,11 @@ class Child:
                 self.fault, self.fatal = why, True
             case {"event": "exception", "why": str(why)}:  # its exit follows, and is the fault
                 self._exception = f": {why}"
+
+    def _on_start(self, pid: int) -> None:
+        self.pid = pid
+        with suppress(ProcessLookupError):  # it may have exited by now
+            self._pidfd = os.pidfd_open(pid)
 
     def _on_exit(self) -> None:
         self.exited = True

@@ -16,55 +16,50 @@ _DESCRIPTIONS = {Category.ROBOT: "a frame of the crane", Category.DYNAMIC_OBJECT
 _OK = Outcome(Code.OK)
 
 
-def offer_entities(node: Node, package: str, entities: Entities, stamp: Callable[[], int]) -> None:
-    """Offer `get_entities`, `get_entity_state`, `get_entities_states` and `get_entity_info`.
+class EntityServices:
+    """Services `get_entities`, `get_entity_state`, `get_entities_states` and `get_entity_info`."""
 
-    Args:
-        node: offers them.
-        package: of messages.
-        entities: of the plant.
-        stamp: returns that of the newest state [ns].
-    """
-    kinds, make_state = import_module(f"{package}.srv"), import_module(f"{package}.msg").EntityState
+    def __init__(self, node: Node, package: str, entities: Entities, stamp: Callable[[], int]) -> None:
+        """Offer them, of a package of messages; `stamp` returns that of the newest state [ns]."""
+        self._entities, self._stamp = entities, stamp
+        kinds, self._state = import_module(f"{package}.srv"), import_module(f"{package}.msg").EntityState
+        node.create_service(kinds.GetEntities, "get_entities", self._list)
+        node.create_service(kinds.GetEntityState, "get_entity_state", self._get_state)
+        node.create_service(kinds.GetEntitiesStates, "get_entities_states", self._get_states)
+        node.create_service(kinds.GetEntityInfo, "get_entity_info", self._get_info)
 
-    def list_names(request: Any, response: Any) -> Any:
-        outcome, response.entities = _select(entities, request.filters)
+    def _list(self, request: Any, response: Any) -> Any:
+        outcome, response.entities = self._select(request.filters)
         return write_outcome(response, outcome)
 
-    def get_states(request: Any, response: Any) -> Any:
-        outcome, response.entities = _select(entities, request.filters)
-        states = _states(entities, response.entities, [make_state() for _ in response.entities], stamp())
-        response.states = states
+    def _get_states(self, request: Any, response: Any) -> Any:
+        outcome, names = self._select(request.filters)
+        response.entities = names
+        response.states = _states(self._entities, names, [self._state() for _ in names], self._stamp())
         return write_outcome(response, outcome)
 
-    def get_state(request: Any, response: Any) -> Any:
-        if request.entity not in entities.names:
-            return write_outcome(response, entities.not_found(request.entity))
-        _states(entities, [request.entity], [response.state], stamp())
+    def _get_state(self, request: Any, response: Any) -> Any:
+        if request.entity not in self._entities.names:
+            return write_outcome(response, self._entities.not_found(request.entity))
+        _states(self._entities, [request.entity], [response.state], self._stamp())
         return write_outcome(response, _OK)
 
-    def get_info(request: Any, response: Any) -> Any:
-        if request.entity not in entities.names:
-            return write_outcome(response, entities.not_found(request.entity))
-        category = entities.category(request.entity)
+    def _get_info(self, request: Any, response: Any) -> Any:
+        if request.entity not in self._entities.names:
+            return write_outcome(response, self._entities.not_found(request.entity))
+        category = self._entities.category(request.entity)
         response.info.category.category, response.info.description = int(category), _DESCRIPTIONS[category]
         return write_outcome(response, _OK)
 
-    node.create_service(kinds.GetEntities, "get_entities", list_names)
-    node.create_service(kinds.GetEntityState, "get_entity_state", get_state)
-    node.create_service(kinds.GetEntitiesStates, "get_entities_states", get_states)
-    node.create_service(kinds.GetEntityInfo, "get_entity_info", get_info)
-
-
-def _select(entities: Entities, filters: Any) -> tuple[Outcome, list[str]]:
-    """Return how the selection ends, and the names of the entities that pass."""
-    if filters.tags.tags or filters.bounds.type:
-        return Outcome(Code.FEATURE_UNSUPPORTED, "filters: possible: filter, categories; not tags, bounds"), []
-    categories = [category.category for category in filters.categories]
-    try:
-        return _OK, entities.select(filters.filter, categories)
-    except ValueError as error:
-        return Outcome(Code.OPERATION_FAILED, str(error)), []
+    def _select(self, filters: Any) -> tuple[Outcome, list[str]]:
+        """Return how the selection ends, and the names of the entities that pass."""
+        if filters.tags.tags or filters.bounds.type:
+            return Outcome(Code.FEATURE_UNSUPPORTED, "filters: possible: filter, categories; not tags, bounds"), []
+        categories = [category.category for category in filters.categories]
+        try:
+            return _OK, self._entities.select(filters.filter, categories)
+        except ValueError as error:
+            return Outcome(Code.OPERATION_FAILED, str(error)), []
 
 
 def _states(entities: Entities, names: list[str], states: list[Any], stamp: int) -> list[Any]:

@@ -9,7 +9,7 @@ from rclpy.node import Node
 
 from crane_sim.ros.common.messages import describe_missing
 from crane_sim.ros.plant.entities import Entities
-from crane_sim.ros.plant.entity_services import offer_entities
+from crane_sim.ros.plant.entity_services import EntityServices
 from crane_sim.ros.plant.run_control import RunControl
 from crane_sim.ros.plant.simulation_run import SimulationRun
 from crane_sim.ros.plant.standard_operations import Code, Feature, Outcome, StandardOperations, write_outcome
@@ -59,32 +59,13 @@ def offer(node: Node, control: RunControl, simulation: SimulationRun, prefix: st
     if missing_package():
         return
     entities = Entities(simulation.plant, prefix)
-    offer_entities(node, _PACKAGE, entities, lambda: simulation.stamp)
-    kinds, operations = import_module(f"{_PACKAGE}.srv"), StandardOperations(control)
+    EntityServices(node, _PACKAGE, entities, lambda: simulation.stamp)
+    kinds = import_module(f"{_PACKAGE}.srv")
     for name, (kind, why) in _UNSUPPORTED.items():
         if hasattr(kinds, kind):  # earlier versions have fewer
             known = entities if name in _OF_ENTITY else None
             node.create_service(getattr(kinds, kind), name, _refusal(why, known))
-    stepping = SteppingAction(node, operations)
-    node.create_service(kinds.GetSimulatorFeatures, "get_simulator_features", _list_features)
-    node.create_service(kinds.StepSimulation, "step_simulation", stepping.step)
-    outcomes: dict[str, tuple[str, Callable[[Any], Outcome]]] = {
-        "set_simulation_state": (
-            "SetSimulationState",
-            lambda request: operations.set_state(request.state.state),
-        ),
-        "reset_simulation": ("ResetSimulation", lambda request: operations.reset(request.scope)),
-    }
-    for name, (kind, act) in outcomes.items():
-        node.create_service(
-            getattr(kinds, kind), name, lambda request, response, act=act: write_outcome(response, act(request))
-        )
-
-    def get_state(_: Any, response: Any) -> Any:
-        response.state.state = int(operations.state())
-        return write_outcome(response, Outcome(Code.OK))
-
-    node.create_service(kinds.GetSimulationState, "get_simulation_state", get_state)
+    StandardServices(node, StandardOperations(control))
 
 
 def _refusal(why: str, entities: Entities | None) -> Callable[[Any, Any], Any]:
@@ -98,20 +79,23 @@ def _refusal(why: str, entities: Entities | None) -> Callable[[Any, Any], Any]:
     return refuse
 
 
-def _list_features(_: Any, response: Any) -> Any:
-    response.features.features = list(map(int, Feature))
-    response.features.custom_info = "time and state are reset together; names of topics and services: docs/ros.md"
-    return response
+class StandardServices:
+    """Services `get_simulator_features`, `get_` and `set_simulation_state`, `step_simulation`, `reset_simulation`.
 
-
-class SteppingAction:
-    """The action `simulate_steps`, and the service `step_simulation`, which waits for its end."""
+    Also the action `simulate_steps`. `Feature` lists what the plant supports.
+    """
 
     def __init__(self, node: Node, operations: StandardOperations) -> None:
-        """Offer the action."""
+        """Offer the services."""
         self._operations = operations
         self._stepping = False  # by the action
-        self._action: Any = import_module(f"{_PACKAGE}.action").SimulateSteps
+        kinds, actions = import_module(f"{_PACKAGE}.srv"), import_module(f"{_PACKAGE}.action")
+        node.create_service(kinds.GetSimulatorFeatures, "get_simulator_features", self._get_features)
+        node.create_service(kinds.GetSimulationState, "get_simulation_state", self._get_state)
+        node.create_service(kinds.SetSimulationState, "set_simulation_state", self._set_state)
+        node.create_service(kinds.StepSimulation, "step_simulation", self._step)
+        node.create_service(kinds.ResetSimulation, "reset_simulation", self._reset)
+        self._action: Any = actions.SimulateSteps
         self._server = ActionServer(
             node,
             self._action,
@@ -121,12 +105,26 @@ class SteppingAction:
             cancel_callback=lambda _: CancelResponse.ACCEPT,
         )
 
-    def step(self, request: Any, response: Any) -> Any:
-        """Take the steps of a request of the service."""
+    def _get_features(self, _: Any, response: Any) -> Any:
+        response.features.features = list(map(int, Feature))
+        response.features.custom_info = "time and state are reset together; names of topics and services: docs/ros.md"
+        return response
+
+    def _get_state(self, _: Any, response: Any) -> Any:
+        response.state.state = int(self._operations.state())
+        return write_outcome(response, Outcome(Code.OK))
+
+    def _set_state(self, request: Any, response: Any) -> Any:
+        return write_outcome(response, self._operations.set_state(request.state.state))
+
+    def _step(self, request: Any, response: Any) -> Any:
         if self._stepping:
             busy = "the action simulate_steps takes steps; cancel it, or wait for its result"
             return write_outcome(response, Outcome(Code.OPERATION_FAILED, busy))
         return write_outcome(response, self._operations.step(request.steps))
+
+    def _reset(self, request: Any, response: Any) -> Any:
+        return write_outcome(response, self._operations.reset(request.scope))
 
     def _accept_goal(self, _: Any) -> GoalResponse:
         if self._stepping:
