@@ -22,9 +22,11 @@ from crane_sim.files.output import write_text
 from crane_sim.report.plotting import save_figure
 
 SUITE_NAMES = ("scenes", *SUITES, "page")
+SOAKS = ("kill", "signals", "memory", "inprocess", "determinism", "realtime")
 _HELP = f"""Benchmark speed against error (scenes), ROS transport and other suites.
 
-SUITE: {", ".join(SUITE_NAMES)}; scenes when left out, page rewrites page and figure.
+SUITE: {", ".join(SUITE_NAMES)}; scenes when left out, page rewrites page and figure. Control periods per second of
+Plant.advance and simulate, without ROS: crane soak inprocess.
 
 Data, figure and page go to FOLDER; unmeasured suites and scenes keep their previous data.
 """
@@ -59,7 +61,8 @@ def bench(
 ) -> None:
     """Run a suite of the benchmark."""
     if suite not in SUITE_NAMES:
-        raise SceneError(unknown_key(suite, SUITE_NAMES, "SUITE"))
+        hint = f"; crane soak {suite} is a soak" if suite in SOAKS else ""
+        raise SceneError(unknown_key(suite, SUITE_NAMES, "SUITE") + hint)
     if suite != "scenes" and (quick or ids or methods or peers):
         raise SceneError(f"bench {suite}: --quick, --scene, --method and --peers only apply to scenes")
     if suite != "groups" and cranes:

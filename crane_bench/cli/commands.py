@@ -54,7 +54,7 @@ def docs(pages: tuple[str, ...], build: bool, serve: bool, folder: Path | None) 
 def describe(
     scene: str | None, python: bool, ros2_control: bool, sites: bool, names: tuple[str, ...], folder: str | None
 ) -> None:
-    """Describe the format of scene files: every key, its unit, default and meaning (Markdown).
+    """Describe the format of scene files: every key, its unit, default and meaning (Markdown); or SCENE.
 
     With SCENE and --ros2-control: what a stock ros2_control needs to drive this crane.
     """
@@ -66,14 +66,16 @@ def describe(
     if sites:
         _describe_sites(folder, names, alone=scene is None and not (python or ros2_control))
         return
-    if (scene is None) == ros2_control:
-        raise SceneError(f"crane describe {scene or '--ros2-control'}: SCENE and --ros2-control belong together")
+    if scene is None and ros2_control:
+        raise SceneError("crane describe --ros2-control: needs SCENE")
     if scene is not None and python:
         raise SceneError(
             f"crane describe {scene} --python: the Python interface is that of all scenes; leave out SCENE"
         )
-    if scene is not None:
+    if scene is not None and ros2_control:
         _describe_ros2_control(load_scene_with_options(scene), folder)
+    elif scene is not None:
+        _describe_scene(scene, folder)
     elif folder is not None:
         (api_page.save_api_page if python else scene_format.save_scene_format)(folder)
     else:
@@ -89,6 +91,15 @@ def _describe_sites(folder: str | None, names: tuple[str, ...], alone: bool) -> 
     check_names(names)
     install_groups("bench")
     save_page(folder, names)
+
+
+def _describe_scene(scene: str, folder: str | None) -> None:
+    """Print what a scene is."""
+    from crane_sim.cli.scene_description import print_scene
+
+    if folder is not None:
+        raise SceneError(f"crane describe {scene} --save: a scene is printed; leave it out, or add --ros2-control")
+    print_scene(load_scene_with_options(scene))
 
 
 def _describe_ros2_control(scene: "Scene", folder: str | None) -> None:

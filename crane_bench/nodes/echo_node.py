@@ -29,7 +29,8 @@ class Ping:
         """Use the names, message types, depths and period of the plant."""
         scene = load_scene(settings.scene)
         self._period, self._steps, self._k = scene.period_ns, settings.steps, 0
-        self._state = messages.state_message(scene.joint_names)
+        zeros = [0.0] * len(scene.joint_names)
+        self._state = JointState(name=list(scene.joint_names), position=zeros, velocity=zeros, effort=zeros)
         self._q, self._v, self._applied = scene.initial_q, scene.initial_v, (0.0,) * len(scene.joint_names)
         self._encoder, self._decoder = (
             JointStateCodec(scene.joint_names, STATE),
@@ -78,7 +79,7 @@ class Pong:
     def __init__(self, node: Node, settings: SimpleNamespace) -> None:
         """Use the names, message types and depths of the controller."""
         scene = load_scene(settings.scene)
-        self._command = messages.effort_message(scene.actuated)
+        self._command = JointState(name=list(scene.actuated), effort=[0.0] * len(scene.actuated))
         self._effort = (0.0,) * len(scene.actuated)
         self._encoder, self._decoder = (
             JointStateCodec(scene.actuated, EFFORT),

@@ -5,6 +5,7 @@ Of a law with an outer loop it runs the inner one, which follows the setpoints o
 
 import sys
 from collections import Counter
+from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,12 +15,13 @@ from trajectory_msgs.msg import JointTrajectory
 
 from crane_sim.laws import inner_loop_of, outer_loop_of
 from crane_sim.ros.common import messages, node_host
+from crane_sim.ros.common.choices import RUN_MODES, RunMode
 from crane_sim.ros.common.command_codec import CommandCodec
-from crane_sim.ros.common.guarded_services import ServingNode
 from crane_sim.ros.common.node_host import NodeHost
-from crane_sim.ros.common.parameters import RUN_MODES, Option, RunMode
-from crane_sim.ros.controller.law_node import Diagnostics, LawNode, OutputTopic, make_law
-from crane_sim.ros.controller.responder import serve_responder
+from crane_sim.ros.common.nodes import ServingNode
+from crane_sim.ros.common.parameters import Option
+from crane_sim.ros.controller.law_node import LawNode, make_law
+from crane_sim.ros.controller.responder import OutputTopic, serve_responder
 from crane_sim.ros.controller.setpoints import Setpoints
 from crane_sim.ros.controller.states import State
 from crane_sim.ros.controller.trajectory_action import TrajectoryAction
@@ -80,12 +82,12 @@ class ControllerNode(LawNode):
         demands = {"demands": self._setpoints.metrics()} if self._setpoints else {}
         return {"law_us": self._execution_time.metrics()} | demands
 
-    def _diagnose(self) -> Diagnostics:
+    def _diagnose(self) -> tuple[str, Mapping[str, object]]:
         setpoints, outer = self._setpoints, outer_loop_of(self._law)
         missing = {"trajectory action": self._goals.missing_package} if self._goals.missing_package else {}
         if setpoints and outer:
-            return Diagnostics(setpoints.warning(outer), missing | setpoints.metrics())
-        return Diagnostics(values=missing)
+            return setpoints.warning(outer), missing | setpoints.metrics()
+        return "", missing
 
     def _reset(self) -> None:
         self._next_reference, self._referred = 0, self._law

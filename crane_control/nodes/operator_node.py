@@ -2,7 +2,6 @@
 
 import sys
 import time
-from collections import Counter
 from math import degrees
 from types import SimpleNamespace
 from typing import Any
@@ -22,9 +21,8 @@ from crane_sim.ros.common import messages, node_host
 from crane_sim.ros.common.command_codec import CommandCodec
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.parameters import Option
-from crane_sim.ros.common.served_subscription import SourceSubscription
-from crane_sim.ros.controller.responder import ActivationBuffer, missing_peers, serve_responder
-from crane_sim.ros.controller.states import State, StateReader
+from crane_sim.ros.controller.responder import OutputTopic, Responder, serve_responder
+from crane_sim.ros.controller.states import State
 from crane_sim.ros.operator.devices import Device, GamepadDevice, JoyDevice, KeyboardDevice
 from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.derived import derive_instant
@@ -39,6 +37,7 @@ PARAMETERS = {
     "device_timeout": Option(0.5, "s without a sign of the device after which it counts as lost", 0.05, 60.0),
     "expected_recorders": Option(0, "subscribers of the commands besides the plant", 0, 100),
 }
+_COMMANDS = OutputTopic(JointState, "joint_commands", messages.DEEP_STREAM_QOS)
 _PANEL_PERIOD = 0.1  # s between two reports to the terminal
 _RETRY_TIMEOUT = 1.0  # s after a request of the brakes, refused or without an answer, until the next one
 
@@ -74,17 +73,14 @@ class Brakes:
         return False
 
 
-class OperatorNode:
-    """The operator's desk on the ROS graph.
-
-    Attributes:
-        fault: of `Responder`; always empty: without a device or an answer of the plant the node goes on.
-    """
+class OperatorNode(Responder):
+    """The operator's desk on the ROS graph; without a device or an answer of the plant it goes on."""
 
     def __init__(self, host: NodeHost, settings: SimpleNamespace) -> None:
         """Open the device; raises SceneError where the scene or the device does not allow it."""
-        self.fault, self._host, self._settings = "", host, settings
-        self._scene = scene = load_scene(settings.scene).with_external_commands()
+        scene = load_scene(settings.scene).with_external_commands()
+        super().__init__(host.node, scene, _COMMANDS, settings.expected_recorders)
+        self._host, self._settings = host, settings
         joints, changes = driven_joints(scene), [part for part in settings.mapping.split(",") if part]
         self._assignment = make_lever_assignment(scene.actuated, changes)
         self._desk = Desk(joints, settings.device_timeout, settings.assistance)
@@ -95,27 +91,10 @@ class OperatorNode:
         self._assistance, self._assistance_unavailable = _assistance(scene)
         self._driven = [scene.joint_names.index(name) for name in scene.actuated]
         self._warm_up()
-        self._reader, self._codec = StateReader(host.node, scene), CommandCodec(scene)
+        self._codec = CommandCodec(scene)
         self._last: State | None = None
         self._speeds = (0.0,) * len(joints)
         self._next_panel, self._counts = 0.0, {"stops": 0, "losses": 0}
-        self._commands = host.node.create_publisher(JointState, "joint_commands", messages.DEEP_STREAM_QOS)
-        self._activation = ActivationBuffer(self._on_state)
-        self._states = SourceSubscription(
-            host.node, JointState, "joint_states", self._activation.receive, messages.DEEP_STREAM_QOS
-        )
-
-    def set_active(self, active: bool) -> None:
-        """See `Responder`."""
-        self._activation.set_active(active)
-
-    def missing(self) -> str:
-        """See `Responder`; the device may come later."""
-        return missing_peers(self._states, self._commands, self._settings.expected_recorders)
-
-    def refused(self) -> Counter[str]:
-        """See `Responder`."""
-        return self._states.filter.refused
 
     def on_spin(self) -> None:
         """Report the panel to the terminal when it is due."""
@@ -126,7 +105,7 @@ class OperatorNode:
 
     def finish(self) -> dict[str, Any]:
         """See `Responder`."""
-        self._commands.wait_for_all_acked(Duration(seconds=messages.LIVELINESS_LEASE))
+        self._answers.wait_for_all_acked(Duration(seconds=messages.LIVELINESS_LEASE))
         return {"operator": {"device": self._device.name, **self._counts}}
 
     def _open_device(self) -> Device:
@@ -146,17 +125,15 @@ class OperatorNode:
         self._limits.reset()
         _swing(scene, 0.0, scene.initial_q)
 
-    def _on_state(self, data: bytes) -> None:
-        state, last = self._reader.read(data), self._last
-        if state is None:
-            return
+    def _on_state(self, state: State) -> None:
+        last = self._last
         if last and state.stamp <= last.stamp:
             self._limits.reset()
         now, before, self._last = time.monotonic(), self._desk.mode, state
         operator = self._desk.take(self._demand(now), now)
         q, v = ([values[i] for i in self._driven] for values in (state.q, state.v))
         self._speeds = self._limits.take(self._assisted_speeds(state, operator), q, v)
-        self._commands.publish(self._codec.encode(state.stamp, self._speeds))
+        self._answers.publish(self._codec.encode(state.stamp, self._speeds))
         self._request_brakes(now)
         self._count(before)
 

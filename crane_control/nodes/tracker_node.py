@@ -2,17 +2,17 @@
 
 import sys
 from types import SimpleNamespace
-from typing import Any, NamedTuple
+from typing import Any
 
 from trajectory_msgs.msg import JointTrajectory
 
-from crane_sim.laws import Law, OuterLoop, outer_loop_of
+from crane_sim.laws import Law, outer_loop_of
 from crane_sim.ros.common import messages, node_host
-from crane_sim.ros.common.guarded_services import ServingNode
 from crane_sim.ros.common.node_host import NodeHost
+from crane_sim.ros.common.nodes import ServingNode
 from crane_sim.ros.common.parameters import Option
-from crane_sim.ros.controller.law_node import LawNode, OutputTopic, make_law
-from crane_sim.ros.controller.responder import serve_responder
+from crane_sim.ros.controller.law_node import LawNode, make_law
+from crane_sim.ros.controller.responder import OutputTopic, serve_responder
 from crane_sim.ros.controller.states import State
 
 PARAMETERS = {
@@ -23,19 +23,12 @@ PARAMETERS = {
 _SETPOINTS = OutputTopic(JointTrajectory, "tip_demand", messages.STREAM_QOS)
 
 
-class TwoRateLaw(NamedTuple):
-    """A law with an outer loop, which is part of it."""
-
-    law: Law
-    outer_loop: OuterLoop
-
-
 class TrackerNode(LawNode):
     """The whole law, evaluated only where its outer loop is due, and only for its setpoints."""
 
     def __init__(self, node: ServingNode, settings: SimpleNamespace) -> None:
         """See `LawNode`."""
-        super().__init__(node, settings, lambda settings: make_two_rate_law(settings).law, _SETPOINTS)
+        super().__init__(node, settings, make_two_rate_law, _SETPOINTS)
         self._answered = 0  # ns, stamp of the newest setpoint
         outer = outer_loop_of(self._law)
         self._setpoint = messages.setpoint_message(outer.names if outer else ())
@@ -61,13 +54,12 @@ class TrackerNode(LawNode):
         return True
 
 
-def make_two_rate_law(settings: SimpleNamespace) -> TwoRateLaw:
+def make_two_rate_law(settings: SimpleNamespace) -> Law:
     """Return the law of the parameters before its first state; raises ValueError where it has no outer loop."""
     law = make_law(settings)
-    outer = outer_loop_of(law)
-    if outer is None:
+    if outer_loop_of(law) is None:
         raise ValueError(f"scene {settings.scene}: its law has no outer loop: give it control.tracker_rate")
-    return TwoRateLaw(law, outer)
+    return law
 
 
 def serve(host: NodeHost, settings: SimpleNamespace) -> None:

@@ -16,6 +16,7 @@ from crane_sim.cli.compare import compare_runs
 from crane_sim.cli.doctor import doctor
 from crane_sim.cli.help_lines import HELP, Application
 from crane_sim.cli.identify import identify_parameters
+from crane_sim.cli.interfaces import interfaces
 from crane_sim.cli.package_groups import GROUPS, install_groups, install_packages
 from crane_sim.cli.run_options import RunOptions, check_recording, run_options
 from crane_sim.cli.scene_options import as_json_option, change_options, load_scene_with_options, scene_options
@@ -177,19 +178,6 @@ def check(file: str, urdf: Path | None, namespace: str, **changes: Any) -> None:
 
 
 @app.command()
-@click.argument("packages", nargs=-1)
-@click.option("--check", is_flag=True, help="Build nothing: only list what is there and from where.")
-def interfaces(packages: tuple[str, ...], check: bool) -> None:
-    """Build the message packages that ROS 2's wheels lack into the environment (about a minute, once), and list them.
-
-    PACKAGES: tf2_msgs, simulation_interfaces, control_msgs; all when left out. One that is there is used as it is.
-    """
-    from crane_sim.cli.interfaces import interfaces as command
-
-    raise SystemExit(command(packages, check))
-
-
-@app.command()
 @click.argument("scene")
 def urdf(scene: str) -> None:
     """Print a crane's URDF, without the <ros2_control> tag that the plant adds (describe SCENE --ros2-control)."""
@@ -210,7 +198,9 @@ def test(arguments: tuple[str, ...]) -> None:
     process_signals.replace_process([sys.executable, "-m", "pytest", *arguments])
 
 
-for command in (view, shot, clip, replay, compare_runs, sweep, tune, identify_parameters, install_packages, doctor):
+for command in (view, shot, clip, replay, compare_runs):
+    app.add_command(command)
+for command in (sweep, tune, identify_parameters, install_packages, interfaces, doctor):
     app.add_command(command)
 
 

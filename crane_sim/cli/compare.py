@@ -12,7 +12,7 @@ from rich.console import Console
 
 from crane_sim.cli import report
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options
-from crane_sim.cli.tables import print_table
+from crane_sim.cli.tables import print_line, print_table
 from crane_sim.cli.viewing import check_output, find_recording
 from crane_sim.files.errors import SceneError
 from crane_sim.recording.metric_units import metric_row, shown_unit
@@ -114,16 +114,16 @@ def print_comparison(comparison: Comparison) -> None:
     _print_metrics(comparison, console)
     for name, run in zip(names, comparison.runs, strict=True):
         if not run.finished:
-            console.print(f"{name}: {run.status}", highlight=False, soft_wrap=True, markup=False)
+            print_line(console, f"{name}: {run.status}")
         if run.real_time_violation:
-            console.print(f"{name}: {run.real_time_violation}", highlight=False, soft_wrap=True, markup=False)
+            print_line(console, f"{name}: {run.real_time_violation}")
     title = f"differences from {first}, {comparison.t[0]:g} .. {comparison.t[-1]:g} s"
     head = ("run", "quantity", "largest", "at [s]", "RMS", "unit")
     print_table(console, title, head, _difference_rows(comparison))
     for name, left_out in zip(others, comparison.not_compared, strict=True):
         if left_out:
             line = f"{name}, not compared, has no finite values in one of the runs: {', '.join(left_out)}"
-            console.print(line, highlight=False, soft_wrap=True, markup=False)
+            print_line(console, line)
 
 
 def _print_metrics(comparison: Comparison, console: Console) -> None:

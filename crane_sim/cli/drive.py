@@ -14,6 +14,7 @@ from crane_sim.cli.help_lines import HELP
 from crane_sim.cli.operator_console import OperatorConsole, format_lever_note, make_lever_table
 from crane_sim.cli.run_options import RunOptions, drive_options
 from crane_sim.cli.scene_options import DEFAULT_SCENE, as_json_option, load_scene_with_options
+from crane_sim.cli.tables import print_line
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.operator.drives import LAW_GROUPS, driven_joints, with_operator_drives
 from crane_sim.operator.gamepad import MISSING
@@ -120,7 +121,7 @@ def _open_console(scene: Any, assignment: Assignment, given: dict[str, Any], as_
     parameters |= {"mapping": ",".join(given["mapping"]), "assistance": given["assist"]}
     console = OperatorConsole(parameters, scene.name, joints, as_json)
     console.console.print(make_lever_table(joints, assignment, device))
-    console.console.print(format_lever_note(assignment, device), highlight=False, soft_wrap=True)
+    print_line(console.console, format_lever_note(assignment, device))
     return console
 
 

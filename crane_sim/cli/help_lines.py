@@ -1,16 +1,24 @@
-"""Help of the command line: -h everywhere, whole sentences for subcommands, and the names near an unknown one."""
+"""Help of the command line: -h everywhere, commands in groups, and the names near an unknown one."""
 
 from collections.abc import Sequence
+from functools import cache
 from math import isfinite
 from typing import Any
 
 import click
 
-from crane_sim.files.errors import did_you_mean
+from crane_sim.files.errors import SceneError, did_you_mean
 from crane_sim.files.extensions import find_extensions
 
 COMMANDS = "crane_sim.commands"
 """Group of entry points of further commands."""
+SECTIONS = {
+    "Run a crane": ("run", "drive", "simulate", "scenes", "check", "describe", "urdf"),
+    "Look at runs": ("view", "shot", "clip", "plot", "report", "compare", "replay"),
+    "Study many runs": ("sweep", "tune", "identify"),
+    "Set up": ("doctor", "install", "interfaces"),
+}
+"""Commands by the sections of the help; all others are in the last one, the laboratory."""
 
 HELP = {"help_option_names": ["-h", "--help"]}
 """Settings of a command's context."""
@@ -26,41 +34,66 @@ class CommandGroup(click.Group):
         """Return name, command and remaining arguments; an unknown command fails with the possible ones."""
         if self.get_command(ctx, args[0]) is None:
             names = sorted(self.list_commands(ctx))
-            ctx.fail(f"No such command {args[0]!r}{did_you_mean(args[0], names)} (known: {', '.join(names)})")
+            near = did_you_mean(args[0], names)
+            ctx.fail(f"No such command {args[0]!r}{near} (known: {', '.join(names)})")
         return super().resolve_command(ctx, list(args))
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of commands."""
-        for title, names in self.list_sections(ctx).items():
-            commands = [(name, self.get_command(ctx, name)) for name in names]
-            with formatter.section(title):
-                formatter.write_dl(
-                    [(name, command.get_short_help_str(_MAX_HELP_LENGTH)) for name, command in commands if command]
-                )
+        self._write_section(ctx, formatter, "Commands", self.list_commands(ctx))
 
-    def list_sections(self, ctx: click.Context) -> dict[str, list[str]]:
-        """Return the names of commands by the sections of the help."""
-        return {"Commands": self.list_commands(ctx)}
+    def _write_section(
+        self, ctx: click.Context, formatter: click.HelpFormatter, title: str, names: Sequence[str]
+    ) -> None:
+        rows = []
+        for name in names:
+            try:
+                command = self.get_command(ctx, name)
+            except SceneError as error:  # of an installed package, which must not cost the others their help
+                click.echo(f"crane: warning: {error}", err=True)
+                continue
+            if command is not None:
+                rows.append((name, command.get_short_help_str(_MAX_HELP_LENGTH)))
+        with formatter.section(title):
+            formatter.write_dl(rows)
 
 
 class Application(CommandGroup):
-    """The command `crane`: its own commands, and those that packages declare as entry points `crane_sim.commands`."""
+    """The command `crane`: its own commands, and those that packages declare as entry points."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the names of all commands: its own, then the others."""
-        return [name for names in self.list_sections(ctx).values() for name in names]
+        """Return the names of all commands."""
+        return sorted({*self.commands, *(entry.name for entry in find_extensions(COMMANDS))})
 
-    def list_sections(self, ctx: click.Context) -> dict[str, list[str]]:
-        """Return the names of commands by the sections of the help."""
-        others = sorted({entry.name for entry in find_extensions(COMMANDS)} - {*self.commands})
-        return {"Commands": sorted(self.commands), "Laboratory": others}
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the commands by sections."""
+        names = self.list_commands(ctx)
+        listed = {name for section in SECTIONS.values() for name in section}
+        for title, section in SECTIONS.items():
+            self._write_section(ctx, formatter, title, [name for name in section if name in names])
+        others = [name for name in names if name not in listed]
+        self._write_section(ctx, formatter, "Laboratory", others)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Return a command; entry points are searched where it is none of its own."""
-        own = super().get_command(ctx, cmd_name)
-        if own is not None:
-            return own
-        return next((entry.load() for entry in find_extensions(COMMANDS) if entry.name == cmd_name), None)
+        """Return a command; entry points are searched where it is none of its own.
+
+        Raises:
+            SceneError: the package that declares it cannot be imported.
+        """
+        return super().get_command(ctx, cmd_name) or _find_command(cmd_name)
+
+
+@cache
+def _find_command(name: str) -> click.Command | None:
+    """Return the command of an entry point, None where there is none of this name."""
+    for entry in find_extensions(COMMANDS):
+        if entry.name == name:
+            try:
+                return entry.load()
+            except Exception as error:  # whatever the package does as it is imported
+                line = f"{type(error).__name__}: {error}".splitlines()[0]
+                raise SceneError(f"command {name}: {entry.value} cannot be imported: {line}") from None
+    return None
 
 
 class IntAtLeast(click.IntRange):

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,8 +12,9 @@ from rich.console import Console
 
 from crane_sim.cli import report
 from crane_sim.cli.package_groups import install_groups
+from crane_sim.cli.run_options import ensure_writable_file
 from crane_sim.cli.scene_options import as_json_option, load_scene_with_options
-from crane_sim.cli.tables import print_table
+from crane_sim.cli.tables import print_line, print_table
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import require
 from crane_sim.files.output import write_text
@@ -55,15 +54,13 @@ def identify_parameters(
     if not run.exists():
         raise SceneError(f"RUN = {str(run)!r}: no such file")
     install_groups("plots")
+    require("matplotlib", "the picture")
     folder = output or Path("runs") / f"identify-{run.stem}"
+    ensure_writable_file("-o", (folder if folder.exists() else folder.parent) / "scene.yaml")
     options = {} if segment is None else {"segment": segment}
-    with _output_folder(folder):
-        with report.compiling(quiet=as_json):
-            found = identify(loaded, run, _names(parameters), joints=_names(joints or ""), **options)
-        try:
-            files = save(found, folder)
-        except OSError as error:
-            raise SceneError(f"-o {folder}: cannot be written: {error.strerror or error}") from None
+    with report.compiling(quiet=as_json):
+        found = identify(loaded, run, _names(parameters), joints=_names(joints or ""), **options)
+    files = _save(found, folder)
     if as_json:
         print(json.dumps(report.json_value(found.to_dict()) | {"files": [str(file) for file in files]}))
     else:
@@ -75,38 +72,19 @@ def _names(text: str) -> list[str]:
     return [name for name in map(str.strip, text.split(",")) if name]
 
 
-@contextmanager
-def _output_folder(folder: Path) -> Iterator[None]:
-    """Make the folder before the block; where the block fails, remove it if it is new."""
-    is_new = not folder.exists()
-    prepare_output_folder(folder)
-    try:
-        yield
-    except Exception:
-        if is_new:
-            with suppress(OSError):  # it has files
-                folder.rmdir()
-        raise
-
-
-def prepare_output_folder(folder: Path) -> None:
-    """Make the folder; SceneError: it cannot be made, or the picture cannot be drawn."""
-    require("matplotlib", "the picture")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise SceneError(f"-o {folder}: {error.strerror}") from None
-
-
-def save(found: Identification, folder: Path) -> list[Path]:
+def _save(found: Identification, folder: Path) -> list[Path]:
     """Write the scene with the estimates, the results and the picture into a folder; return the files."""
     from crane_sim.report.identification_figure import save_identification_figure
 
     scene, estimate, picture = (folder / name for name in ("scene.yaml", "estimate.json", "fit.png"))
-    write_text(scene, yaml.safe_dump(found.scene.to_dict(), sort_keys=False))
-    write_text(estimate, json.dumps(report.json_value(found.to_dict()), indent=1) + "\n")
     units = dict(zip(found.guess.joint_names, found.guess.joint_units, strict=True))
-    save_identification_figure(found, units, picture)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_text(scene, yaml.safe_dump(found.scene.to_dict(), sort_keys=False))
+        write_text(estimate, json.dumps(report.json_value(found.to_dict()), indent=1) + "\n")
+        save_identification_figure(found, units, picture)
+    except OSError as error:
+        raise SceneError(f"-o {folder}: cannot be written: {error.strerror or error}") from None
     return [scene, estimate, picture]
 
 
@@ -123,6 +101,6 @@ def print_identification(found: Identification, console: Console) -> None:
         print_table(console, "", ("correlation", *keys), rows)
     residuals = ", ".join(f"{name} {rms:.3g}" for name, rms in found.residual.items())
     samples = f"{len(found.data.t)} samples in {len(found.segments)} segments"
-    console.print(f"data less fit, rms [m, rad]: {residuals}; {samples}", markup=False, highlight=False, soft_wrap=True)
+    print_line(console, f"data less fit, rms [m, rad]: {residuals}; {samples}")
     for line in found.warnings:
-        console.print(f"warning: {line}", style="bold red", highlight=False, soft_wrap=True, markup=False)
+        print_line(console, f"warning: {line}", "bold red")

@@ -4,65 +4,56 @@ import fcntl
 import shutil
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from functools import partial
 
+import click
 from rich.console import Console
-from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.table import Table
 
+from crane_sim.cli.tables import print_table
 from crane_sim.interfaces import toolchain
 from crane_sim.interfaces.build import build
 from crane_sim.interfaces.packages import USES, Package, choose
 
 
-def interfaces(names: tuple[str, ...], check: bool) -> int:
-    """List the packages, or build those that are missing; return the exit code: 1 where `check` misses one."""
-    packages = choose(names)
-    missing = [package for package in packages if package.missing]
+@click.command()
+@click.argument("packages", nargs=-1)
+@click.option("--check", is_flag=True, help="Build nothing: only list what is there and from where.")
+def interfaces(packages: tuple[str, ...], check: bool) -> None:
+    """Build the message packages that ROS 2's wheels lack into the environment (about a minute, once), and list them.
+
+    PACKAGES: tf2_msgs, simulation_interfaces, control_msgs; all when left out. One that is there is used as it is.
+    """
+    found = choose(packages)
+    missing = [package for package in found if package.missing]
     if missing and not check:
         _build(missing)
-        packages = choose(names)
-    _print(packages)
-    return int(any(package.missing for package in packages))
-
-
-def _print(packages: list[Package]) -> None:
-    table = Table(box=None, pad_edge=False)
-    for heading in ("package", "from", "for"):
-        table.add_column(heading, overflow="fold")
-    for package in packages:
-        off = " (off)" if package.folder is None else ""
-        table.add_row(package.name, escape(package.origin), USES[package.name] + off)
-    Console().print(table)
+        found = choose(packages)
+    rows = (
+        (package.name, package.origin, USES[package.name] + ("" if package.folder else " (off)")) for package in found
+    )
+    print_table(Console(), "", ("package", "from", "for"), rows)
+    raise SystemExit(int(any(package.missing for package in found)))
 
 
 def _build(packages: list[Package]) -> None:
     """Build packages one after the other, alone in this environment; remove the generators at the end."""
     toolchain.check_machine()
-    percentage = TextColumn("{task.percentage:>3.0f} %")
-    columns = (TextColumn("{task.description}"), BarColumn(), percentage, TimeElapsedColumn())
-    progress = Progress(*columns, console=Console(stderr=True), disable=not sys.stderr.isatty())
-    with _lock():
-        with progress:
-            _show(progress, "generators", lambda _: toolchain.make_tools())
-            for package in packages:
-                _show(progress, package.name, partial(build, package.name))
-        shutil.rmtree(toolchain.FOLDER)
-
-
-@contextmanager
-def _lock() -> Iterator[None]:
-    """Keep other processes from building in this environment until the block, or this process, ends."""
     toolchain.FOLDER.mkdir(exist_ok=True)
     with (toolchain.FOLDER / "lock").open("w") as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             raise RuntimeError(f"another process builds in {toolchain.FOLDER}") from None
-        yield
+        percentage = TextColumn("{task.percentage:>3.0f} %")
+        columns = (TextColumn("{task.description}"), BarColumn(), percentage, TimeElapsedColumn())
+        console = Console(stderr=True)
+        with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+            _show(progress, "generators", lambda _: toolchain.make_tools())
+            for package in packages:
+                _show(progress, package.name, partial(build, package.name))
+        shutil.rmtree(toolchain.FOLDER)
 
 
 def _show(progress: Progress, name: str, work: Callable[[Callable[[int, int], None]], None]) -> None:

@@ -18,6 +18,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from crane_sim.cli.tables import print_line
 from crane_sim.operator.desk import DrivenJoint, Mode
 from crane_sim.operator.levers import Assignment, axis_name, button_names
 from crane_sim.orchestration.desk_link import DeskLink
@@ -26,7 +27,7 @@ END = "q"
 _REFRESH_PERIOD = 0.1  # s
 _BAR = 12  # characters of each half of a speed's bar
 _NAMES = {" ": "space", "\r": "enter", "\n": "enter", "\t": "tab", "=": "+"}
-_SEQUENCE = re.compile(r"\x1b(?:\[\[\w?|[\[O][0-9;]*(?P<last>[A-Za-z~])?)?")  # [[ begins function keys of the console
+_KEY = re.compile(r"\x1b(\[\[\w?|[\[O][0-9;]*(?P<last>[A-Za-z~])?)?|.", re.DOTALL)  # [[: of the console
 _INCOMPLETE = re.compile(rb"\x1b(?:\[\[|[\[O][0-9;]*)?\Z")
 _ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
 _COLORS = {Mode.STOPPED: "bold white on red", Mode.DEVICE_LOST: "bold white on red", Mode.MOVING: "bold green"}
@@ -34,15 +35,12 @@ _COLORS = {Mode.STOPPED: "bold white on red", Mode.DEVICE_LOST: "bold white on r
 
 def read_keys(data: bytes) -> list[str]:
     """Return the names of the keys in what a terminal has sent; sequences other than arrows are dropped."""
-    keys, text, i = list[str](), data.decode(errors="ignore"), 0
-    while i < len(text):
-        if sequence := _SEQUENCE.match(text, i):
-            keys += [_ARROWS[sequence["last"]]] if sequence["last"] in _ARROWS else []
-            i = sequence.end()
-        else:
-            keys.append(_NAMES.get(text[i], text[i].lower()))
-            i += 1
-    return [key for key in keys if key.isprintable()]
+    keys = []
+    for match in _KEY.finditer(data.decode(errors="ignore")):
+        key = match[0]
+        is_sequence = key.startswith("\x1b")
+        keys.append(_ARROWS.get(match["last"], "") if is_sequence else _NAMES.get(key, key.lower()))
+    return [key for key in keys if key and key.isprintable()]
 
 
 def split_incomplete(data: bytes) -> tuple[bytes, bytes]:
@@ -90,7 +88,7 @@ class OperatorConsole:
 
     def log(self, line: str) -> None:
         """Print a line above the panel."""
-        self.console.print(f"crane: {line}", highlight=False, markup=False, soft_wrap=True)
+        print_line(self.console, f"crane: {line}")
 
     def _run(self, desk: DeskLink) -> None:
         with suppress(OSError):  # the run is over, and its pipes are closed

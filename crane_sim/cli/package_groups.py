@@ -5,15 +5,14 @@ import hashlib
 import importlib
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import click
 from rich.console import Console
-from rich.table import Table
 
+from crane_sim.cli.tables import print_table
 from crane_sim.files.catalogue import config_folder
 from crane_sim.files.errors import SceneError, did_you_mean
 from crane_sim.files.installation import how_to_install, is_of_this_tree
@@ -35,6 +34,7 @@ GROUPS = {
     "test": PackageGroup("the test suite", 420),
     "peers": PackageGroup("other engines: bench --peers, bodies", 1500),
 }
+_PIP = ("-m", "pip", "install", "--disable-pip-version-check", "--no-deps", "--require-hashes")
 
 
 def install_groups(*names: str, ask: bool = True) -> None:
@@ -47,36 +47,45 @@ def install_groups(*names: str, ask: bool = True) -> None:
         RuntimeError: the packages could not be installed; the message is one line.
     """
     missing = [name for name in names if not _is_installed(name)]
-    if not is_of_this_tree() or not missing:
+    if not missing or not is_of_this_tree():
         return
     if ask and sys.stdin.isatty() and sys.stderr.isatty():
         _ask(missing)
-    with _lock():
-        for name in names:
-            if not _is_installed(name):
-                _install(name)
+    with Path(sys.prefix, "groups.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # until another command has installed its own
+        missing = [name for name in missing if not _is_installed(name)]
+        if missing:
+            _install(missing)
+
+
+def _describe(names: Sequence[str]) -> str:
+    return ", and ".join(GROUPS[name].purpose for name in names)
 
 
 def _ask(names: Sequence[str]) -> None:
     """Ask on the terminal whether groups may be installed; raise SceneError if not."""
-    purposes = ", and ".join(GROUPS[name].purpose for name in names)
     size = sum(GROUPS[name].size for name in names)
-    if not click.confirm(f"crane: install the packages for {purposes} ({size} MB)?", default=True, err=True):
+    question = f"crane: install the packages for {_describe(names)} ({size} MB)?"
+    if not click.confirm(question, default=True, err=True):
         commands = " and ".join(how_to_install(name) for name in names)
-        raise SceneError(f"the packages for {purposes} are not installed; {commands} installs them")
+        raise SceneError(f"the packages for {_describe(names)} are not installed; {commands} installs them")
 
 
-def check_names(names: tuple[str, ...]) -> None:
-    """Check that groups exist, and that they can be installed here.
-
-    Raises:
-        SceneError: a name is unknown, or the environment is not the tree's own.
-    """
+def _install(names: Sequence[str]) -> None:
+    log, files = Path(sys.prefix, "install.log"), [str(_lock_file(name)) for name in names]
+    size = sum(GROUPS[name].size for name in names)
+    line = f"crane: installing the packages for {_describe(names)} (once, {size} MB)"
+    print(line, file=sys.stderr, flush=True)
+    options = [option for file in files for option in ("-r", file)]
+    with log.open("a") as out:
+        pip = subprocess.run([sys.executable, *_PIP, *options], stdout=out, stderr=out, check=False)
+    if pip.returncode:
+        what = f"the packages of {' and '.join(files)} could not be installed"
+        raise RuntimeError(f"{what}; is the network there? (all that pip said: {log})")
     for name in names:
-        if name not in GROUPS:
-            raise SceneError(f"{name}: no such group of packages{did_you_mean(name, GROUPS)} ({', '.join(GROUPS)})")
-    if names and not is_of_this_tree():
-        raise SceneError(f"{sys.prefix}: not made by ./crane; {how_to_install(names[0])} installs the packages")
+        _stamp(name).parent.mkdir(exist_ok=True)
+        _stamp(name).write_text(_digest(name))
+    importlib.invalidate_caches()
 
 
 def _is_installed(name: str) -> bool:
@@ -84,32 +93,9 @@ def _is_installed(name: str) -> bool:
     return _stamp(name).is_file() and _stamp(name).read_text() == _digest(name)
 
 
-def _install(name: str) -> None:
-    log = Path(sys.prefix, "install.log")
-    line = f"crane: installing the packages for {GROUPS[name].purpose} (once, {GROUPS[name].size} MB)"
-    options = ("--disable-pip-version-check", "--no-deps", "--require-hashes")
-    command = [sys.executable, "-m", "pip", "install", *options, "-r", str(_lock_file(name))]
-    print(line, file=sys.stderr, flush=True)
-    with log.open("a") as out:
-        code = subprocess.run(command, stdout=out, stderr=out, check=False).returncode
-    if code:
-        what = f"the packages of {_lock_file(name)} could not be installed"
-        raise RuntimeError(f"{what}; is the network there? (all that pip said: {log})")
-    _stamp(name).parent.mkdir(exist_ok=True)
-    _stamp(name).write_text(_digest(name))
-    importlib.invalidate_caches()
-
-
-@contextmanager
-def _lock() -> Iterator[None]:
-    """Let one process at a time install packages."""
-    with Path(sys.prefix, "groups.lock").open("w") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            print("crane: waiting for another command that installs packages", file=sys.stderr, flush=True)
-            fcntl.flock(lock, fcntl.LOCK_EX)
-        yield
+def _stamp(name: str) -> Path:
+    """Return the file with the digest of the lock file that the group was installed from."""
+    return Path(sys.prefix, "groups", f"{name}.sha256")
 
 
 def _lock_file(name: str) -> Path:
@@ -121,20 +107,19 @@ def _digest(name: str) -> str:
     return hashlib.sha256(_lock_file(name).read_bytes()).hexdigest()
 
 
-def _stamp(name: str) -> Path:
-    """Return the file with the digest of the lock file that the group was installed from."""
-    return Path(sys.prefix, "groups", f"{name}.sha256")
-
-
 @click.command("install")
 @click.argument("groups", nargs=-1, metavar="[GROUP ...]")
 def install_packages(groups: tuple[str, ...]) -> None:
     """Install groups of packages that only some commands need, which they do themselves; without GROUP, list them."""
-    check_names(groups)
+    for name in groups:
+        if name not in GROUPS:
+            near = did_you_mean(name, GROUPS)
+            raise SceneError(f"{name}: no such group of packages{near} ({', '.join(GROUPS)})")
+    if groups and not is_of_this_tree():
+        how = how_to_install(groups[0])
+        raise SceneError(f"{sys.prefix}: not made by ./crane; {how} installs the packages")
     install_groups(*groups, ask=False)
-    table = Table(box=None, pad_edge=False)
-    for heading in ("group", "MB", "installed", "for"):
-        table.add_column(heading, overflow="fold")
-    for name, group in GROUPS.items():
-        table.add_row(name, str(group.size), "yes" if _is_installed(name) else "no", group.purpose)
-    Console().print(table)
+    rows = (
+        (name, str(group.size), "yes" if _is_installed(name) else "no", group.purpose) for name, group in GROUPS.items()
+    )
+    print_table(Console(), "", ("group", "MB", "installed", "for"), rows)

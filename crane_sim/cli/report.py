@@ -13,11 +13,13 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rich import box
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from crane_sim.cli.tables import print_line, print_table
 from crane_sim.files.catalogue import config_folder
 from crane_sim.recording.metric_units import path_unit_of_scene, plain_unit
 from crane_sim.recording.run import NOT_IN_REAL_TIME
@@ -26,40 +28,17 @@ if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
     from crane_sim.simulation.rollout import Rollout
 
-_GROUPS = {
-    "speed": (
-        "wall_time",
-        "compile_time",
-        "real_time_factor",
-        "steps_per_second",
-        "rhs_evaluations",
-        "deadline_misses",
-        "unanswered_steps",
-    ),
-    "motion": (
-        "peak_swing_deg",
-        "residual_swing_deg",
-        "peak_tilt_deg",
-        "peak_skew_deg",
-        "peak_trim_deg",
-        "peak_list_deg",
-        "peak_lateral_deflection_deg",
-        "peak_vertical_deflection_deg",
-        "peak_mast_x_deflection_deg",
-        "peak_mast_y_deflection_deg",
-        "min_rope_tension",
-        "max_rope_tension",
-        "max_lead_line_tension",
-        "max_drum_torque",
-        "peak_contact_force",
-        "saturated_steps",
-        "energy_audit_error",
-        "energy_audit_max",
-    ),
-    "path": ("tracking_mse", "tracking_mae", "tracking_peak", "peak_tip_acceleration"),
-    "base": ("peak_base_acceleration", "peak_base_angular_acceleration"),
-    "selected": ("method", "model", "model_error_estimate", "left_out"),
-}
+_GROUPS = (
+    "wall_time compile_time real_time_factor steps_per_second rhs_evaluations deadline_misses unanswered_steps",
+    "peak_swing_deg residual_swing_deg peak_tilt_deg peak_skew_deg peak_trim_deg peak_list_deg "
+    "peak_lateral_deflection_deg peak_vertical_deflection_deg peak_mast_x_deflection_deg "
+    "peak_mast_y_deflection_deg min_rope_tension max_rope_tension max_lead_line_tension max_drum_torque "
+    "peak_contact_force saturated_steps energy_audit_error energy_audit_max",
+    "tracking_mse tracking_mae tracking_peak peak_tip_acceleration",
+    "peak_base_acceleration peak_base_angular_acceleration",
+    "method model model_error_estimate left_out",
+)
+"""Metrics of the table: speed, motion, path, base, and what was chosen."""
 _FURTHER_UNITS = {"real_time_factor": "x", "model_error_estimate": "m"}
 """Units of what only the terminal shows with one."""
 
@@ -130,7 +109,7 @@ def progress(scene: "Scene", quiet: bool) -> Iterator[ProgressReporter]:
             bar.update(task, completed=done, factor=factor)
 
         def log(line: str) -> None:
-            bar.console.print(f"crane: {line}", highlight=False, markup=False, soft_wrap=True)
+            print_line(bar.console, f"crane: {line}")
 
         yield ProgressReporter(update, log)
 
@@ -172,29 +151,41 @@ def _say_compiling() -> None:
 def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
     """Print the most important metrics of a scene's run as tables."""
     console = Console()
+    console.print(_metrics_table(summary, path_unit_of_scene(scene)))
+    _print_joints(console, summary, scene)
+    if steps := summary.get("negative_tension_steps", 0):
+        periods, most = f"{steps} of {summary.get('steps')} periods", _format_number(-summary["min_rope_tension"])
+        what = f"the cable was under compression of up to {most} N in {periods}"
+        print_line(console, f"warning: {what}; a rope cannot push")
+    if violation := summary.get("real_time_violation"):
+        consequence = "its motion and metrics are also those of this machine"
+        print_line(console, f"warning: {NOT_IN_REAL_TIME}: {violation}; {consequence}")
+    print_notes(summary, console)
+    _print_events(console, summary)
+    if "state_sha256" in summary:
+        print_line(console, f"state sha256  {summary['state_sha256']}")
+    _print_files(console, summary)
+
+
+def _metrics_table(summary: dict[str, Any], path_unit: str) -> Table:
+    """Return the table of the metrics that a run has, by groups, and of its messages."""
     law = summary.get("law") or ("external" if summary.get("commands") else "none")
     title = escape(f"{summary['scene']} · law {law} · {summary['mode']}")
-    hidden, path_unit = _hidden_metrics(summary), path_unit_of_scene(scene)
-    table = Table(title=title, show_header=False, title_justify="left")
+    table = Table(title=title, show_header=False, title_justify="left", box=box.SIMPLE)
     seconds = f"{_format_number(summary['sim_time'])} s in " if "sim_time" in summary else ""
     table.add_row("simulated", f"{seconds}{summary.get('steps')} steps")
-    for keys in _GROUPS.values():
+    hidden = _hidden_metrics(summary)
+    for keys in _GROUPS:
         table.add_section()
-        for key in keys:
+        for key in keys.split():
             if key in summary and key not in hidden:
                 unit = plain_unit(key, path_unit) or _FURTHER_UNITS.get(key, "")
                 value = escape(f"{_format_number(summary[key])} {unit}")
                 table.add_row(key.removesuffix("_deg").replace("_", " "), value)
-    _add_commands(table, summary)
-    console.print(table)
-    _print_joints(console, summary, scene)
-    _warn_compression(console, summary)
-    _warn_real_time(console, summary)
-    print_notes(summary, console)
-    _print_events(console, summary)
-    if "state_sha256" in summary:
-        console.print(f"state sha256  {summary['state_sha256']}", highlight=False)
-    _print_files(console, summary)
+    table.add_section()
+    for title, text in _message_rows(summary):
+        table.add_row(title, text)
+    return table
 
 
 def _hidden_metrics(summary: Mapping[str, Any]) -> set[str]:
@@ -218,10 +209,10 @@ def print_notes(notes: Mapping[str, Any], console: Console) -> None:
     """Print drawn values, notes on rounded values, and warnings of unlikely values, one line each."""
     for key, value in notes.get("drawn", {}).items():
         shown = _format_number(value) if isinstance(value, float) else value
-        console.print(f"{'drawn:':<8} {key} = {shown}", highlight=False, markup=False, soft_wrap=True)
+        print_line(console, f"{'drawn:':<8} {key} = {shown}")
     for key, word in (("rounded", "note"), ("warnings", "warning")):
         for line in notes.get(key, ()):
-            console.print(f"{word + ':':<8} {line}", highlight=False, markup=False, soft_wrap=True)
+            print_line(console, f"{word + ':':<8} {line}")
 
 
 def _print_events(console: Console, summary: dict[str, Any]) -> None:
@@ -229,24 +220,24 @@ def _print_events(console: Console, summary: dict[str, Any]) -> None:
     kinds = summary.get("event_kinds", ())
     for kind in kinds:
         when = f"{kind['first']:.3f} s" + (f" .. {kind['last']:.3f} s" if kind["count"] > 1 else "")
-        console.print(f"{kind['count']:6} x  {when:>24}  {kind['what']}", highlight=False, markup=False)
+        print_line(console, f"{kind['count']:6} x  {when:>24}  {kind['what']}")
     for event in summary.get("events", ()) if not kinds else ():
-        console.print(f"{event['t']:12.6f} s  {event['what']}", highlight=False, markup=False)
+        print_line(console, f"{event['t']:12.6f} s  {event['what']}")
     listed = sum(kind["count"] for kind in kinds) or len(summary.get("events", ()))
     if more := summary.get("event_count", 0) - listed:
-        console.print(f"{'':14}and {more} more events", highlight=False)
+        print_line(console, f"{'':14}and {more} more events")
 
 
 def _print_files(console: Console, summary: dict[str, Any]) -> None:
     for key in ("recording", "mcap"):
         if summary.get(key):
-            console.print(f"{key:<13} {summary[key]}", highlight=False, soft_wrap=True, markup=False)
+            print_line(console, f"{key:<13} {summary[key]}")
     for key, title in (("parts", "part"), ("bag_parts", "bag part"), ("before_reset", "before reset")):
         for path in summary.get(key, ()):
-            console.print(f"{title:<13} {path}", highlight=False, soft_wrap=True, markup=False)
+            print_line(console, f"{title:<13} {path}")
     if summary.get("recording"):
         command = f"{crane_command()} view {shlex.quote(str(summary['recording']))}"
-        console.print(f"{'open it with':<13} {command}", highlight=False, soft_wrap=True, markup=False)
+        print_line(console, f"{'open it with':<13} {command}")
 
 
 def crane_command() -> str:
@@ -260,36 +251,20 @@ def crane_command() -> str:
     return shlex.quote(os.path.join(os.curdir, program.relative_to(folder)))
 
 
-def _add_commands(table: Table, summary: dict[str, Any]) -> None:
-    commands = summary.get("commands")
-    if commands:
-        table.add_section()
-        table.add_row("commands", ", ".join(f"{count} {name}" for name, count in commands.items()))
+def _message_rows(summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield what a run over ROS says of its messages and nodes."""
+    if commands := summary.get("commands"):
+        yield "commands", ", ".join(f"{count} {name}" for name, count in commands.items())
     if demands := summary.get("demands"):
         held = f"held for up to {_format_number(demands['longest_hold'])} s"
-        table.add_row("setpoints", f"{demands['received']} received, {demands['late']} late, {held}")
+        yield "setpoints", f"{demands['received']} received, {demands['late']} late, {held}"
     for key, title in _COMPUTE_TIMES.items():
         if key in summary:
-            table.add_row(title, ", ".join(f"{name} {value:.0f}" for name, value in summary[key].items()) + " µs")
+            yield title, ", ".join(f"{name} {value:.0f}" for name, value in summary[key].items()) + " µs"
     if summary.get("recording"):
-        table.add_row("recorded", f"{summary['recorded_steps']} steps, {summary['lost_steps']} lost")
+        yield "recorded", f"{summary['recorded_steps']} steps, {summary['lost_steps']} lost"
     if restarts := summary.get("restarts"):
-        table.add_row("replaced", ", ".join(f"{name} {count} x" for name, count in restarts.items()))
-
-
-def _warn_compression(console: Console, summary: dict[str, Any]) -> None:
-    """Warn of a cable under compression, which no rope can carry."""
-    if steps := summary.get("negative_tension_steps", 0):
-        periods, most = f"{steps} of {summary.get('steps')} periods", _format_number(-summary["min_rope_tension"])
-        line = f"warning: the cable was under compression of up to {most} N in {periods}; a rope cannot push"
-        console.print(line, highlight=False, soft_wrap=True)
-
-
-def _warn_real_time(console: Console, summary: dict[str, Any]) -> None:
-    """Warn of a run in real time that the machine was too slow for."""
-    if violation := summary.get("real_time_violation"):
-        line = f"warning: {NOT_IN_REAL_TIME}: {violation}; its motion and metrics are also those of this machine"
-        console.print(line, highlight=False, soft_wrap=True)
+        yield "replaced", ", ".join(f"{name} {count} x" for name, count in restarts.items())
 
 
 def _print_joints(console: Console, summary: dict[str, Any], scene: "Scene") -> None:
@@ -297,19 +272,20 @@ def _print_joints(console: Console, summary: dict[str, Any], scene: "Scene") -> 
     names = [name for name in scene.joint_names if name in margins or name in peaks]
     if not names:
         return
-    table = Table("joint", "final error", r"joint settled after \[s]", "peak effort", *["limit margin"] * bool(margins))
+    head = ("joint", "final error", "joint settled after [s]", "peak effort", *["limit margin"] * bool(margins))
     units = dict(zip(scene.joint_names, scene.joint_units, strict=True))
     effort_units = dict(zip(scene.actuated, scene.effort_units, strict=True))
-    for name in names:
-        error = summary.get("final_error", {}).get(name)
-        table.add_row(
+    rows = [
+        (
             name,
-            _format_with_unit(error, units[name]),
+            _format_with_unit(summary.get("final_error", {}).get(name), units[name]),
             "not settled" if times.get(name, 0.0) is None else _format_number(times.get(name)),
             _format_with_unit(peaks.get(name), effort_units.get(name, "")),
             *[_format_with_unit(margins.get(name), units[name])] * bool(margins),
         )
-    console.print(table)
+        for name in names
+    ]
+    print_table(console, "", head, rows)
 
 
 def _format_with_unit(value: Any, unit: str) -> str:
@@ -330,11 +306,6 @@ def _first_sentence(text: str) -> str:
 
 def print_scenes(descriptions: dict[str, str]) -> None:
     """Print scene names and the first sentences of their descriptions, a line each."""
-    width = max(map(len, descriptions), default=0)
-    console = Console()
+    width, console = max(map(len, descriptions), default=0), Console()
     for name, description in descriptions.items():
-        console.print(
-            f"[bold]{escape(f'{name:<{width}}')}[/bold]  {escape(_first_sentence(description))}",
-            highlight=False,
-            soft_wrap=True,
-        )
+        print_line(console, f"{name:<{width}}  {_first_sentence(description)}")

@@ -12,17 +12,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
-from rich import box
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-from rich.table import Column, Table
+from rich.table import Table
 
 from crane_sim.cli import report
 from crane_sim.cli.help_lines import IntAtLeast
 from crane_sim.cli.package_groups import install_groups
 from crane_sim.cli.scene_options import as_json_option
-from crane_sim.cli.tables import make_table
+from crane_sim.cli.tables import make_table, print_line
 
 if TYPE_CHECKING:
     from crane_sim.study.execution import Progress as OnProgress
@@ -96,7 +95,7 @@ def print_result(result: StudyResult, console: Console) -> None:
             samples = summary["runs"] // len(summary["failures"])
             console.print(f"{escape(variant)}: {count} of {samples} runs failed", style="bold red", highlight=False)
     for line in first_errors(result):
-        console.print(line, highlight=False, soft_wrap=True, markup=False)
+        print_line(console, line)
     for other, each in summary["failure_differences"].items():
         if each["first_only"] + each["second_only"]:
             console.print(_failure_difference(next(iter(summary["failures"])), other, each), highlight=False)
@@ -105,7 +104,7 @@ def print_result(result: StudyResult, console: Console) -> None:
         console.print(_differences(summary))
     for name, by_variant in summary["sensitivities"].items():
         console.print(_sensitivities(name, by_variant, result.study.design))
-    console.print(summary["table"], highlight=False, soft_wrap=True, markup=False)
+    print_line(console, summary["table"])
 
 
 def _failure_difference(first: str, other: str, each: dict[str, Any]) -> str:
@@ -114,38 +113,30 @@ def _failure_difference(first: str, other: str, each: dict[str, Any]) -> str:
     return escape(f"failures by sample: {counts}; McNemar's p {each['p_value']:.2g}")
 
 
-def _table_of_metrics(title: str, *numbers: str) -> Table:
-    """Return a table of numbers by metric and variant without rows: where it is narrow, names break, numbers do not."""
-    names = [Column(name, overflow="fold") for name in ("metric", "variant")]
-    columns = [Column(name, no_wrap=True, justify="right") for name in numbers]
-    return Table(*names, *columns, title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-
-
 def _metrics_table(summary: dict[str, Any]) -> Table:
     """Return the table of the spread of metrics, of the summary of a study."""
     keys = ("runs", "least", "median", "greatest")
-    table = _table_of_metrics("metrics", *keys)
-    for name, by_variant in summary["metrics"].items():
-        for i, variant in enumerate(summary["failures"]):
-            table.add_row(
-                "" if i else escape(name), escape(variant), *(format_cell(by_variant[variant][k]) for k in keys)
-            )
-    return table
+    rows = (
+        (name if not i else "", variant, *(format_cell(by_variant[variant][key]) for key in keys))
+        for name, by_variant in summary["metrics"].items()
+        for i, variant in enumerate(summary["failures"])
+    )
+    return make_table("metrics", ("metric", "variant"), rows, keys)
 
 
 def _differences(summary: dict[str, Any]) -> Table:
     """Return the table of what variants differ in, on the same samples, of the summary of a study."""
     first, *others = summary["failures"]  # variants
-    title = f"differences from {escape(first)} on the same samples: mean with its 95 % interval, Wilcoxon's p"
-    table = _table_of_metrics(title, "pairs", "mean", "from", "to", "smaller", "p")
+    rows = []
     for name, by_variant in summary["metrics"].items():
         for i, other in enumerate(others):
             each = by_variant[f"{other} - {first}"]
             numbers = (format_cell(each[key]) for key in ("pairs", "mean", "low", "high"))
-            share, p = each["share"], each["p_value"]
-            share, p = "" if np.isnan(share) else f"{share:.0%}", "" if np.isnan(p) else f"{p:.2g}"
-            table.add_row("" if i else escape(name), escape(other), *numbers, share, p)
-    return table
+            share = "" if np.isnan(each["share"]) else f"{each['share']:.0%}"
+            p = "" if np.isnan(each["p_value"]) else f"{each['p_value']:.2g}"
+            rows.append((name if not i else "", other, *numbers, share, p))
+    title = f"differences from {first} on the same samples: mean with its 95 % interval, Wilcoxon's p"
+    return make_table(title, ("metric", "variant"), rows, ("pairs", "mean", "from", "to", "smaller", "p"))
 
 
 def _sensitivities(metric: str, by_variant: dict[str, list[dict[str, Any]]], design: str) -> Table:

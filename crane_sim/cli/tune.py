@@ -16,8 +16,9 @@ from crane_sim.cli.report import json_value
 from crane_sim.cli.run_options import ensure_writable_file
 from crane_sim.cli.scene_options import as_json_option
 from crane_sim.cli.sweep import format_cell, show_progress
-from crane_sim.cli.tables import print_table
+from crane_sim.cli.tables import print_line, print_table
 from crane_sim.files.errors import SceneError
+from crane_sim.files.output import write_output
 
 if TYPE_CHECKING:
     from crane_sim.study.tuning import TuningResult
@@ -51,24 +52,12 @@ def tune(
         result = tuning.tune(definition, folder, workers, on_progress)
     summary = tuning.summarise(result)
     if save is not None:
-        add_to_file(summary, save)
+        summaries = _read_summaries(save) | {summary["study"]: json_value(summary)}
+        write_output("--save", save, lambda file: file.write_text(_json_lines(summaries)))
     if as_json:
         print(json.dumps(json_value(summary)))
     else:
         print_result(result, summary, folder, Console())
-
-
-def add_to_file(summary: dict[str, Any], file: Path) -> None:
-    """Write the summary of a search into a JSON file of such summaries, by the name of its study.
-
-    Raises:
-        SceneError: the file cannot be read or written.
-    """
-    summaries = _read_summaries(file) | {summary["study"]: json_value(summary)}
-    try:
-        file.write_text(json.dumps(dict(sorted(summaries.items())), indent=1) + "\n")
-    except OSError as error:
-        raise SceneError(f"--save {file}: {error}") from None
 
 
 def _read_summaries(file: Path) -> dict[str, Any]:
@@ -81,6 +70,10 @@ def _read_summaries(file: Path) -> dict[str, Any]:
     if not isinstance(summaries, dict):
         raise SceneError(f"--save {file}: holds no summaries of searches by the names of their studies")
     return summaries
+
+
+def _json_lines(summaries: dict[str, Any]) -> str:
+    return json.dumps(dict(sorted(summaries.items())), indent=1) + "\n"
 
 
 def print_result(result: TuningResult, summary: dict[str, Any], folder: Path, console: Console) -> None:
@@ -99,9 +92,7 @@ def print_result(result: TuningResult, summary: dict[str, Any], folder: Path, co
         title = f"{objective} on {summary['samples']} held-out samples, and the difference from {summary['baseline']}"
         head = ("gains", "runs", "mean", "difference", "from", "to", "")
         print_table(console, title, head, (_objective_row(*row) for row in rows.items()))
-    console.print(
-        f"{folder / 'gains.yaml'}: gains; {result.held_out.folder}: crane report", highlight=False, markup=False
-    )
+    print_line(console, f"{folder / 'gains.yaml'}: gains; {result.held_out.folder}: crane report")
 
 
 def _objective_row(variant: str, row: dict[str, Any]) -> tuple[str, ...]:

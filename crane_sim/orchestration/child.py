@@ -4,12 +4,10 @@ import json
 import os
 import select
 import signal
-import subprocess
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
-
-from crane_sim.orchestration.process import ForkedProcess
 
 _START_TIMEOUT = 0.5  # s for the report of a process that was just forked, unless it was killed with the fork server
 
@@ -33,9 +31,10 @@ class Child:
         waiting: what it waits for in the middle of a run, empty while it waits for nothing.
         notices: lines that it has said, until the supervisor passes them on.
         panel: what an operator's node shows, as it reported last.
+        pid: process id, 0 before its start is reported.
     """
 
-    def __init__(self, name: str, start: Callable[[int, int], ForkedProcess]) -> None:
+    def __init__(self, name: str, start: Callable[[int, int], object]) -> None:
         """Create the process by `start(control_fd, report_fd)`: its ends of two pipes, for requests and for reports."""
         self.name, self.fault, self.waiting = name, "", ""
         self.active, self.ready, self.exited, self.fatal = True, False, False, False
@@ -45,15 +44,12 @@ class Child:
         self.notices: list[str] = []
         control_fd, self._control_fd = os.pipe()
         self.report_fd, node_report_fd = os.pipe()
-        self._process = start(control_fd, node_report_fd)
+        self.pid, self._pidfd = 0, -1
+        self._code: int | None = None  # of its exit, negative for a signal; None: unknown
+        start(control_fd, node_report_fd)
         os.close(control_fd)
         os.close(node_report_fd)
         self._incomplete_line, self._exception = b"", ""
-
-    @property
-    def pid(self) -> int:
-        """Process id."""
-        return self._process.pid
 
     def send(self, line: str) -> None:
         """Send one request to the node; an exited one is detected where its reports are read."""
@@ -78,20 +74,26 @@ class Child:
 
     def send_signal(self, number: int) -> None:
         """Send a signal to the process, if it is alive."""
-        self._process.send_signal(number)
+        if self._pidfd >= 0:
+            with suppress(ProcessLookupError):
+                signal.pidfd_send_signal(self._pidfd, number)
 
     def wait_for_exit(self, deadline: float) -> bool:
         """Wait for the exit until an instant [s] of the monotonic clock; return whether the process has exited."""
-        try:
-            self._process.wait(max(deadline - time.monotonic(), 0.0))
-        except subprocess.TimeoutExpired:
-            return False
-        return True
+        return self._wait(max(deadline - time.monotonic(), 0.0))
 
     def close(self) -> None:
         """Wait for the exit of the process, and close the pipe of its reports."""
-        self._process.wait()
+        self._wait(None)
         os.close(self.report_fd)
+
+    def _wait(self, timeout: float | None) -> bool:
+        if self._pidfd >= 0:
+            if not select.select([self._pidfd], [], [], timeout)[0]:
+                return False
+            os.close(self._pidfd)
+            self._pidfd = -1
+        return True
 
     def wait_for_start(self) -> None:
         """Wait for the report of its process id: it may have been forked just as the group was shut down."""
@@ -101,9 +103,9 @@ class Child:
     def _handle_report(self, event: dict[str, Any]) -> None:
         match event:
             case {"event": "started", "pid": int(pid)}:
-                self._process.on_started(pid)
+                self._on_start(pid)
             case {"event": "exited", "code": int(code)}:
-                self._process.on_exit(code)
+                self._code = code
             case {"event": "ready"}:
                 self.ready = True
             case {"event": "active", "active": bool(active)}:
@@ -125,9 +127,15 @@ class Child:
             case {"event": "exception", "why": str(why)}:  # its exit follows, and is the fault
                 self._exception = f": {why}"
 
+    def _on_start(self, pid: int) -> None:
+        self.pid = pid
+        with suppress(ProcessLookupError):  # it may have exited by now
+            self._pidfd = os.pidfd_open(pid)
+
     def _on_exit(self) -> None:
         self.exited = True
-        code = self._process.wait()
+        self._wait(None)
+        code = self._code
         if code is None:
             ending = "ended, its exit code is unknown" if self.pid else "could not be started"
         else:

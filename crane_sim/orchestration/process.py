@@ -1,8 +1,6 @@
-"""Child processes: the fork server, and the nodes that it forks."""
+"""The fork server as its client sees it, and whether a signal has stopped a process."""
 
 import json
-import os
-import select
 import signal
 import socket
 import subprocess
@@ -23,44 +21,6 @@ def is_stopped(pid: int) -> bool:
     except OSError:  # it has exited
         return False
     return status.rpartition(")")[2].split()[0] == "T"
-
-
-class ForkedProcess:
-    """The process of a node that the fork server starts."""
-
-    def __init__(self) -> None:
-        """Create it before its start is reported."""
-        self.pid, self._pidfd = 0, -1
-        self._code: int | None = None
-
-    def on_started(self, pid: int) -> None:
-        """Record its process id."""
-        self.pid = pid
-        with suppress(ProcessLookupError):  # it may have exited by now
-            self._pidfd = os.pidfd_open(pid)
-
-    def on_exit(self, code: int) -> None:
-        """Record its exit code."""
-        self._code = code
-
-    def wait(self, timeout: float | None = None) -> int | None:
-        """Return the exit code, negative for a signal, None where it is unknown.
-
-        Raises:
-            subprocess.TimeoutExpired: it has not exited within so many seconds.
-        """
-        if self._pidfd >= 0:
-            if not select.select([self._pidfd], [], [], timeout)[0]:
-                raise subprocess.TimeoutExpired(f"process {self.pid}", timeout or 0.0)
-            os.close(self._pidfd)
-            self._pidfd = -1
-        return self._code
-
-    def send_signal(self, sig: int) -> None:
-        """Send a signal to a process that may have exited."""
-        if self._pidfd >= 0:
-            with suppress(ProcessLookupError):
-                signal.pidfd_send_signal(self._pidfd, sig)
 
 
 class ForkServerClient:
@@ -91,11 +51,10 @@ class ForkServerClient:
         """Process id of the server."""
         return self._process.pid
 
-    def spawn(self, module: str, arguments: Sequence[str], control_fd: int, report_fd: int) -> ForkedProcess:
+    def spawn(self, module: str, arguments: Sequence[str], control_fd: int, report_fd: int) -> None:
         """Request a fork that gets these ends of its two pipes; an exited server is detected where the reports end."""
         with suppress(OSError):
             socket.send_fds(self._channel, [json.dumps([module, *arguments]).encode()], [control_fd, report_fd])
-        return ForkedProcess()
 
     def kill(self) -> None:
         """Kill the server; the nodes that it has forked go on, and are no more its children."""

@@ -8,31 +8,37 @@ from types import SimpleNamespace
 
 from crane_sim import load_scene
 from crane_sim.ros.common import node_host
+from crane_sim.ros.common.choices import (
+    COMMAND_STAMPS,
+    COMMAND_TIMEOUT_ACTIONS,
+    RUN_MODES,
+    TRANSFORM_SCOPES,
+    CommandStamps,
+    CommandTimeoutAction,
+    RunMode,
+    TransformScope,
+)
 from crane_sim.ros.common.command_filter import largest_efforts
-from crane_sim.ros.common.command_stamps import COMMAND_STAMPS, CommandStamps
-from crane_sim.ros.common.lifecycle import ENDINGS
 from crane_sim.ros.common.messages import LIVELINESS_LEASE
 from crane_sim.ros.common.node_host import QUIT, Fault, NodeHost
-from crane_sim.ros.common.parameters import RUN_MODES, Option, RunMode
+from crane_sim.ros.common.nodes import ENDINGS
+from crane_sim.ros.common.parameters import Option
 from crane_sim.ros.common.ros2_control import urdf_with_ros2_control
-from crane_sim.ros.common.transform_scope import TRANSFORM_SCOPES, TransformScope
 from crane_sim.ros.plant import standard_services
-from crane_sim.ros.plant.base_odometry import BaseOdometry
 from crane_sim.ros.plant.braking import brake_to_rest
-from crane_sim.ros.plant.held_commands import HeldCommands
+from crane_sim.ros.plant.command_publishers import HeldCommands
 from crane_sim.ros.plant.instrument_topics import camera_topic, imu_topic
 from crane_sim.ros.plant.lockstep import Lockstep
 from crane_sim.ros.plant.peers import peer_names
 from crane_sim.ros.plant.realtime import Realtime
 from crane_sim.ros.plant.run_control import RunControl
-from crane_sim.ros.plant.scheduler import OpenLoop, StepScheduler
-from crane_sim.ros.plant.services import FaultServices, PlantServices
+from crane_sim.ros.plant.scheduler import Scheduler
+from crane_sim.ros.plant.services import offer_faults, offer_services
 from crane_sim.ros.plant.simulation_run import SimulationRun
-from crane_sim.ros.plant.state_publisher import StatePublisher
+from crane_sim.ros.plant.state_publisher import BaseOdometry, StatePublisher
 from crane_sim.ros.plant.topics import PlantTopics
 from crane_sim.ros.plant.transform_topics import TransformTopics, missing_package
 from crane_sim.ros.plant.warm_up import warm_up
-from crane_sim.ros.plant.watchdog import COMMAND_TIMEOUT_ACTIONS, CommandTimeoutAction
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.hardware import is_sensed
 from crane_sim.simulation.plant import Plant
@@ -66,7 +72,7 @@ PARAMETERS = {
     "command_stamps": Option(
         CommandStamps.STATE.value,
         "stamps of commands: that of the state answered, ROS time, or any; with ros the clock leads lockstep",
-        choices=tuple(COMMAND_STAMPS),
+        choices=COMMAND_STAMPS,
     ),
     "largest_effort": Option(
         0.0, "N m or N; a command that is larger is refused; 0: far beyond what the scene can need", 0.0, 1e12
@@ -116,9 +122,9 @@ class PlantNode:
         warm_up(plant, braking=settings.mode == RunMode.REALTIME)  # by time-out or fault
         self._scheduler = self._make_scheduler()
         control = RunControl(host, self._simulation, self._scheduler, settings)
-        self._services = PlantServices(host.node, control, settings)
-        self._standard_services = standard_services.offer(host.node, control, self._simulation, settings.frame_prefix)
-        self._faults = FaultServices(host.node, self._simulation.plant)
+        offer_services(host.node, control, settings)
+        offer_faults(host.node, plant)
+        standard_services.offer(host.node, control, self._simulation, settings.frame_prefix)
 
     def run(self) -> None:
         """Wait for the peers, simulate, report; raises Fault after the report when the run failed."""
@@ -219,14 +225,14 @@ class PlantNode:
         subscribers = max(controllers, 0) + trackers + recorders + len(peer_names(self._settings.beside))
         return self._topics.missing(subscribers, recorders) or self._scheduler.missing()
 
-    def _make_scheduler(self) -> StepScheduler:
+    def _make_scheduler(self) -> Scheduler:
         if self._settings.mode == RunMode.LOCKSTEP and self._simulation.scene.sampled:
             return Lockstep(self._host, self._simulation, self._settings)
         if peer_names(self._settings.beside):
             raise ValueError(f"parameter beside is {self._settings.beside!r}; only a crane in lockstep can have it")
         if self._settings.mode == RunMode.REALTIME:
             return Realtime(self._host, self._simulation, self._settings)
-        return OpenLoop(self._host, self._simulation)
+        return Scheduler(self._host, self._simulation)
 
 
 def _clock_leads(scene: Scene, settings: SimpleNamespace) -> bool:

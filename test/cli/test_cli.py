@@ -3,10 +3,11 @@
 import json
 import os
 import pty
+import re
 import signal
 import subprocess
 import sys
-from importlib.metadata import version
+from importlib.metadata import EntryPoint, version
 from pathlib import Path
 
 import pytest
@@ -14,9 +15,10 @@ from click.testing import CliRunner
 from command_line import CRANE, crane, crane_here
 from process_helpers import run_to_completion, started_program
 
-from crane_bench.cli.bench import SUITE_NAMES
+from crane_sim.cli import help_lines
 from crane_sim.cli.commands import app
 from crane_sim.files.catalogue import scene_files
+from crane_sim.files.errors import SceneError
 from crane_sim.simulation.rollout import simulate
 
 
@@ -31,9 +33,13 @@ from crane_sim.simulation.rollout import simulate
         (["simulate", "--duration", "-1"], "duration = -1.0: must be greater than 0"),
         (["simulate", "--duration", "soon"], "'soon' is not a valid float"),
         (["simulate", "--law", "magic"], "control.law = 'magic': no such law (known: adaptive"),
-        (["run", "--mode", "warp"], "--mode = 'warp': possible: lockstep, realtime"),
-        (["run", "--rate", "0"], "--rate = 0.0: must be a positive number"),
-        (["run", "--domain-id", "999"], "--domain-id = 999: possible: 0 .. 232"),
+        (["run", "--mode", "warp"], "'--mode': 'warp' is not one of 'lockstep', 'realtime'"),
+        (["run", "--rate", "0"], "'--rate': 0.0 is not in the range x>0.0"),
+        (["run", "--rate", "nan"], "'--rate': 'nan': must be a finite number"),
+        (["run", "--domain-id", "999"], "'--domain-id': 999 is not in the range 0<=x<=232"),
+        (["run", "--frame-prefix", "a b/"], "'--frame-prefix': 'a b/': possible: letters, digits, _ and /"),
+        (["run", "--namespace", "a,b"], "'--namespace': 'a,b': possible: letters, digits, _ and /, such as west"),
+        (["run", "--beside", "east,"], "'--beside': 'east,': possible: letters"),
         (["run", "--record", "/proc/none/run.rrd"], "--record /proc/none/run.rrd: cannot be written"),
         (["simulate", "--law", "lqr", "--set", "control.kp=1"], "unknown key 'kp' for law 'lqr' (known: q, r)"),
         (["check", "nowhere/mine.yaml"], "scene file nowhere/mine.yaml: there is no such file"),
@@ -47,7 +53,9 @@ from crane_sim.simulation.rollout import simulate
         (["league", "--samples", "2", "--crane", "pendulums"], "unknown crane 'pendulums', did you mean 'pendulum'?"),
         (["sweep", "study.yaml", "--workers", "0"], "'--workers': '0': must be a whole number of at least 1"),
         (["run", "--fast"], "No such option"),
-        (["run", "--on-silence", "warp"], "--on-silence = 'warp': possible: zero, hold, brake"),
+        (["run", "--on-silence", "warp"], "'--on-silence': 'warp' is not one of 'zero', 'hold', 'brake'"),
+        (["bench", "inprocess"], "crane soak inprocess is a soak"),
+        (["describe", "--ros2-control"], "crane describe --ros2-control: needs SCENE"),
         (["fly"], "No such command 'fly' (known: bench, check"),
         (["soak", "inprocess", "--steps", "nan"], "'nan': must be a finite number"),
         (["soak", "memry"], "No such command 'memry', did you mean 'memory'? (known: determinism, inprocess"),
@@ -70,14 +78,7 @@ def test_bad_input_is_one_line_and_exit_2(
     assert len(result.stderr.strip().splitlines()) == 1
 
 
-def test_a_group_without_a_command_shows_its_usage() -> None:
-    """A command without arguments prints the text of --help on stderr, with exit code 2."""
-    result = crane("soak")
-    assert (result.returncode, result.stdout) == (2, "")
-    assert result.stderr.strip() == crane("soak", "--help").stdout.strip()
-
-
-@pytest.mark.parametrize("command", ["bench", "soak", "league", "run"])
+@pytest.mark.parametrize("command", ["bench", "soak", "run"])
 def test_every_command_has_help(command: str) -> None:
     """Both -h and --help print the usage of a command."""
     short, long = (CliRunner().invoke(app, [command, option], prog_name="crane") for option in ("-h", "--help"))
@@ -92,23 +93,35 @@ def test_help_of_run_has_possible_values_and_time_limits() -> None:
     assert "(default 120; 0: no limit)" in text and "at least 120 s to connect" in text
 
 
-def test_help_of_a_number_without_bounds_has_no_range() -> None:
-    """Only options with bounds show a range."""
-    text = CliRunner().invoke(app, ["clip", "--help"], prog_name="crane").output
-    assert "1.0<=x<=60.0" in text and "None" not in text
-
-
-def test_help_of_the_benchmark_lists_its_suites() -> None:
-    """`crane bench -h` names every suite."""
-    text = CliRunner().invoke(app, ["bench", "-h"], prog_name="crane").stdout
-    assert all(name in text for name in SUITE_NAMES)
-
-
-@pytest.mark.parametrize("group", [[], ["soak"]], ids=str)
-def test_help_is_not_cut(group: list[str]) -> None:
+@pytest.mark.parametrize(("group", "first"), [([], "Run a crane:"), (["soak"], "Commands:")], ids=str)
+def test_help_is_not_cut(group: list[str], first: str) -> None:
     """The help has a whole sentence on each command."""
-    commands = crane(*group, "--help").stdout.partition("Commands:")[2]
+    commands = crane(*group, "--help").stdout.partition(first)[2]
     assert commands and "..." not in commands
+
+
+def test_help_has_groups_and_a_warning_of_what_cannot_be_imported(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A package whose command cannot be imported costs one line of the help, and its command exit code 2."""
+    broken = EntryPoint("broken", "no.such.module:command", help_lines.COMMANDS)
+    found = (*help_lines.find_extensions(help_lines.COMMANDS), broken)
+    monkeypatch.setattr(help_lines, "find_extensions", lambda _: found)
+    result = CliRunner().invoke(app, ["--help"], prog_name="crane")
+    line = "command broken: no.such.module:command cannot be imported: ModuleNotFoundError: No module named 'no'"
+    assert result.exit_code == 0 and result.stderr == f"crane: warning: {line}\n"
+    assert [text[:-1] for text in result.stdout.splitlines() if re.fullmatch(r"\w.*:", text)] == [
+        "Options",
+        *help_lines.SECTIONS,
+        "Laboratory",
+    ]
+    with pytest.raises(SceneError, match=line):
+        app(["broken"], standalone_mode=False)
+
+
+def test_a_scene_is_described(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """`crane describe SCENE` has a row for each joint, with its unit, travel and command, and the law."""
+    said = crane_here(monkeypatch, capsys, "describe", "bridge_speed_drive").stdout
+    assert "crane bridge, 30 s in 3000 steps of 0.01 s, law anti_swing" in said
+    assert re.search(r"trolley +m +-4 +-9 .. 9 +velocity \[m/s\]", said) and "swing_radial" in said
 
 
 def test_the_version_is_printed() -> None:

@@ -36,7 +36,6 @@ from crane_sim.operator.levers import axis_name, make_lever_assignment
 LIMIT = 400.0  # s for what a terminal is waited for: the first run of a kind of scene compiles
 SLEW = DrivenJoint("slew", "rad", Bounds(0.1, 0.05, 0.2))
 ROPE = DrivenJoint("rope", "m", Bounds(0.4, 0.4, 1.6), 1.0, 7.0)
-LEVERS = make_lever_assignment(("slew", "rope"))
 
 
 @pytest.mark.parametrize(
@@ -105,39 +104,18 @@ def test_the_page_has_the_levers() -> None:
         assert axis_name(lever).removesuffix(", inverted") in stick, joint
 
 
-def test_levers_are_listed_without_a_terminal(capfd: pytest.CaptureFixture[str]) -> None:
-    """Where stderr is no terminal the console still prints, and shows no panel; with --json it prints nothing."""
-    for hidden in (False, True):
-        OperatorConsole({}, "tower_gust", (SLEW, ROPE), hidden).console.print(
-            make_lever_table((SLEW, ROPE), LEVERS, "joy")
-        )
-        assert ("slew" in capfd.readouterr().err) is not hidden
-
-
 def test_the_panel() -> None:
     """The panel says the desk's mode, velocities and positions, what a soft limit holds, why something is refused."""
     state = {"t": 12.3, "mode": "emergency stop", "assisted": False, "assistance_unavailable": "", "device": "keyboard"}
     state |= {"speed_scale": 0.25, "speeds": [0.05, 0.0], "positions": [0.5, 6.9], "velocities": [0.02, 0.0]}
     state |= {"at_soft_limit": ["rope"], "dragged": ["rope"], "braked": True, "swing_deg": 2.51, "brakes_refused": ""}
     text = printed(make_panel("tower_gust", (SLEW, ROPE), state, True))
-    for part in (
-        "12.3 s",
-        "emergency stop",
-        "1.15°/s",
-        "28.65°",
-        "6.90 m",
-        "soft limit, dragged",
-        "brakes on",
-        "25 %",
-        "swing 2.5°",
-        "q end",
-    ):
-        assert part in text, part
+    parts = "12.3 s|emergency stop|1.15°/s|28.65°|6.90 m|soft limit, dragged|brakes on|25 %|swing 2.5°|q end"
+    assert [part for part in parts.split("|") if part not in text] == []
     refused = printed(make_panel("x", (SLEW, ROPE), state | {"brakes_refused": "only in real time"}, False))
     assert "only in real time" in refused and "brakes on" not in refused
-    assert "nothing hangs" in printed(
-        make_panel("x", (SLEW, ROPE), state | {"assistance_unavailable": "nothing hangs"}, False)
-    )
+    state |= {"assistance_unavailable": "nothing hangs"}
+    assert "nothing hangs" in printed(make_panel("x", (SLEW, ROPE), state, False))
 
 
 class Terminal:
@@ -215,7 +193,7 @@ def test_a_drive_by_keys(tmp_path: Path) -> None:
             ["--input", "joy", "--set", "control.law=lqr"],
             "--set control.law=lqr: control is left out, since an operator",
         ),
-        (["--input", "joy", "--on-silence", "stop"], "--on-silence = 'stop': possible: zero, hold, brake"),
+        (["--input", "joy", "--on-silence", "stop"], "Invalid value for '--on-silence': 'stop' is not one of"),
     ],
 )
 def test_mistakes_are_one_line(

@@ -123,16 +123,3 @@ def test_each_tag_on_the_topics_of_the_crane_is_checked(
     file.write_text(urdf.replace("utf-8", "foo", 1))
     result = crane_here(monkeypatch, capsys, "check", SCENE, "--ros2-control", str(file))
     assert result.returncode == 2 and f"{file}: no XML: " in result.stderr
-
-
-def test_mixed_drives_have_no_controllers(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Drives that take different kinds of commands: no controllers, and one line that names each joint's."""
-    result = crane_here(
-        monkeypatch, capsys, "describe", "bridge_speed_drive", "--ros2-control", "--save", str(tmp_path)
-    )
-    assert result.returncode == 2
-    error = result.stderr
-    assert "trolley: velocity, bridge: velocity, rope: effort: a controller commands one interface" in error
-    assert error.count("\n") == 1 and not list(tmp_path.iterdir())

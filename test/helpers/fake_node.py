@@ -9,9 +9,8 @@ import pytest
 from rclpy.serialization import serialize_message
 
 _MODULES = (
-    "crane_sim.ros.controller.law_node",
+    "crane_sim.ros.controller.responder",
     "crane_sim.ros.controller.setpoints",
-    "crane_control.nodes.operator_node",
 )
 
 

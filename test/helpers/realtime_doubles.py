@@ -180,10 +180,15 @@ def settings(timeout: float, on_silence: str = "zero", rate: float = 1.0) -> Sim
 
 
 def make_bench(
-    monkeypatch: pytest.MonkeyPatch, steps: int, delay: float | None, on_silence: str = "zero", rate: float = 1.0
+    monkeypatch: pytest.MonkeyPatch,
+    steps: int,
+    delay: float | None,
+    on_silence: str = "zero",
+    rate: float = 1.0,
+    timeout: float = TIMEOUT,
 ) -> tuple[RealtimeBench, Realtime]:
     """Return a bench, whose clock replaces the monotonic clock, and its scheduler."""
     bench = RealtimeBench(steps, delay)
     monkeypatch.setattr(time, "monotonic", lambda: bench.now)
     monkeypatch.setattr(time, "sleep", bench.advance_clock)
-    return bench, Realtime(bench, bench, settings(TIMEOUT, on_silence, rate))  # type: ignore[arg-type]
+    return bench, Realtime(bench, bench, settings(timeout, on_silence, rate))  # type: ignore[arg-type]

@@ -36,11 +36,7 @@ def test_a_child_has_the_reported_activation() -> None:
     """A child is active until it reports that it is not, and again when it reports that."""
     pipes: list[int] = []
 
-    def start(control: int, report: int) -> Any:
-        pipes.append(os.dup(report))
-        return SimpleNamespace(pid=1)
-
-    child = Child("controller", start)
+    child = Child("controller", lambda _, report: pipes.append(os.dup(report)))
     states = [child.active]
     for active in (False, True):
         os.write(pipes[0], json.dumps({"event": "active", "active": active}).encode() + b"\n")

@@ -17,7 +17,6 @@ from process_helpers import has_exited, next_line, started_program, wait_exited,
 
 from crane_sim.orchestration import process
 from crane_sim.orchestration.child import Child
-from crane_sim.orchestration.process import ForkedProcess
 from crane_sim.orchestration.recovery import recover_bags
 from crane_sim.orchestration.shutdown import collect_controller_summary, finish_recording
 from crane_sim.orchestration.supervisor import Supervisor
@@ -96,10 +95,9 @@ def test_an_interrupted_fork_server_goes_on(
 def make_forked_child(*events: dict[str, Any]) -> Child:
     """Return a forked child with these reports, whose pipe is then closed."""
 
-    def start(_: int, report: int) -> ForkedProcess:
+    def start(_: int, report: int) -> None:
         for event in events:
             os.write(report, json.dumps(event).encode() + b"\n")
-        return ForkedProcess()
 
     child = Child("fork", start)
     while not child.exited:

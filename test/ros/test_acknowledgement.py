@@ -42,7 +42,7 @@ def test_missing_ack_of_another_subscriber_suspends_lease_expiry(
     topics.acknowledged = False
     for _ in range(20):  # of a law that has died, or is slow
         now[0] += STEP
-        assert lockstep._is_lease_expiry_suspended() == suspended
+        assert lockstep._is_lease_suspended() == suspended
 
 
 def test_old_observations_expire() -> None:

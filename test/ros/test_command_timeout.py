@@ -1,10 +1,16 @@
 """Time-out of commands in real time with a clock of its own, without ROS: pauses, single steps and slow motion."""
 
+import ctypes
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from operator import itemgetter
 
 import pytest
-from realtime_doubles import PERIOD, TIMEOUT, RealtimeBench, make_bench
+from rclpy.serialization import serialize_message
+from realtime_doubles import JOINTS, PERIOD, TIMEOUT, RealtimeBench, make_bench
+from std_msgs.msg import Float64MultiArray
 
+from crane_sim.ros.common.serialization import EFFORT, JointStateCodec
 from crane_sim.ros.plant.realtime import Realtime
 
 ZERO = (0.0, 0.0)
@@ -25,6 +31,70 @@ def pause(bench: RealtimeBench, realtime: Realtime, seconds: float) -> None:
 
     bench.events.append((bench.now + seconds, resume))
     bench.events.sort(key=itemgetter(0))
+
+
+@pytest.mark.parametrize(
+    ("timeout", "on_silence", "last", "warned"),
+    [
+        (0.4, "zero", ZERO, "no valid command for 0.4 s: zero effort"),
+        (0.4, "hold", (1.0, 0.0), "no valid command for 0.4 s: the last effort holds"),
+        (0.4, "brake", (1.0, 0.0), "no valid command for 0.4 s: the brakes act"),
+        (0.0, "zero", (1.0, 0.0), ""),
+    ],
+)
+def test_the_timeout_action_follows_a_silent_controller(
+    timeout: float, on_silence: str, last: tuple[float, ...], warned: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The last command holds until the time-out, then the chosen action follows, with a warning; 0: no time-out."""
+    bench, realtime = make_bench(monkeypatch, 80, 0.002, on_silence, timeout=timeout)
+    kill_controller(bench)  # it has answered the first state
+    realtime.run()
+    assert bench.efforts[0] == bench.answer(0) == (1.0, 0.0) and bench.efforts[-1] == last
+    assert bench.warning == warned and bench.plant.braking == (on_silence == "brake")
+    if warned:  # with the first step after the time-out, not with the one before
+        assert bench.times[bench.warned - 2] <= timeout + 0.002 + 1e-3 < bench.times[bench.warned] + 1e-3
+    assert realtime.metrics()["silences"] == bool(warned)
+
+
+def test_an_array_of_the_wrong_size_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An array takes effect in joint order when it has one effort per joint, and is refused when it has not."""
+    bench, realtime = make_bench(monkeypatch, 80, None, timeout=0.0)
+    for numbers in ([5.0, 6.0], [1.0, 2.0, 3.0]):
+        bench.callbacks["effort_controller/commands"](serialize_message(Float64MultiArray(data=numbers)))
+        realtime.step_once()
+    assert bench.efforts == [(5.0, 6.0)] * 2
+    assert bench.validator.summary() == {"received": 2, "rejected": 1, "late": 0, "duplicate": 0}
+
+
+@pytest.mark.parametrize(("late", "counts"), [(1.5, True), (1.7, False)])
+def test_a_command_is_stale_by_wall_time(late: float, counts: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At four times real time a command may answer a state that is four time-outs old in simulated time."""
+    bench, realtime = make_bench(monkeypatch, 80, None, rate=4.0, timeout=0.4)
+    bench.stamp = 10_000_000_000
+    stamp = bench.stamp - round(late * 1e9)
+    bench.callbacks["joint_commands"](JointStateCodec(JOINTS, EFFORT).encode(stamp, (3.0, 4.0)))
+    realtime.step_once()
+    assert bench.efforts == [(3.0, 4.0) if counts else ZERO]
+    assert bench.validator.refused == ({} if counts else {"stale": 1})
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="timer slack is Linux's")
+def test_a_run_sleeps_without_timer_slack(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A real-time run sets the least timer slack, 1 ns, of its thread, here after Linux's default of 50 us."""
+    prctl = ctypes.CDLL(None).prctl
+    set_slack, get_slack = 29, 30
+    _, realtime = make_bench(monkeypatch, 3, None)
+
+    def timer_slacks() -> list[int]:
+        prctl(set_slack, ctypes.c_ulong(50_000))
+        before = prctl(get_slack)
+        realtime.run()
+        return [before, prctl(get_slack)]
+
+    if prctl(get_slack) < 0:
+        pytest.skip("this system does not allow to set it")
+    with ThreadPoolExecutor(1) as thread:  # its slack is its own
+        assert thread.submit(timer_slacks).result() == [50_000, 1]
 
 
 @pytest.mark.parametrize(

@@ -13,11 +13,10 @@ from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.node import Node
 
-from crane_sim.ros.common.guarded_services import GuardedNode
-from crane_sim.ros.common.lifecycle import ManagedNode
+from crane_sim.ros.common.nodes import ManagedNode, ServingNode
 
 
-@pytest.fixture(params=[GuardedNode, ManagedNode])
+@pytest.fixture(params=[ServingNode, ManagedNode])
 def node(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Node]:
     """Yield a node with a parameter."""
     with graph(tmp_path, monkeypatch):

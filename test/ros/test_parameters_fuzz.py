@@ -3,9 +3,8 @@
 import math
 from typing import Any
 
-import pytest
 from document_mutations import JUNK, NUMBERS, ODD
-from fuzz_settings import LONG, QUICK
+from fuzz_settings import QUICK
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -43,12 +42,4 @@ def check_parameter(name: str, option: Option, value: Any) -> None:
 @given(st.sampled_from(OPTIONS), NUMBERS | ODD | WORDS | JUNK)
 def test_an_odd_parameter(option: tuple[str, Option], value: Any) -> None:
     """Each value of a parameter is of its type and in its range, or a single-line error with its name."""
-    check_parameter(*option, value)
-
-
-@pytest.mark.slow
-@settings(**LONG)
-@given(st.sampled_from(OPTIONS), NUMBERS | ODD | WORDS | JUNK)
-def test_ten_thousand_odd_parameters(option: tuple[str, Option], value: Any) -> None:
-    """The same, ten thousand times."""
     check_parameter(*option, value)

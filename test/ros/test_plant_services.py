@@ -11,7 +11,7 @@ from crane_sim.ros.common import messages
 from crane_sim.ros.plant import braking
 from crane_sim.ros.plant.braking import brake_to_rest
 from crane_sim.ros.plant.run_control import RunControl
-from crane_sim.ros.plant.services import PlantServices
+from crane_sim.ros.plant.services import offer_services
 from crane_sim.ros.plant.simulation_run import SimulationRun
 from crane_sim.ros.plant.topics import PlantTopics
 
@@ -38,7 +38,7 @@ class Services:
         self.simulation = start_run(FakeTopics())
         lockstep = make_lockstep(host, self.simulation)
         settings = SimpleNamespace(step_count=1)
-        PlantServices(host.node, RunControl(host, self.simulation, lockstep, settings), settings)
+        offer_services(host.node, RunControl(host, self.simulation, lockstep, settings), settings)
 
     def call(self, name: str, **request: Any) -> tuple[bool, str]:
         """Return success and message of an answer."""

@@ -31,22 +31,16 @@ def vectors(data: st.DataObject, names: list[str], number: int) -> list[list[flo
     return [data.draw(st.lists(NUMBERS, min_size=len(names), max_size=len(names))) for _ in range(number)]
 
 
+@pytest.mark.parametrize("fields", [STATE, EFFORT])
 @given(st.data(), NAMES, STAMPS)
-def test_encoded_states_are_read_by_ros(data: st.DataObject, names: list[str], stamp: int) -> None:
+def test_encoded_messages_are_read_by_ros(
+    fields: tuple[str, ...], data: st.DataObject, names: list[str], stamp: int
+) -> None:
     """The generated class reads from the encoded bytes exactly what was written."""
-    q, v, u = vectors(data, names, 3)
-    message = deserialize_message(JointStateCodec(names, STATE).encode(stamp, q, v, u), JointState)
+    written = dict(zip(fields, vectors(data, names, len(fields)), strict=True))
+    message = deserialize_message(JointStateCodec(names, fields).encode(stamp, *written.values()), JointState)
     assert (nanoseconds(message.header.stamp), message.name) == (stamp, names)
-    assert (list(message.position), list(message.velocity), list(message.effort)) == (q, v, u)
-
-
-@given(st.data(), NAMES, STAMPS)
-def test_encoded_commands_are_read_by_ros(data: st.DataObject, names: list[str], stamp: int) -> None:
-    """The generated class reads from the encoded bytes exactly the stamp, names and efforts written."""
-    (u,) = vectors(data, names, 1)
-    message = deserialize_message(JointStateCodec(names, EFFORT).encode(stamp, u), JointState)
-    assert (nanoseconds(message.header.stamp), message.name) == (stamp, names)
-    assert (list(message.position), list(message.velocity), list(message.effort)) == ([], [], u)
+    assert {field: list(getattr(message, field)) for field in STATE} == {field: [] for field in STATE} | written
 
 
 @given(st.data(), NAMES, NAMES, st.sampled_from([(1, 1, 0), (0, 0, 1), (1, 1, 1), (1, 0, 1), (0, 0, 0)]), st.booleans())

@@ -1,6 +1,7 @@
 """What a node's host serves: messages as they come, and everything else, by the executor, at intervals."""
 
 import os
+import select
 import time
 from types import SimpleNamespace
 from typing import Any
@@ -9,6 +10,7 @@ import pytest
 
 from crane_sim.ros.common import node_host
 from crane_sim.ros.common.node_host import NodeHost
+from crane_sim.ros.common.nodes import ServingNode
 
 
 class FakeSubscription:
@@ -80,15 +82,17 @@ def host(monkeypatch: pytest.MonkeyPatch) -> Any:
     monkeypatch.setattr(node_host, "SingleThreadedExecutor", FakeExecutor)
     signals = SimpleNamespace(SIGINT=2, SIGTERM=15, signal=lambda *_: None)
     monkeypatch.setattr(node_host, "signal", signals)
-    node: Any = SimpleNamespace(served=[FakeSubscription()], calls=0)
+    subscription, arrivals = FakeSubscription(), select.epoll()
+    arrivals.register(subscription.fileno(), select.EPOLLIN)
+    node: Any = SimpleNamespace(served={subscription.fileno(): subscription}, arrivals=arrivals, calls=0)
     pipes: Any = SimpleNamespace(attached=False, read_requests=list)
     return NodeHost(node, pipes)
 
 
 def test_messages_have_no_turn_to_wait_for(host: Any) -> None:
     """Each spin delivers what has come, on all subscriptions; the executor is asked when its turn is due."""
-    first, second = host.node.served[0], FakeSubscription()
-    host.node.served.append(second)
+    (first,), second = host.node.served.values(), FakeSubscription()
+    ServingNode.serve(host.node, second)
     began = time.monotonic()
     for _ in range(5000):
         first.send()
@@ -102,7 +106,7 @@ def test_messages_have_no_turn_to_wait_for(host: Any) -> None:
 
 def test_a_message_without_a_count_waits_for_a_turn(host: Any) -> None:
     """A message that was counted before it could be taken is delivered all the same, with the next turn."""
-    subscription = host.node.served[0]
+    (subscription,) = host.node.served.values()
     host.spin(0.0)
     subscription.unannounced = 1
     while not subscription.delivered:

@@ -59,10 +59,13 @@ def test_a_controller_that_sends_plain_arrays(domain_id: int) -> None:
     assert summary["commands"]["rejected"] == summary["commands"]["late"] == 0
 
 
-@pytest.mark.parametrize("name", ["my_controller.py", "my_array_controller.py"])
 @pytest.mark.parametrize(
-    "call",
-    ["rclpy init", "rclpy.node.Node __init__", "rclpy.executors.SingleThreadedExecutor __init__"],
+    ("name", "call"),
+    [
+        ("my_controller.py", "rclpy init"),
+        ("my_array_controller.py", "rclpy.node.Node __init__"),
+        ("my_controller.py", "rclpy.executors.SingleThreadedExecutor __init__"),
+    ],
     ids=["rclpy starts", "the node is made", "the executor is made"],
 )
 def test_an_example_handles_sigterm_at_any_time(name: str, call: str, ros_environment: dict[str, str]) -> None:

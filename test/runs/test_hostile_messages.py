@@ -14,7 +14,7 @@ from crane_sim import load_scene, orchestration, read_recording, simulate
 from crane_sim.recording.replay import replay
 
 PROGRAM = Path(__file__).parents[1] / "programs" / "hostile_node.py"
-SCENE = load_scene("overhead_energy", {"duration": 40.0})
+SCENE = load_scene("overhead_energy", {"duration": 20.0})
 NAMESPACE = f"/{SCENE.crane}"
 LIMIT = 300.0  # s for the node, only so that a failure ends
 OWN_TOPICS = ("joint_states", "applied_effort", "held_command", "joint_commands")
@@ -49,7 +49,7 @@ def check_run(summary: dict[str, Any], path: Path) -> None:
 @pytest.mark.parametrize(
     ("mode", "seed", "number"),
     [
-        ("lockstep", 0, 1000),
+        ("lockstep", 0, 500),
         *(pytest.param("lockstep", seed, 10_000, marks=pytest.mark.long) for seed in (1, 2)),
         *(pytest.param("realtime", seed, 10_000, marks=pytest.mark.long) for seed in (3, 4)),
     ],

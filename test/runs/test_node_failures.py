@@ -108,17 +108,6 @@ def test_a_killed_recorder_costs_no_step(tmp_path: Path) -> None:
     assert run.completeness.state == CUT and len(run.t) >= summary["recorded_steps"] and not run.finished
 
 
-@pytest.mark.usefixtures("patient_shutdown")
-def test_a_killed_plant_ends_the_run(tmp_path: Path) -> None:
-    """When the plant is killed the run ends, with one line why and a recording of all steps up to there."""
-    path, killer = tmp_path / "run.rrd", NodeKiller({"plant": 1000})
-    summary = killer.run(path, ENDLESS)
-    assert summary["error"] == "plant: it was killed by SIGKILL"
-    steps = read_curves(path, "plots/q").step
-    assert np.array_equal(steps, np.arange(1, len(steps) + 1))
-    assert len(steps) == summary["recorded_steps"] >= 1000
-
-
 def test_control_is_back_with_the_next_controller_s_command() -> None:
     """A command of the dead controller that is still held does not count, nor one that was not applied."""
     old, new = ("1.0",), ("2.0",)

@@ -9,20 +9,22 @@ from pd_law import PdLaw
 from process_helpers import started_program
 
 from crane_bench.soak.determinism import busy
-from crane_sim import load_scene, orchestration, simulate
+from crane_sim import Scene, load_scene, orchestration, simulate
 
 PROGRAM = Path(__file__).parents[1] / "programs" / "topic_hardware_interface.py"
 SCENE = load_scene("knuckle_setpoint", {"duration": 8.0})
 ARRIVED = 0.1  # rad or m; the load still swings, and shakes the joints by less
 
 
-def run_with(folder: Path, environment: dict[str, str], options: tuple[str, ...], **settings: Any) -> dict[str, Any]:
+def run_with(
+    folder: Path, environment: dict[str, str], options: tuple[str, ...], scene: Scene = SCENE, **settings: Any
+) -> dict[str, Any]:
     """Return the summary of a run that the emulation commands; `options` are those of the program."""
     file = folder / "scene.yaml"
-    SCENE.dump(file)
+    scene.dump(file)
     environment = environment | {"PYTHONPATH": str(PROGRAM.parents[1] / "helpers")}
     with started_program([sys.executable, PROGRAM, file, *options], env=environment):
-        return orchestration.run(SCENE, controller=False, record=None, **settings)
+        return orchestration.run(scene, controller=False, record=None, **settings)
 
 
 @pytest.mark.long(cases=["options1"])
@@ -31,11 +33,11 @@ def test_the_clock_leads_lockstep(
     domain_id: int, ros_environment: dict[str, str], tmp_path: Path, options: tuple[str, ...]
 ) -> None:
     """A controller that lives by simulated time runs in lockstep: the states are those of its law in one process."""
-    summary = run_with(tmp_path, ros_environment, options, domain_id=domain_id, command_stamps="ros")
-    alone = simulate(SCENE, PdLaw(SCENE)).summary
+    scene = load_scene("knuckle_setpoint", {"duration": 2.0})
+    summary = run_with(tmp_path, ros_environment, options, scene, domain_id=domain_id, command_stamps="ros")
+    alone = simulate(scene, PdLaw(scene)).summary
     assert "error" not in summary and summary["state_sha256"] == alone["state_sha256"]
     assert summary["commands"]["rejected"] == 0
-    assert max(map(abs, summary["final_error"].values())) < ARRIVED
 
 
 @pytest.mark.long
@@ -77,7 +79,7 @@ def test_the_clock_leads_on_a_loaded_machine(
             assert "error" not in summary and summary["commands"]["rejected"] == 0, (run, summary)
 
 
-@pytest.mark.long(cases=["wall clock, any stamps", "wall clock, ROS time", "simulated time, stamps of states"])
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("options", "stamps"),
     [
@@ -98,13 +100,6 @@ def test_real_time(
         if not summary["silences"]:
             break
     assert max(map(abs, summary["final_error"].values())) < ARRIVED
-
-
-def test_stamps_of_another_clock_are_refused(domain_id: int, ros_environment: dict[str, str], tmp_path: Path) -> None:
-    """Where commands are to have stamps of states, those of the wall clock are all refused, and move nothing."""
-    options = ("wall", "actuated", "single")
-    summary = run_with(tmp_path, ros_environment, options, domain_id=domain_id, mode="realtime", rate=2.0)
-    assert summary["commands"]["received"] == summary["commands"]["rejected"] > 0
 
 
 def test_a_publisher_that_reads_no_states_begins_a_run(domain_id: int, ros_environment: dict[str, str]) -> None:

@@ -124,24 +124,6 @@ def test_two_runs_side_by_side_are_independent() -> None:
         assert summary["state_sha256"] == simulate(scene).summary["state_sha256"]
 
 
-@pytest.mark.slow
-def test_six_runs_side_by_side() -> None:
-    """The same with six of them on however few cores."""
-    runs = [{"scene": "knuckle_setpoint", "duration": 10.0 + k} for k in range(6)]
-    for options, summary in zip(runs, run_side_by_side(*runs), strict=True):
-        scene = load_scene("knuckle_setpoint", {"duration": options["duration"]})
-        check_one_command_per_state(summary, scene.steps)
-        assert summary["state_sha256"] == simulate(scene).summary["state_sha256"]
-
-
-def test_only_lockstep_can_share_a_clock(ros_environment: dict[str, str]) -> None:
-    """A plant in real time rejects the parameter with a single-line error."""
-    command = [sys.executable, "-m", "crane_sim.ros.plant_node", "--ros-args", "-p", "beside:=other"]
-    run = run_to_completion([*command, "-p", "mode:=realtime"], env=ros_environment)
-    assert run.returncode == 2
-    assert "parameter beside is 'other'; only a crane in lockstep can have it" in run.stderr
-
-
 def test_a_second_plant_in_a_namespace_is_refused(ros_environment: dict[str, str], tmp_path: Path) -> None:
     """A plant that finds another one's joint states in its namespace ends with one line; the other one goes on."""
     command = [sys.executable, "-m", "crane_sim.ros.plant_node", "--ros-args", "-r", "__ns:=/knuckle"]

@@ -11,7 +11,7 @@ from process_helpers import run_to_completion
 
 from crane_control.nodes import controller_node
 from crane_sim.ros import plant_node, recorder_node
-from crane_sim.ros.common.lifecycle import MANAGED
+from crane_sim.ros.common.nodes import MANAGED
 
 ROOT = Path(__file__).parents[2]
 NODES = ("plant_node", "controller_node", "tracker_node", "recorder_node", "operator_node", "crane")

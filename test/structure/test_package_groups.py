@@ -9,9 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from crane_sim.cli import package_groups
 from crane_sim.cli.commands import app
-from crane_sim.cli.package_groups import GROUPS, check_names, install_groups
+from crane_sim.cli.package_groups import GROUPS, install_groups
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import how_to_install
 
@@ -121,7 +120,7 @@ def test_other_environments_are_left_alone(tmp_path: Path, monkeypatch: pytest.M
     install_groups("plots")
     assert not calls.read_text()
     with pytest.raises(SceneError, match=r"not made by ./crane; pip install 'crane_sim\[plots\]' installs"):
-        check_names(("plots",))
+        app(["install", "plots"], standalone_mode=False)
 
 
 def test_the_command_that_installs_is_one_that_is_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -141,4 +140,4 @@ def test_every_group_is_an_extra() -> None:
 def test_an_unknown_group_names_the_others() -> None:
     """A mistyped group fails in one line with the nearest name and all of them."""
     with pytest.raises(SceneError, match=r"plts: no such group of packages, did you mean 'plots'\?.*study"):
-        package_groups.check_names(("plts",))
+        app(["install", "plts"], standalone_mode=False)

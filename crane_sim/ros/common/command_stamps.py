@@ -1,23 +1,8 @@
 """Policies of the stamps of commands: which ones the plant accepts, in lockstep and in real time."""
 
-from enum import StrEnum
 from typing import NamedTuple
 
-
-class CommandStamps(StrEnum):
-    """Values of the parameter `command_stamps`."""
-
-    STATE = "state"
-    ROS = "ros"
-    ANY = "any"
-
-
-COMMAND_STAMPS = {
-    CommandStamps.STATE.value: "that of the state that the command answers",
-    CommandStamps.ROS.value: "the sender's ROS time: /clock, or in real time the wall clock, too",
-    CommandStamps.ANY.value: "no matter what",
-}
-"""Descriptions of the policies, by their names."""
+from crane_sim.ros.common.choices import CommandStamps
 
 _LAG = 100_000  # ns
 

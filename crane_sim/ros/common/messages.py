@@ -8,8 +8,6 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
 from rclpy.serialization import deserialize_message
-from rclpy.subscription import Subscription
-from sensor_msgs.msg import JointState
 from std_msgs.msg import UInt8
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -36,13 +34,6 @@ LIVELINESS_LEASE = 2.0
 
 class MalformedMessage(ValueError):
     """Bytes that are no message of their topic's type, or a field out of range: a line that says so."""
-
-
-def take_message(subscription: Subscription, kind: Any) -> bytes:
-    """Take a serialized message from a subscription without the executor; return it, empty where there is none."""
-    with subscription.handle:
-        message = subscription.handle.take_message(kind, True)
-    return message[0] if message else b""
 
 
 def decode_simulation_state(data: bytes) -> int | None:
@@ -91,17 +82,6 @@ def nanoseconds(stamp: Time) -> int:
 def set_stamp(stamp: Time, ns: int) -> None:
     """Write `ns` nanoseconds into a stamp."""
     stamp.sec, stamp.nanosec = divmod(ns, NS_PER_S)
-
-
-def state_message(names: Sequence[str]) -> JointState:
-    """Return a joint state with zero position, velocity and effort of `names`."""
-    zeros = [0.0] * len(names)
-    return JointState(name=list(names), position=zeros, velocity=zeros, effort=zeros)
-
-
-def effort_message(names: Sequence[str]) -> JointState:
-    """Return a joint state with zero effort of `names`."""
-    return JointState(name=list(names), effort=[0.0] * len(names))
 
 
 def reference_message(names: Sequence[str], positions: Sequence[float]) -> JointTrajectory:

@@ -28,8 +28,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
 
 from crane_sim.process_signals import ignore_signals
-from crane_sim.ros.common.guarded_services import GuardedNode, ServingNode
-from crane_sim.ros.common.lifecycle import MANAGED, ManagedNode
+from crane_sim.ros.common.nodes import MANAGED, ManagedNode, ServingNode
 from crane_sim.ros.common.parameters import Option, common_parameters, declare_parameters
 from crane_sim.ros.common.sender_subscription import MessageWithSender
 from crane_sim.ros.common.served_subscription import ServedSubscription
@@ -155,11 +154,11 @@ class NodeHost:
 
         A call of it takes 0.1 ms, also where it has nothing to do: as long as a step in lockstep.
         """
-        for subscription in select.select(self.node.served, [], [], timeout)[0]:
-            subscription.deliver()
+        for file, _ in self.node.arrivals.poll(timeout):
+            self.node.served[file].deliver()
         if (now := time.monotonic()) >= self._next_turn:
             self._next_turn = now + _TURN_PERIOD
-            for subscription in self.node.served:
+            for subscription in self.node.served.values():
                 subscription.deliver_rest()
             self._take_turn(now + _LONGEST_TURN)
 
@@ -235,12 +234,6 @@ class NodeHost:
         self.stop_reason = self.stop_reason or reason
 
 
-def _make_node(name: str, managed: bool) -> ServingNode:
-    if managed:
-        return ManagedNode(name)
-    return GuardedNode(name, automatically_declare_parameters_from_overrides=True)
-
-
 def main(
     name: str,
     options: dict[str, Option],
@@ -261,7 +254,8 @@ def main(
     """
     try:
         rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
-        node = _make_node(name, managed)
+        make_node = ManagedNode if managed else ServingNode
+        node = make_node(name, automatically_declare_parameters_from_overrides=True)
     except (ValueError, RuntimeError) as error:  # arguments that ROS cannot parse, or an invalid name
         print(f"{name}: {str(error).splitlines()[0]}", file=sys.stderr)
         return 2

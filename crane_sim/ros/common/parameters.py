@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from enum import StrEnum
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -13,16 +12,6 @@ from rclpy.parameter import Parameter
 
 _KINDS = {bool: "true or false", int: "an integer", float: "a number", str: "a string"}
 _ROS_PARAMETERS = {"use_sim_time", "start_type_description_service"}  # declared by rclpy itself
-
-
-class RunMode(StrEnum):
-    """Values of the parameter `mode`: when the plant takes its steps."""
-
-    LOCKSTEP = "lockstep"
-    REALTIME = "realtime"
-
-
-RUN_MODES = tuple(mode.value for mode in RunMode)
 
 
 class Option(NamedTuple):

@@ -89,7 +89,7 @@ class SenderSubscription:
         with node.handle:
             self.handle = rclpy_implementation.Subscription(node.handle, kind, topic, qos.get_c_qos_profile())
         self.topic: str = self.handle.get_topic_name()
-        self._take = ctypes.CDLL("librcl.so").rcl_take_serialized_message
+        self._take_message = ctypes.CDLL("librcl.so").rcl_take_serialized_message
         self._pointer = ctypes.c_void_p(self.handle.pointer)
         self._message, self._info = _allocate_message(), _MessageInfo()
         self._arguments = (self._pointer, ctypes.byref(self._message), ctypes.byref(self._info), None)
@@ -100,14 +100,14 @@ class SenderSubscription:
 
     def take(self) -> MessageWithSender | None:
         """Take the oldest message, None where there is none."""
-        if self._take(*self._arguments) != _OK:
+        if self._take_message(*self._arguments) != _OK:
             return None
         data = ctypes.string_at(self._message.buffer, self._message.length)
         return MessageWithSender(data, bytes(self._info.sender), self._info.sent)
 
     def count_arrivals(self) -> int:
         """Return an eventfd, to which the number of new messages is added as they come, and of those that have come."""
-        arrivals = os.eventfd(0)
+        arrivals = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
         rcl, libc = ctypes.CDLL("librcl.so"), ctypes.CDLL(None)
         # the middleware calls it with the descriptor and the number: no Python runs in its thread
         write = ctypes.cast(libc.eventfd_write, ctypes.c_void_p)

@@ -38,16 +38,6 @@ class CdrReader:
         number = self._count(8)
         return self._numbers(f"{number}d", 8, number) if number else ()
 
-    def floats(self) -> tuple[float, ...]:
-        """Return a sequence of 4-byte floats."""
-        number = self._count(4)
-        return self._numbers(f"{number}f", 4, number)
-
-    def integer_sequence(self) -> tuple[int, ...]:
-        """Return a sequence of signed 4-byte integers."""
-        number = self._count(4)
-        return self._numbers(f"{number}i", 4, number)
-
     def string(self) -> str:
         """Return a string."""
         size = self._count(1)

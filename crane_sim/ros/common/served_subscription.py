@@ -8,19 +8,15 @@ from typing import Any
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import QoSProfile
 
-from crane_sim.ros.common.guarded_services import ServingNode
+from crane_sim.ros.common.nodes import ServingNode
 from crane_sim.ros.common.sender_subscription import MessageWithSender, SenderSubscription
 from crane_sim.ros.common.source_filter import PLANT, SourceFilter
 
 _BATCH = 1000  # messages that are delivered at a time: a flood holds up nothing else
 
 
-class ServedSubscription:
-    """A subscription that delivers serialized messages with their senders when the host of its node spins.
-
-    Attributes:
-        topic: its name with the namespace.
-    """
+class ServedSubscription(SenderSubscription):
+    """A subscription that delivers serialized messages with their senders when the host of its node spins."""
 
     def __init__(
         self,
@@ -32,29 +28,23 @@ class ServedSubscription:
         on_incompatible: Callable[[Any], None] | None = None,
     ) -> None:
         """Subscribe; `on_incompatible` is called with the middleware's event on a publisher that is not matched."""
-        self._subscription, self._callback = SenderSubscription(node, kind, topic, qos), callback
-        self._arrivals = self._subscription.count_arrivals()
-        self.topic = self._subscription.topic
-        node.served.append(self)
+        super().__init__(node, kind, topic, qos)
+        self._callback, self._arrivals = callback, self.count_arrivals()
+        node.serve(self)
         events = SubscriptionEventCallbacks(incompatible_qos=on_incompatible)
-        for handler in events.create_event_handlers(node.default_callback_group, self._subscription.handle, topic):
+        for handler in events.create_event_handlers(node.default_callback_group, self.handle, topic):
             node.add_waitable(handler)
 
     def fileno(self) -> int:
         """Return the file that can be read when there are messages."""
         return self._arrivals
 
-    def count_publishers(self) -> int:
-        """Return the number of publishers that it is matched with."""
-        return self._subscription.count_publishers()
-
-    def take(self) -> MessageWithSender | None:
-        """Take a message that has not been delivered, None where there is none."""
-        return self._subscription.take()
-
     def deliver(self) -> None:
-        """Deliver the messages that have been counted since the last time, of which there are some."""
-        count = os.eventfd_read(self._arrivals)
+        """Deliver the messages that have been counted since the last time."""
+        try:
+            count = os.eventfd_read(self._arrivals)
+        except BlockingIOError:  # there are none
+            return
         if count > _BATCH:
             os.eventfd_write(self._arrivals, count - _BATCH)
         self._deliver_up_to(count)
@@ -67,7 +57,7 @@ class ServedSubscription:
         self._deliver_up_to(_BATCH)
 
     def _deliver_up_to(self, count: int) -> None:
-        if taken := list(islice(iter(self._subscription.take, None), min(count, _BATCH))):
+        if taken := list(islice(iter(self.take, None), min(count, _BATCH))):
             self._callback(taken)
 
 

@@ -1,46 +1,22 @@
 """Nodes that run a law: the common part of `controller` and `tracker`."""
 
-from collections import Counter
 from collections.abc import Callable, Mapping
 from types import SimpleNamespace
-from typing import Any, NamedTuple
-
-from rclpy.qos import QoSProfile
-from sensor_msgs.msg import JointState
+from typing import Any
 
 from crane_sim import load_scene
 from crane_sim.laws import Law, LawError
-from crane_sim.ros.common import messages
-from crane_sim.ros.common.guarded_services import ServingNode
-from crane_sim.ros.common.served_subscription import SourceSubscription
-from crane_sim.ros.controller.responder import ActivationBuffer, missing_peers
-from crane_sim.ros.controller.states import ExecutionTime, State, StateReader
+from crane_sim.ros.common.nodes import ServingNode
+from crane_sim.ros.controller.responder import OutputTopic, Responder
+from crane_sim.ros.controller.states import ExecutionTime, State
 from crane_sim.ros.controller.trajectory_input import TrajectoryInput
 from crane_sim.scenes.scene import Scene
 
 
-class OutputTopic(NamedTuple):
-    """The topic on which a node publishes its answers: commands or setpoints."""
-
-    kind: Any  # message class
-    name: str
-    qos: QoSProfile
-
-
-class Diagnostics(NamedTuple):
-    """A node's reports beside the execution time of its law."""
-
-    warning: str = ""
-    values: Mapping[str, object] = {}
-
-
-class LawNode:
+class LawNode(Responder):
     """A law that answers each state of `joint_states` with a command or a setpoint; equal states get the same answer.
 
     The law is built anew when the plant is reset, which shows in a stamp that does not increase.
-
-    Attributes:
-        fault: one line on why the law cannot go on, empty while it can.
     """
 
     def __init__(
@@ -51,31 +27,14 @@ class LawNode:
         output: OutputTopic,
     ) -> None:
         """Build the law and evaluate a second one once, so that the first answer is as quick as the others."""
-        self.fault = ""
+        scene = scene_of(settings)
         self._settings, self._make_law = settings, make_law
-        self._scene = scene = scene_of(settings)
         self._law: Any = make_law(settings)
         make_law(settings)(0.0, scene.initial_q, scene.initial_v)  # compiles, and leaves our law as it is
         self._last_state: State | None = None  # against which a reset is detected
-        self._activation = ActivationBuffer(self._on_state)
-        self._reader, self._execution_time = StateReader(node, scene), ExecutionTime(node)
+        self._execution_time = ExecutionTime(node)
         self._trajectories = TrajectoryInput(node, scene, self._law)
-        self._answers = node.create_publisher(output.kind, output.name, output.qos)
-        self._states = SourceSubscription(
-            node, JointState, "joint_states", self._activation.receive, messages.DEEP_STREAM_QOS
-        )
-
-    def set_active(self, active: bool) -> None:
-        """Answer states from now on, beginning with the newest one, or publish nothing."""
-        self._activation.set_active(active)
-
-    def missing(self) -> str:
-        """Return one line on the peers still missing, empty when all are matched."""
-        return missing_peers(self._states, self._answers, self._settings.expected_recorders)
-
-    def refused(self) -> Counter[str]:
-        """See `Responder`."""
-        return self._states.filter.refused
+        super().__init__(node, scene, output, settings.expected_recorders)
 
     def on_spin(self) -> None:
         """Publish diagnostics when they are due."""
@@ -84,10 +43,8 @@ class LawNode:
             refused = {f"refused: {source}": number for source, number in self.refused().items()}
             self._execution_time.publish(warning, {**values, **refused})
 
-    def _on_state(self, data: bytes) -> None:
-        state, last = self._reader.read(data), self._last_state
-        if state is None:
-            return
+    def _on_state(self, state: State) -> None:
+        last = self._last_state
         if last and state.stamp <= last.stamp and state != last:
             self._law, self._last_state = self._make_law(self._settings), None
             self._reset()
@@ -102,8 +59,9 @@ class LawNode:
             self.fault = str(error)
             return None
 
-    def _diagnose(self) -> Diagnostics:
-        return Diagnostics()
+    def _diagnose(self) -> tuple[str, Mapping[str, object]]:
+        """Return a warning, empty for none, and values for the diagnostics beside the execution time of the law."""
+        return "", {}
 
     def _reset(self) -> None:
         """Drop what belongs to the run before a reset of the plant."""

@@ -2,76 +2,79 @@
 
 import time
 from collections import Counter
-from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any, NamedTuple
 
-from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import JointState
 
+from crane_sim.ros.common import messages
 from crane_sim.ros.common.node_host import Fault, NodeHost
+from crane_sim.ros.common.nodes import ServingNode
 from crane_sim.ros.common.refused_messages import refused_entry
 from crane_sim.ros.common.served_subscription import SourceSubscription
+from crane_sim.ros.controller.states import State, StateReader
+from crane_sim.scenes.scene import Scene
 
 _CHECK_PERIOD = 0.02  # s between two turns of what need not be done after every message
 
 
-class Responder(Protocol):
-    """A node that publishes commands or setpoints in answer to the states of a plant.
+class OutputTopic(NamedTuple):
+    """The topic on which a node publishes its answers: commands or setpoints."""
+
+    kind: Any  # message class
+    name: str
+    qos: QoSProfile
+
+
+class Responder:
+    """A node that publishes commands or setpoints in answer to the states of a plant, while it is active.
 
     Attributes:
         fault: one line on why it cannot go on, empty while it can.
     """
 
-    fault: str
+    def __init__(self, node: ServingNode, scene: Scene, output: OutputTopic, expected_recorders: int) -> None:
+        """Subscribe to the states of the scene's joints, still inactive."""
+        self.fault, self._scene, self._expected_recorders = "", scene, expected_recorders
+        self._active, self._newest = False, b""  # serialized, of those that came while inactive
+        self._reader = StateReader(node, scene)
+        self._answers = node.create_publisher(*output)
+        self._states = SourceSubscription(node, JointState, "joint_states", self._receive, messages.DEEP_STREAM_QOS)
 
     def set_active(self, active: bool) -> None:
-        """Answer states from now on, or publish nothing."""
-        ...
-
-    def missing(self) -> str:
-        """Return one line on the peers still missing, empty when all are matched."""
-        ...
-
-    def on_spin(self) -> None:
-        """Do the periodic work, every 20 ms: publish diagnostics when they are due."""
-        ...
-
-    def refused(self) -> Counter[str]:
-        """Return the numbers of messages refused, by topic and node."""
-        ...
-
-    def finish(self) -> dict[str, Any]:
-        """Return the node's entries of the run's summary."""
-        ...
-
-
-class ActivationBuffer:
-    """Buffers the newest message while inactive, delivers it on activation; later ones pass straight through."""
-
-    def __init__(self, callback: Callable[[bytes], None]) -> None:
-        """Create it inactive; `callback` is called with the serialized messages."""
-        self._callback, self._active, self._newest = callback, False, b""
-
-    def set_active(self, active: bool) -> None:
-        """Deliver messages from now on, beginning with the buffered one, or only buffer the newest one."""
+        """Answer states from now on, beginning with the newest one, or publish nothing."""
         self._active, newest = active, self._newest
         self._newest = b""
         if active and newest:
-            self._callback(newest)
+            self._receive(newest)
 
-    def receive(self, data: bytes) -> None:
-        """Deliver or buffer a serialized message."""
-        if self._active:
-            self._callback(data)
-        else:
+    def missing(self) -> str:
+        """Return one line on a peer still missing, empty when all are matched."""
+        if missing := self._states.missing():
+            return missing
+        number = 1 + self._expected_recorders - self._answers.get_subscription_count()
+        return f"{number} more subscriber(s) of {self._answers.topic_name}" if number > 0 else ""
+
+    def refused(self) -> Counter[str]:
+        """Return the numbers of messages refused, by topic and node."""
+        return self._states.filter.refused
+
+    def on_spin(self) -> None:
+        """Do the periodic work, every 20 ms."""
+
+    def finish(self) -> dict[str, Any]:
+        """Return the node's entries of the run's summary."""
+        return {}
+
+    def _receive(self, data: bytes) -> None:
+        if not self._active:
             self._newest = data
+        elif (state := self._reader.read(data)) is not None:
+            self._on_state(state)
 
-
-def missing_peers(states: SourceSubscription, output: Publisher, expected_recorders: int) -> str:
-    """Return one line on a missing publisher of states, or missing subscribers of the output; empty for none."""
-    if missing := states.missing():
-        return missing
-    number = 1 + expected_recorders - output.get_subscription_count()
-    return f"{number} more subscriber(s) of {output.topic_name}" if number > 0 else ""
+    def _on_state(self, state: State) -> None:
+        """Answer a state."""
+        raise NotImplementedError
 
 
 def serve_responder(host: NodeHost, node: Responder, autostart: bool) -> None:

@@ -9,8 +9,8 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from crane_sim.laws import OuterLoop
 from crane_sim.ros.common import messages
-from crane_sim.ros.common.guarded_services import ServingNode
 from crane_sim.ros.common.messages import MalformedMessage
+from crane_sim.ros.common.nodes import ServingNode
 from crane_sim.ros.common.served_subscription import SourceSubscription
 from crane_sim.ros.controller.states import State
 

@@ -13,13 +13,12 @@ from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
-from rclpy.action.server import GoalResponse, ServerGoalHandle
+from rclpy.action.server import ActionServer, CancelResponse, GoalResponse, ServerGoalHandle
 from rclpy.node import Node
 from trajectory_msgs.msg import JointTrajectoryPoint
 
 from crane_sim.ros.common import messages
 from crane_sim.ros.controller.coordinate_motion import VelocityErrorDifferentiator, coordinate_names, make_motion_reader
-from crane_sim.ros.controller.deferred_server import DeferredServer
 from crane_sim.ros.controller.states import State
 from crane_sim.ros.controller.trajectory_goal import Goal, GoalCode, GoalError, read_goal
 from crane_sim.scenes.scene import Scene
@@ -54,6 +53,39 @@ class _Followed(NamedTuple):
     trajectory: Trajectory  # the law's, until another one replaces it
     polynomials: PiecewisePolynomial  # the same
     first_stamp: int  # ns, of the state with which it began
+
+
+class DeferredServer(ActionServer):
+    """An action server whose goals are ended by the node that follows them; every goal may be cancelled.
+
+    rclpy's own runs a callback to the end of a goal; one that waits would keep its executor busy.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        action: Any,
+        name: str,
+        on_goal: Callable[[Any], GoalResponse],
+        on_accepted: Callable[[ServerGoalHandle], None],
+    ) -> None:
+        """Offer an action; `on_goal` decides whether a goal is accepted, `on_accepted` receives those that are."""
+        super().__init__(
+            node,
+            action,
+            name,
+            lambda _: None,
+            goal_callback=on_goal,
+            handle_accepted_callback=on_accepted,
+            cancel_callback=lambda _: CancelResponse.ACCEPT,
+        )
+
+    def notify_execute(self, goal_handle: ServerGoalHandle, execute_callback: Any) -> None:
+        """Execute nothing: the goal's owner does."""
+
+    def complete(self, handle: ServerGoalHandle, result: Any) -> None:
+        """Give a goal whose state is final its result."""
+        super().notify_execute(handle, lambda _: result)
 
 
 class TrajectoryAction:

@@ -12,7 +12,7 @@ from crane_sim.operator.gamepad import Gamepad
 from crane_sim.operator.inputs import Demand, Keyboard, Sample, demand_of
 from crane_sim.operator.levers import Assignment
 from crane_sim.ros.common import messages
-from crane_sim.ros.common.serialization import CdrReader
+from crane_sim.ros.common.messages import MalformedMessage
 
 _REOPEN_PERIOD = 1.0  # s between two attempts to open a gamepad again
 
@@ -61,18 +61,11 @@ class JoyDevice:
 
     def _on_message(self, data: bytes) -> None:
         try:
-            self._sample = read_joy(data)
-        except ValueError:  # a topic may carry anything
+            message: Joy = messages.deserialize(data, Joy)
+        except MalformedMessage:  # a topic may carry anything
             return
+        self._sample = Sample(message.axes, message.buttons)
         self._desk.heartbeat(time.monotonic())
-
-
-def read_joy(data: bytes) -> Sample:
-    """Return axes and buttons of a serialized sensor_msgs/Joy; raises ValueError for bytes that are none."""
-    reader = CdrReader(data)
-    reader.integers("iI")  # stamp
-    reader.string()  # frame_id
-    return Sample(reader.floats(), reader.integer_sequence())
 
 
 class GamepadDevice:

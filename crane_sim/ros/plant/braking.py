@@ -5,7 +5,7 @@ from functools import partial
 from math import ceil
 
 from crane_sim.ros.common.node_host import NodeHost
-from crane_sim.ros.plant.scheduler import BLOCK, StepScheduler
+from crane_sim.ros.plant.scheduler import BLOCK, Scheduler
 from crane_sim.ros.plant.simulation_run import SimulationRun
 
 _BRAKING_LIMIT = 30.0  # simulated s after which a crane that still moves is no longer braked
@@ -13,7 +13,7 @@ _PEER_TIMEOUT = 30.0  # s of wall time in a row for which the run waits for a cr
 _POLL = 0.02  # s of wall time between two polls of services and pipes
 
 
-def brake_to_rest(host: NodeHost, simulation: SimulationRun, scheduler: StepScheduler, period: float) -> None:
+def brake_to_rest(host: NodeHost, simulation: SimulationRun, scheduler: Scheduler, period: float) -> None:
     """Brake, at one step per `period` [s] of wall time or as fast as possible (0); the run then has a `failure`.
 
     Cranes on the same clock stay in sync, as with `scheduler`, but only up to a time-out: the run is to end.

@@ -1,7 +1,12 @@
 """Arbitration of command topics: one publisher owns the crane at a time, under a lease.
 
-The first publisher of a valid command owns the crane until its lease ends: that long without another valid command.
-An exclusive lease, that of lockstep, ends so only for another publisher of the owner's node, its standby; any other one
+| state | valid command of the owner | of another one that may own it | owner leaves the graph | lease over |
+|---|---|---|---|---|
+| FREE | | HELD, by it | | |
+| HELD | HELD | refused | FREE | LAPSED |
+| LAPSED | HELD | HELD, by it | FREE | |
+
+An exclusive lease, that of lockstep, lapses only for another publisher of the owner's node, its standby; any other one
 waits until the owner has left the graph: on a busy machine an owner that answers may be silent for longer than any
 lease, and messages of a flood push its answers out of the middleware's queues. Where the commander is known, publishers
 of other nodes never own the crane: one that answers once and then no more would hold up the run for good.
@@ -10,6 +15,7 @@ of other nodes never own the crane: one that answers once and then no more would
 import re
 import time
 from collections.abc import Callable, Mapping, Sequence
+from enum import Enum, auto
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -27,43 +33,48 @@ _UPDATE_PERIOD = 0.1  # s between two updates of the publishers
 _WARNING_TIME = 2.0  # s for which a refused publisher is warned of
 
 
+class Ownership(Enum):
+    """Whether a publisher owns the crane, and whether another one may take it over."""
+
+    FREE = auto()
+    HELD = auto()
+    LAPSED = auto()
+
+
 class CommandLease:
-    """The lease on the crane: one owner at a time, known by the identifier of its publisher.
+    """The lease on the crane: its owner is known by the identifier of its publisher.
 
     Attributes:
-        owner: the owner, empty while there is none; a sole publisher that has sent valid commands may be set as owner.
+        owner: empty while there is none.
+        suspended: returns whether the lease cannot lapse now: the owner has a reason to send no command.
     """
 
-    def __init__(self, duration: float) -> None:
-        """Create a lease that ends `duration` seconds after the owner's last valid command."""
-        self.owner = b""
+    def __init__(self, duration: float, suspended: Callable[[], bool]) -> None:
+        """Create a free one that lapses `duration` seconds after the owner's last valid command."""
+        self.owner, self.suspended = b"", suspended
         self._duration, self._renewed = duration, 0.0
 
-    def expired(self, now: float) -> bool:
-        """Return whether the owner has been silent for too long at `now` [s]."""
-        return now - self._renewed > self._duration
+    def state(self, now: float) -> Ownership:
+        """Return the state at `now` [s]; a lease whose time is over while it is suspended begins anew."""
+        if not self.owner:
+            return Ownership.FREE
+        if now - self._renewed <= self._duration:
+            return Ownership.HELD
+        if not self.suspended():
+            return Ownership.LAPSED
+        self._renewed = now
+        return Ownership.HELD
 
-    def accepts(self, sender: bytes, now: float) -> bool:
-        """Return whether a message that this sender published at `now` [s] may be a command."""
-        return sender == self.owner or not self.owner or self.expired(now)
-
-    def acquire(self, sender: bytes, now: float) -> None:
-        """Make the sender of a valid command at `now` [s] the owner, and restart its lease."""
-        self.owner, self._renewed = sender, now
-
-    def renew(self, now: float) -> None:
-        """Restart the owner's lease at `now` [s], if that is later than its start."""
-        self._renewed = max(self._renewed, now)
-
-
-Callback = Callable[[bytes], bool]  # of a serialized message; returns whether it was a valid command
+    def hold(self, owner: bytes, now: float) -> None:
+        """Let the lease of an owner begin at `now` [s]."""
+        self.owner, self._renewed = owner, now
 
 
 class CommandTopic(NamedTuple):
     """A topic of commands."""
 
     kind: Any  # message class
-    on_message: Callback
+    on_message: Callable[[bytes], bool]  # takes a serialized message; returns whether it was a valid command
 
 
 class CommandArbiter:
@@ -78,8 +89,7 @@ class CommandArbiter:
         host: NodeHost,
         simulation: SimulationRun,
         topics: Mapping[str, CommandTopic],
-        lease: float,
-        lease_expiry_suspended: Callable[[], bool],
+        lease: CommandLease,
         exclusive: bool = False,
         commander: str = "",
     ) -> None:
@@ -89,16 +99,15 @@ class CommandArbiter:
             host: of the node with the topics.
             simulation: counts refusals, and publishes warnings of them.
             topics: by name; an invalid command makes no publisher the owner.
-            lease: time without a valid command after which the owner loses the crane, s.
-            lease_expiry_suspended: whether the lease cannot expire now: the owner has a reason to send no command.
-            exclusive: the lease of an owner in the graph ends only for publishers of its own node.
+            lease: on the crane.
+            exclusive: the lease of an owner in the graph lapses only for publishers of its own node.
             commander: the only node, in this one's namespace, that may own the crane, beside its numbered standbys;
                 empty: any node may.
         """
         self._host, self._node, self._simulation, self._topics = host, host.node, simulation, topics
-        self._lease, self._lease_expiry_suspended = CommandLease(lease), lease_expiry_suspended
-        self._exclusive, self.contested = exclusive, False
-        self._commander = f"{self._node.get_namespace().rstrip('/')}/{commander}" if commander else ""
+        self._lease, self._exclusive, self.contested = lease, exclusive, False
+        namespace = self._node.get_namespace().rstrip("/") if commander else ""
+        self._commander = f"{namespace}/{commander}" if commander else ""
         self._commanders = re.compile(rf"{re.escape(self._commander)}(_\d+)?" if commander else ".*")
         self._subscriptions: dict[str, ServedSubscription] = {
             name: host.subscribe_with_sender(
@@ -108,29 +117,21 @@ class CommandArbiter:
         }
         self._refused: dict[bytes, float] = {}  # publishers refused lately, and the last instant [s]
         self._warning = ""  # of them
-        self._publisher_names: dict[bytes, str] = {}  # at the last update
+        self._names: dict[bytes, str] = {}  # of the nodes of publishers, at the last update
         self._last_update = 0.0  # s
 
     @property
     def has_newcomer(self) -> bool:
         """Whether the only publisher has not sent a valid command yet."""
-        return len(self._publisher_names) == 1 and self._lease.owner not in self._publisher_names
-
-    @property
-    def topic_names(self) -> str:
-        """The full names of the topics."""
-        return " or ".join(subscription.topic for subscription in self._subscriptions.values())
+        return len(self._names) == 1 and self._lease.owner not in self._names
 
     def missing(self, number: int) -> str:
         """Return what is waited for, a single line, until there are `number` publishers, the commander's among them."""
-        if (missing := number - self.count_publishers()) > 0:
-            return f"{missing} more publisher(s) of {self.topic_names}"
+        topics = " or ".join(subscription.topic for subscription in self._subscriptions.values())
+        if (missing := number - self._count_publishers()) > 0:
+            return f"{missing} more publisher(s) of {topics}"
         named = not (number and self._commander) or self._commander in self.publishing_nodes()
-        return "" if named else f"{self._commander} on {self.topic_names}"
-
-    def count_publishers(self) -> int:
-        """Return the number of publishers."""
-        return sum(subscription.count_publishers() for subscription in self._subscriptions.values())
+        return "" if named else f"{self._commander} on {topics}"
 
     def publishing_nodes(self) -> set[str]:
         """Return the full names of the nodes with publishers."""
@@ -150,17 +151,17 @@ class CommandArbiter:
         self.update()
 
     def update(self) -> None:
-        """Update the publishers, ten times a second, and renew the owner's lease while its expiry is suspended."""
+        """Update the publishers, ten times a second, and the owner's lease while it is suspended."""
         now = time.monotonic()
         if now - self._last_update < _UPDATE_PERIOD:
             return
         self._last_update, names = now, self._list_publishers()
-        if self._lease.owner in self._publisher_names.keys() - names.keys():
-            self._lease.owner = b""  # it has left the graph: its lease is over
-        self._publisher_names = names
-        self.contested = self.count_publishers() > 1
-        if self.contested and self._lease_expiry_suspended():
-            self._lease.renew(now)
+        if self._lease.owner in self._names.keys() - names.keys():
+            self._lease.owner = b""  # it has left the graph
+        self._names = names
+        self.contested = self._count_publishers() > 1
+        if self.contested and self._lease.suspended():
+            self._lease.hold(self._lease.owner, now)
         self._refused = {sender: last for sender, last in self._refused.items() if now - last < _WARNING_TIME}
         self._update_warning()
 
@@ -171,28 +172,23 @@ class CommandArbiter:
             if not self._may_command(sender):
                 refused[sender] = refused.get(sender, 0) + 1
             elif self._topics[topic].on_message(data):
-                self._lease.acquire(sender, time.monotonic())
+                self._lease.hold(sender, time.monotonic())
         for sender, number in refused.items():
             self._refuse(topic, sender, number)
 
-    def _look_up(self, sender: bytes) -> None:
-        """Find the name of a publisher that has come since the last update."""
-        if self._commander and sender not in self._publisher_names and sender not in self._refused:
-            self._publisher_names |= self._list_publishers()
-
     def _may_command(self, sender: bytes) -> bool:
-        if sender == self._lease.owner:
+        owner = self._lease.owner
+        if sender == owner:
             return True
-        self._look_up(sender)
-        now, owner, names = time.monotonic(), self._lease.owner, self._publisher_names
-        if not self._commanders.fullmatch(names.get(sender, GONE)):
+        if self._commander and sender not in self._names and sender not in self._refused:
+            self._names |= self._list_publishers()  # it has come since the last update
+        name = self._names.get(sender, GONE)
+        if not self._commanders.fullmatch(name):
             return False
-        if owner:
-            if self._exclusive and names.get(sender) != names.get(owner, GONE):
-                return False
-            if self._lease.expired(now) and self._lease_expiry_suspended():
-                self._lease.renew(now)
-        return self._lease.accepts(sender, now)
+        state = self._lease.state(time.monotonic())
+        if state == Ownership.LAPSED and self._exclusive:
+            return sender in self._names and name == self._names.get(owner)
+        return state != Ownership.HELD
 
     def _on_incompatible(self, topic: str, event: Any) -> None:
         """Say which publisher is not matched, and why: it would be waited for."""
@@ -207,22 +203,25 @@ class CommandArbiter:
         known = sender in self._refused
         self._refused[sender] = time.monotonic()
         if not known:
-            self._publisher_names |= self._list_publishers()
+            self._names |= self._list_publishers()
             self._update_warning()
         name = self._subscriptions[topic].topic
-        self._simulation.refused_messages[f"{name} of {self._publisher_names.get(sender, GONE)}"] += number
+        self._simulation.refused_messages[f"{name} of {self._names.get(sender, GONE)}"] += number
         self._simulation.validator.reject(Refusal.COMMANDER, self._warning, number)
 
     def _update_warning(self) -> None:
         """Warn of publishers refused lately; again with every update: the graph may have a node before its name."""
         self._refused.pop(self._lease.owner, None)  # it owns the crane by now
         if self._refused:
-            refused = {self._publisher_names.get(sender, GONE) for sender in self._refused}
-            owner = self._publisher_names.get(self._lease.owner, self._commander or GONE)
+            refused = {self._names.get(sender, GONE) for sender in self._refused}
+            owner = self._names.get(self._lease.owner, self._commander or GONE)
             self._warning = f"command of {' and '.join(sorted(refused))} refused: {owner} owns the crane"
             if {UNNAMED, GONE}.isdisjoint(refused | {owner}):
                 self._host.notify(self._warning)
         self._simulation.warn(self._warning if self._refused else "", "commander")
+
+    def _count_publishers(self) -> int:
+        return sum(subscription.count_publishers() for subscription in self._subscriptions.values())
 
     def _list_publishers(self) -> dict[bytes, str]:
         return {

@@ -12,35 +12,31 @@ from crane_sim.description import IMU
 from crane_sim.description.transforms import BASE, quaternion_of
 from crane_sim.hardware.instruments import Camera, Imu, Sampling
 from crane_sim.ros.common import messages
-from crane_sim.ros.plant.state_publisher import SubscriberCount, set_quaternion, set_vector
+from crane_sim.ros.plant.state_publisher import StatePublisher, set_quaternion, set_vector
 from crane_sim.simulation.measurements import measure_imu, measure_payload
 from crane_sim.simulation.plant import Plant
 
 _UNAVAILABLE = (-1.0, *(0.0,) * 8)  # as sensor_msgs/Imu has it
 
 
-class InstrumentTopic:
+class InstrumentTopic(StatePublisher):
     """Publisher of samples, which are taken at whole numbers of periods and sent when their delay is over."""
 
     def __init__(self, publisher: Any, sampling: Sampling, measure: Callable[[Plant], Any]) -> None:
         """Publish what `measure` makes of a plant: messages with a header."""
-        self._publisher, self._sampling, self._measure = publisher, sampling, measure
-        self._subscribers = SubscriberCount(publisher)
+        super().__init__(publisher)
+        self._sampling, self._measure = sampling, measure
         self._samples: deque[tuple[int, Any]] = deque()  # periods in which they were taken, and messages
         self._last = -1  # period of the last sample
         self._period = 0  # of the last call
 
-    def update_subscribers(self) -> bool:
-        """See `StatePublisher`."""
-        return self._subscribers.update()
-
     def publish(self, stamp: int, plant: Plant) -> None:
         """See `StatePublisher`."""
-        if not self._subscribers.number or plant.k < self._period:  # the run has begun anew
+        if not self._subscribers or plant.k < self._period:  # the run has begun anew
             self._samples.clear()
             self._last = -1
         self._period = plant.k
-        if self._subscribers.number and plant.k % self._sampling.every == 0 and plant.k != self._last:
+        if self._subscribers and plant.k % self._sampling.every == 0 and plant.k != self._last:
             message, self._last = self._measure(plant), plant.k
             messages.set_stamp(message.header.stamp, stamp)
             self._samples.append((plant.k, message))

@@ -10,81 +10,70 @@ state does not, until a command arrives, and stays ahead of the states by these 
 """
 
 import time
-from functools import partial
 from math import inf
 from types import SimpleNamespace
-from typing import Any
 
 from sensor_msgs.msg import JointState
 
+from crane_sim.ros.common.choices import CommandStamps
 from crane_sim.ros.common.command_codec import CommandCodec
-from crane_sim.ros.common.command_stamps import CommandStamps, clock_lag, lockstep_range
+from crane_sim.ros.common.command_stamps import clock_lag, lockstep_range
 from crane_sim.ros.common.node_host import NodeHost
-from crane_sim.ros.plant.accepted_commands import AcceptedCommands
 from crane_sim.ros.plant.acknowledgement import AcknowledgementMonitor
-from crane_sim.ros.plant.command_arbiter import CommandArbiter, CommandTopic
+from crane_sim.ros.plant.command_arbiter import CommandArbiter, CommandLease, CommandTopic
+from crane_sim.ros.plant.command_publishers import AcceptedCommands
 from crane_sim.ros.plant.peers import ClockPeers
-from crane_sim.ros.plant.scheduler import should_stop
+from crane_sim.ros.plant.scheduler import Scheduler
 from crane_sim.ros.plant.simulation_run import SimulationRun
 
 _RESEND = 0.05  # s between two messages of the same state while the run waits, or there are several publishers
 _RESEND_TO_PEERS = 0.5  # s between two messages of the same state while another crane on the same clock is behind
 _CHECK_PERIOD = 0.005  # s between two looks at what need not be done after every command
 _ACKNOWLEDGEMENT = 0.001  # s of a wait for acknowledgements, in which no callbacks are served
-_STANDING = (
-    0.35  # s for which a leading clock stands still, published ten times a second, after all peers are connected
-)
+_STANDING = 0.35  # s for which a leading clock stands, published ten times a second, once all peers are connected
 _BLOCK = 4000  # steps between two waits for a recorder: under half the depth of the streams
 
 
-class Lockstep:
-    """Scheduler that publishes state k, waits for the command with its stamp, and steps; wall time has no effect.
-
-    Attributes:
-        commands_have_come: whether there were commands, also ones before the run.
-    """
-
-    commands_have_come = False
+class Lockstep(Scheduler):
+    """Scheduler that publishes state k, waits for the command with its stamp, and steps; wall time has no effect."""
 
     def __init__(self, host: NodeHost, simulation: SimulationRun, settings: SimpleNamespace) -> None:
         """Subscribe to `joint_commands`."""
-        self._host, self._simulation, self._settings = host, simulation, settings
-        self._codec = CommandCodec(simulation.scene)
-        self._should_stop = partial(should_stop, host)
+        super().__init__(host, simulation)
+        self._settings, self._codec = settings, CommandCodec(simulation.scene)
         self._peers = ClockPeers(host, settings.beside)
         self._effort: tuple[float, ...] | None = None  # that answers the present state, until the step is taken
         self._first_sent = self._last_sent = 0.0  # s, when the present state was published
         self._next_check = 0.0  # s, when progress is checked again
         self._runs = False  # a command that comes before or after the run moves nothing
         topics = {"joint_commands": CommandTopic(JointState, self._on_command)}
-        lease = settings.command_lease
-        suspended = self._is_lease_expiry_suspended
-        self._commands = CommandArbiter(host, simulation, topics, lease, suspended, True, settings.commander)
+        lease = CommandLease(settings.command_lease, self._is_lease_suspended)
+        self._commands = CommandArbiter(host, simulation, topics, lease, True, settings.commander)
+        self._acknowledgements = AcknowledgementMonitor(settings.command_lease)
         self._lag = clock_lag(simulation.scene.period_ns)
         self._clock_leads, self._clock_due = settings.command_stamps == CommandStamps.ROS, False
         self._ahead = 0  # ns, by which the clock is ahead of its usual time
         self._ahead_before = 0  # ns, the same when the state was new
         by_state = settings.command_stamps == CommandStamps.STATE
         self._accepted = None if by_state else AcceptedCommands(host.node, self._codec)
-        self._acknowledgements = AcknowledgementMonitor(lease)
 
     def commanding_nodes(self) -> set[str]:
-        """See `StepScheduler`."""
+        """See `Scheduler`."""
         return self._commands.publishing_nodes()
 
     def missing(self) -> str:
-        """See `StepScheduler`."""
+        """See `Scheduler`."""
         return self._commands.missing(self._settings.expected_controllers) or self._peers.missing()
 
     def run(self) -> None:
-        """See `StepScheduler`; a state without a valid answer is sent again and again, and nothing moves."""
+        """See `Scheduler`; a state without a valid answer is sent again and again, and nothing moves."""
         simulation, self._runs = self._simulation, True
         self._commands.start()
         if self._clock_leads:
             self._announce_clock()
         simulation.start()
         self._restart_clock()
-        while simulation.running and not self._host.stop_reason and not self._host.brake_reason:
+        while self._goes_on:
             self._serve()
             self._step_if_possible()
             if (now := time.monotonic()) >= self._next_check:
@@ -93,14 +82,14 @@ class Lockstep:
         self._runs = False
 
     def in_sync(self) -> bool:
-        """See `StepScheduler`; the present state is sent again to a crane that is behind and may have missed it."""
+        """See `Scheduler`; the present state is sent again to a crane that is behind and may have missed it."""
         behind = self._peers.behind(self._simulation.stamp)
         if behind and time.monotonic() - self._last_sent > _RESEND_TO_PEERS:
             self._resend()
         return not behind
 
     def step_once(self) -> str:
-        """See `StepScheduler`; waits briefly for the controller's answer to the present state, and for other cranes."""
+        """See `Scheduler`; waits briefly for the controller's answer to the present state, and for other cranes."""
         deadline = time.monotonic() + self._settings.step_timeout
         while obstacle := self._obstacle():
             if time.monotonic() > deadline:
@@ -115,18 +104,14 @@ class Lockstep:
         return ""
 
     def resume(self) -> None:
-        """See `StepScheduler`."""
+        """See `Scheduler`."""
         self._first_sent = self._last_sent = time.monotonic()
         self._step_if_possible()
 
     def reset(self) -> None:
-        """See `StepScheduler`."""
+        """See `Scheduler`."""
         self._effort, self._ahead = None, 0
         self._restart_clock()
-
-    def metrics(self) -> dict[str, Any]:
-        """See `StepScheduler`; there are no deadlines."""
-        return {}
 
     def _on_command(self, data: bytes) -> bool:
         simulation = self._simulation
@@ -228,7 +213,7 @@ class Lockstep:
             ahead = self._simulation.scene.period_ns - self._lag + self._ahead
             self._simulation.advance_clock(self._simulation.stamp + ahead)
 
-    def _is_lease_expiry_suspended(self) -> bool:
+    def _is_lease_suspended(self) -> bool:
         """Return whether the owner has nothing to answer, or may be alive and at work on its answer."""
         self._update_acknowledgements()
         nothing_to_answer = self._simulation.paused or self._effort is not None

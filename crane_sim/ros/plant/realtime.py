@@ -8,16 +8,16 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
 from crane_sim.ros.common import messages
+from crane_sim.ros.common.choices import COMMAND_TIMEOUT_ACTIONS, CommandStamps, CommandTimeoutAction
 from crane_sim.ros.common.command_codec import CommandCodec
-from crane_sim.ros.common.command_stamps import CommandStamps, realtime_range
+from crane_sim.ros.common.command_stamps import realtime_range
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.common.serialization import decode_array
 from crane_sim.ros.common.timing import StepTiming, describe_violation, minimize_timer_slack
-from crane_sim.ros.plant.accepted_commands import AcceptedCommands
-from crane_sim.ros.plant.command_arbiter import CommandArbiter, CommandTopic
-from crane_sim.ros.plant.scheduler import should_stop
+from crane_sim.ros.plant.command_arbiter import CommandArbiter, CommandLease, CommandTopic
+from crane_sim.ros.plant.command_publishers import AcceptedCommands
+from crane_sim.ros.plant.scheduler import Scheduler
 from crane_sim.ros.plant.simulation_run import SimulationRun
-from crane_sim.ros.plant.watchdog import CommandTimeoutAction, Watchdog
 
 _UPDATE_PERIOD = 0.05  # s between two updates of the publishers of commands
 _MARGIN = 0.0004  # s; spin_once comes back up to 0.3 ms late, a plain sleep does not
@@ -25,18 +25,44 @@ _BATCH = 100  # messages taken before a single step: a flood on the topic does n
 _STEP_POLL = 1e-4  # s between two polls for the answer to a single step
 
 
-class Realtime:
-    """Scheduler that steps at absolute wall-clock deadlines with the newest valid command held.
+class Watchdog:
+    """Timer of the wall time since the newest command, less the time that is skipped.
 
     Attributes:
-        commands_have_come: whether there were commands, also ones before the run.
+        timeout: time without a command after which the watchdog expires, s; 0: never.
     """
 
-    commands_have_come = False
+    def __init__(self, timeout: float, wall_period: float) -> None:
+        """Start with a time-out [s] of at least two periods of wall time [s]: a slowed-down run publishes no faster."""
+        self.timeout = max(timeout, 2.0 * wall_period) if timeout else 0.0
+        self._elapsed, self._last_update = 0.0, time.monotonic()
+
+    @property
+    def expired(self) -> bool:
+        """Whether the elapsed time is beyond the time-out."""
+        return 0.0 < self.timeout < self._elapsed
+
+    def reset(self) -> None:
+        """Restart the time-out: a command has arrived, or a run begins."""
+        self._elapsed, self._last_update = 0.0, time.monotonic()
+
+    def update(self) -> None:
+        """Add the time since the last reset, update or skip."""
+        now = time.monotonic()
+        self._elapsed, self._last_update = self._elapsed + now - self._last_update, now
+
+    def skip(self) -> None:
+        """Discard the time since then: the run was paused."""
+        self._last_update = time.monotonic()
+
+
+class Realtime(Scheduler):
+    """Scheduler that steps at absolute wall-clock deadlines with the newest valid command held."""
 
     def __init__(self, host: NodeHost, simulation: SimulationRun, settings: SimpleNamespace) -> None:
         """Subscribe to `joint_commands` and, unless drives differ, an array topic, if the scene takes commands."""
-        self._host, self._simulation, self._settings = host, simulation, settings
+        super().__init__(host, simulation)
+        self._settings = settings
         self._idle = simulation.scene.idle_command
         self._held, self._answered = self._idle, False  # the newest command, and whether it came after the last step
         self._period = simulation.scene.period / settings.rate  # s of wall time
@@ -49,20 +75,20 @@ class Realtime:
         topics = {"joint_commands": CommandTopic(JointState, self._on_command)}
         if self._codec.kind:
             topics[f"{self._codec.kind}_controller/commands"] = CommandTopic(Float64MultiArray, self._on_array)
-        sampled, lease = simulation.scene.sampled, settings.command_lease
-        self._commands = CommandArbiter(host, simulation, topics, lease, lambda: simulation.paused) if sampled else None
+        sampled, lease = simulation.scene.sampled, CommandLease(settings.command_lease, lambda: simulation.paused)
+        self._commands = CommandArbiter(host, simulation, topics, lease) if sampled else None
         self._accepted = AcceptedCommands(host.node, self._codec) if sampled else None
 
     def commanding_nodes(self) -> set[str]:
-        """See `StepScheduler`."""
+        """See `Scheduler`."""
         return self._commands.publishing_nodes() if self._commands else set()
 
     def missing(self) -> str:
-        """See `StepScheduler`."""
+        """See `Scheduler`."""
         return self._commands.missing(self._settings.expected_controllers) if self._commands else ""
 
     def run(self) -> None:
-        """See `StepScheduler`; a late step is counted, and the next ones catch up with the schedule."""
+        """See `Scheduler`; a late step is counted, and the next ones catch up with the schedule."""
         simulation, period = self._simulation, self._period
         minimize_timer_slack()
         if self._commands:
@@ -70,7 +96,7 @@ class Realtime:
         simulation.start()
         self._due = time.monotonic()
         self._watchdog.reset()
-        while simulation.running and not self._host.stop_reason and not self._host.brake_reason:
+        while self._goes_on:
             self._due += period
             self._serve_until_due()
             if simulation.paused:
@@ -84,12 +110,8 @@ class Realtime:
                 simulation.deadline_misses += time.monotonic() > self._due + period
             simulation.heartbeat()
 
-    def in_sync(self) -> bool:
-        """See `StepScheduler`; the wall clock is shared by all."""
-        return True
-
     def step_once(self) -> str:
-        """See `StepScheduler`; the controller has a period for its answer, as in the run, and then the last one holds.
+        """See `Scheduler`; the controller has a period for its answer, as in the run, and then the last one holds.
 
         The wait for an answer counts towards the time-out, as in the run; after the time-out there is none.
         """
@@ -100,11 +122,11 @@ class Realtime:
         return ""
 
     def resume(self) -> None:
-        """See `StepScheduler`; the time of the pause does not count, and the time-out goes on where it was."""
+        """See `Scheduler`; the time of the pause does not count, and the time-out goes on where it was."""
         self._watchdog.skip()
 
     def reset(self) -> None:
-        """See `StepScheduler`; the controller has a whole period for its answer to the first state, as at the start."""
+        """See `Scheduler`; the controller has a whole period for its answer to the first state, as at the start."""
         self._held, self._answered = self._idle, False
         self._due = time.monotonic() + self._period
         self._watchdog.reset()
@@ -113,7 +135,7 @@ class Realtime:
         self._steps = self._unanswered_steps = 0
 
     def metrics(self) -> dict[str, Any]:
-        """See `StepScheduler`; the timing of steps, the number of time-outs of commands, and what was not in time."""
+        """See `Scheduler`; the timing of steps, the number of time-outs of commands, and what was not in time."""
         counts = {"silences": self._command_timeouts}
         if self._commands:
             counts["unanswered_steps"] = self._unanswered_steps
@@ -141,7 +163,7 @@ class Realtime:
         for _ in range(_BATCH):
             if not commands.take_one():
                 break
-        while not (self._answered or self._timed_out or time.monotonic() >= deadline or should_stop(self._host)):
+        while not (self._answered or self._timed_out or time.monotonic() >= deadline or self._should_stop()):
             if not commands.take_one():
                 time.sleep(_STEP_POLL)
 
@@ -164,12 +186,12 @@ class Realtime:
         """Begin or end the action at a time-out of commands, with its warning."""
         if timed_out == self._timed_out:
             return
-        timeout, action = self._watchdog.timeout, CommandTimeoutAction(self._settings.on_silence)
+        timeout, action = self._watchdog.timeout, self._settings.on_silence
         self._timed_out = timed_out
         self._command_timeouts += timed_out
         self._simulation.brake(timed_out and action == CommandTimeoutAction.BRAKE, "time-out")
         self._simulation.warn(
-            f"no valid command for {timeout:g} s: {action.description}" if timed_out else "", "commands"
+            f"no valid command for {timeout:g} s: {COMMAND_TIMEOUT_ACTIONS[action]}" if timed_out else "", "commands"
         )
 
     def _on_command(self, data: bytes) -> bool:

@@ -3,9 +3,9 @@
 from functools import partial
 from types import SimpleNamespace
 
+from crane_sim.ros.common.choices import RunMode
 from crane_sim.ros.common.node_host import QUIT, NodeHost
-from crane_sim.ros.common.parameters import RunMode
-from crane_sim.ros.plant.scheduler import BLOCK, StepScheduler, should_stop
+from crane_sim.ros.plant.scheduler import BLOCK, Scheduler, should_stop
 from crane_sim.ros.plant.simulation_run import SimulationRun
 
 
@@ -19,7 +19,7 @@ class RunControl:
     USER = "user"
 
     def __init__(
-        self, host: NodeHost, simulation: SimulationRun, scheduler: StepScheduler, settings: SimpleNamespace
+        self, host: NodeHost, simulation: SimulationRun, scheduler: Scheduler, settings: SimpleNamespace
     ) -> None:
         """Control a run; `settings` holds the current values of the node's parameters."""
         self._host, self._simulation, self._scheduler, self._settings = host, simulation, scheduler, settings

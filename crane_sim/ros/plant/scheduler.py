@@ -1,7 +1,6 @@
-"""Schedulers of the plant's steps: the protocol of `Lockstep` and `Realtime`, and the scheduler of an open loop."""
+"""Schedulers of the plant's steps: what all have in common, which is also the scheduler of an open loop."""
 
-from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.plant.simulation_run import SimulationRun
@@ -17,50 +16,12 @@ def should_stop(host: NodeHost) -> bool:
     return bool(host.stop_reason or host.brake_reason)
 
 
-class StepScheduler(Protocol):
-    """Decides when the steps of a run are taken, and with which command.
+class Scheduler:
+    """Decides when the steps of a run are taken, and with which command: here as fast as subscribers follow, without.
 
     Attributes:
         commands_have_come: whether there were commands, also ones before the run.
     """
-
-    commands_have_come: bool
-
-    def commanding_nodes(self) -> set[str]:
-        """Return the full names of the nodes that publish commands."""
-        ...
-
-    def missing(self) -> str:
-        """Return one line on the controllers still missing, empty when there are enough."""
-        ...
-
-    def run(self) -> None:
-        """Step until the simulation is at its end or the host is to stop."""
-        ...
-
-    def in_sync(self) -> bool:
-        """Return whether no crane on the same clock is behind."""
-        ...
-
-    def step_once(self) -> str:
-        """Take one step of a paused run; return why it cannot be taken yet, an empty string where it was taken."""
-        ...
-
-    def resume(self) -> None:
-        """Resume after a pause."""
-        ...
-
-    def reset(self) -> None:
-        """Drop the pending commands: the run restarts."""
-        ...
-
-    def metrics(self) -> dict[str, Any]:
-        """Return the scheduler's entries of the run's summary."""
-        ...
-
-
-class OpenLoop:
-    """Scheduler that steps as fast as the subscribers can follow, without commands."""
 
     commands_have_come = False
 
@@ -68,43 +29,52 @@ class OpenLoop:
         """Schedule the steps of a run."""
         self._host, self._simulation = host, simulation
 
-    def commanding_nodes(self) -> set[str]:
-        """See `StepScheduler`."""
-        return set()
+    @property
+    def _goes_on(self) -> bool:
+        """Whether there are steps to take, and nothing ends them."""
+        host = self._host
+        return self._simulation.running and not host.stop_reason and not host.brake_reason
 
-    def missing(self) -> str:
-        """See `StepScheduler`; there are no controllers."""
-        return ""
+    def _should_stop(self) -> bool:
+        return should_stop(self._host)
 
     def run(self) -> None:
-        """See `StepScheduler`."""
+        """Step until the simulation is at its end or the host is to stop."""
         simulation = self._simulation
         simulation.start()
-        while simulation.running and not self._host.stop_reason and not self._host.brake_reason:
+        while self._goes_on:
             if simulation.paused:
                 self._host.spin()
             else:
                 self.step_once()
-                simulation.throttle_for_recorder(BLOCK, partial(should_stop, self._host))
+                simulation.throttle_for_recorder(BLOCK, self._should_stop)
             if simulation.plant.k % _POLL_STEPS == 0:
                 self._host.spin(0.0)
             simulation.heartbeat()
 
+    def commanding_nodes(self) -> set[str]:
+        """Return the full names of the nodes that publish commands."""
+        return set()
+
+    def missing(self) -> str:
+        """Return one line on the controllers still missing, empty when there are enough."""
+        return ""
+
     def in_sync(self) -> bool:
-        """See `StepScheduler`; its clock is its own."""
+        """Return whether no crane on the same clock is behind."""
         return True
 
     def step_once(self) -> str:
-        """See `StepScheduler`."""
+        """Take one step of a paused run; return why it cannot be taken yet, an empty string where it was taken."""
         self._simulation.step(None)
         return ""
 
     def resume(self) -> None:
-        """See `StepScheduler`; there is nothing to resume."""
+        """Resume after a pause."""
 
     def reset(self) -> None:
-        """See `StepScheduler`; there are no commands."""
+        """Drop the pending commands: the run restarts."""
 
     def metrics(self) -> dict[str, Any]:
-        """See `StepScheduler`; there are no deadlines."""
+        """Return the scheduler's entries of the run's summary."""
         return {}

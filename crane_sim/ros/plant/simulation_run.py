@@ -11,7 +11,7 @@ from crane_sim.ros.common.command_stamps import clock_lag
 from crane_sim.ros.common.messages import SimulationState
 from crane_sim.ros.common.node_host import Pipes
 from crane_sim.ros.common.refused_messages import refused_entry
-from crane_sim.ros.plant.held_commands import HeldCommands
+from crane_sim.ros.plant.command_publishers import HeldCommands
 from crane_sim.ros.plant.state_publisher import StatePublisher
 from crane_sim.ros.plant.topics import PlantTopics
 from crane_sim.scenes.scene import Scene

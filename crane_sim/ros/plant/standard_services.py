@@ -1,6 +1,6 @@
 """The services and the action of simulation_interfaces in the plant's namespace, where that package is importable."""
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from importlib import import_module
 from typing import Any
 
@@ -13,9 +13,30 @@ from crane_sim.ros.plant.entity_services import EntityServices
 from crane_sim.ros.plant.run_control import RunControl
 from crane_sim.ros.plant.simulation_run import SimulationRun
 from crane_sim.ros.plant.standard_operations import Code, Feature, Outcome, StandardOperations, write_outcome
-from crane_sim.ros.plant.unsupported_services import offer_unsupported
 
 _PACKAGE = "simulation_interfaces"
+_FRAMES = "frames of a crane have no extent; the description has drawings"
+_MOVES = "frames of a crane move by its equations; reset_positions of ~/reset_simulation puts the joints anywhere"
+_CRANE = "entities are the frames of the crane, no more and no fewer"
+_SCENE = "the world is the scene that the plant was started with"
+_POSES = "a scene has no named poses"
+_UNSUPPORTED = {
+    "set_entity_state": ("SetEntityState", _MOVES),
+    "set_entity_info": ("SetEntityInfo", _CRANE),
+    "get_entity_bounds": ("GetEntityBounds", _FRAMES),
+    "spawn_entity": ("SpawnEntity", _CRANE),
+    "spawn_entities": ("SpawnEntities", _CRANE),
+    "delete_entity": ("DeleteEntity", _CRANE),
+    "get_spawnables": ("GetSpawnables", _CRANE),
+    "get_named_poses": ("GetNamedPoses", _POSES),
+    "get_named_pose_bounds": ("GetNamedPoseBounds", _POSES),
+    "load_world": ("LoadWorld", _SCENE),
+    "unload_world": ("UnloadWorld", _SCENE),
+    "get_current_world": ("GetCurrentWorld", _SCENE),
+    "get_available_worlds": ("GetAvailableWorlds", _SCENE),
+}
+"""Kind of each service for what a crane does not do, and why it is not supported."""
+_OF_ENTITY = ("set_entity_state", "set_entity_info", "get_entity_bounds", "delete_entity")
 
 
 def missing_package() -> str:
@@ -27,7 +48,7 @@ def missing_package() -> str:
     return ""
 
 
-def offer(node: Node, control: RunControl, simulation: SimulationRun, prefix: str) -> "StandardServices | None":
+def offer(node: Node, control: RunControl, simulation: SimulationRun, prefix: str) -> None:
     """Offer the standard services, where their package is installed.
 
     Args:
@@ -36,11 +57,26 @@ def offer(node: Node, control: RunControl, simulation: SimulationRun, prefix: st
         prefix: begins the names of frames, and of entities.
     """
     if missing_package():
-        return None
+        return
     entities = Entities(simulation.plant, prefix)
     EntityServices(node, _PACKAGE, entities, lambda: simulation.stamp)
-    offer_unsupported(node, _PACKAGE, entities)
-    return StandardServices(node, StandardOperations(control))
+    kinds = import_module(f"{_PACKAGE}.srv")
+    for name, (kind, why) in _UNSUPPORTED.items():
+        if hasattr(kinds, kind):  # earlier versions have fewer
+            known = entities if name in _OF_ENTITY else None
+            node.create_service(getattr(kinds, kind), name, _refusal(why, known))
+    StandardServices(node, StandardOperations(control))
+
+
+def _refusal(why: str, entities: Entities | None) -> Callable[[Any, Any], Any]:
+    """Return the callback of a service that is not supported: 0; of an unknown entity 2, not found."""
+
+    def refuse(request: Any, response: Any) -> Any:
+        if entities is not None and request.entity not in entities.names:
+            return write_outcome(response, entities.not_found(request.entity))
+        return write_outcome(response, Outcome(Code.FEATURE_UNSUPPORTED, why))
+
+    return refuse
 
 
 class StandardServices:

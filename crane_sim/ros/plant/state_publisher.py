@@ -1,40 +1,55 @@
-"""The interface of what publishes more than a plant's joint states: frames, the base, sensors."""
+"""What publishes more than a plant's joint states: frames, the base, sensors."""
 
 from collections.abc import Iterable
-from typing import Any, Protocol
+from typing import Any
 
 from geometry_msgs.msg import Point, Quaternion, Vector3
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
 
+from crane_sim.description.transforms import BASE, WORLD, quaternion_of
+from crane_sim.ros.common import messages
+from crane_sim.simulation.base_state import base_state
 from crane_sim.simulation.plant import Plant
 
 
-class StatePublisher(Protocol):
-    """Publishes something of every state that has just been published as `joint_states`."""
+class StatePublisher:
+    """Publishes something of every state that has just been published as `joint_states`, where it has subscribers."""
+
+    def __init__(self, publisher: Any) -> None:
+        """Publish by this publisher."""
+        self._publisher, self._subscribers = publisher, 0
 
     def update_subscribers(self) -> bool:
-        """Update whether there are subscribers; return whether there are more than before."""
-        ...
+        """Count the subscribers; return whether there are more than before."""
+        before, self._subscribers = self._subscribers, self._publisher.get_subscription_count()
+        return self._subscribers > before
 
     def publish(self, stamp: int, plant: Plant) -> None:
-        """Publish what belongs to the present state, stamped `stamp` [ns], where there are subscribers."""
-        ...
+        """Publish what belongs to the present state, stamped `stamp` [ns]."""
+        raise NotImplementedError
 
 
-class SubscriberCount:
-    """The number of subscribers of publishers at the last update.
+class BaseOdometry(StatePublisher):
+    """The topic `base/odometry`: the base's pose in `world` and its velocities in its own axes, without errors."""
 
-    Attributes:
-        number: of all of them together.
-    """
+    def __init__(self, node: Node, prefix: str) -> None:
+        """Create the publisher; frames but `world` begin with the prefix."""
+        super().__init__(node.create_publisher(Odometry, "base/odometry", messages.STREAM_QOS))
+        self._message = Odometry(child_frame_id=prefix + BASE)
+        self._message.header.frame_id = WORLD
 
-    def __init__(self, *publishers: Any) -> None:
-        """Count those of the publishers."""
-        self._publishers, self.number = publishers, 0
-
-    def update(self) -> bool:
-        """Count anew; return whether there are more than before."""
-        before, self.number = self.number, sum(each.get_subscription_count() for each in self._publishers)
-        return self.number > before
+    def publish(self, stamp: int, plant: Plant) -> None:
+        """See `StatePublisher`."""
+        if not self._subscribers:
+            return
+        message, state = self._message, base_state(plant.scene, plant.t)
+        messages.set_stamp(message.header.stamp, stamp)
+        set_vector(message.pose.pose.position, state.position)
+        set_quaternion(message.pose.pose.orientation, quaternion_of(state.rotation))
+        set_vector(message.twist.twist.linear, state.velocity)
+        set_vector(message.twist.twist.angular, state.angular_velocity)
+        self._publisher.publish(message)
 
 
 def set_vector(vector: Vector3 | Point, values: Iterable[float]) -> None:

@@ -18,7 +18,7 @@ from crane_sim.ros.common import messages
 from crane_sim.ros.common.sender_subscription import full_name, publishers
 from crane_sim.ros.common.serialization import EFFORT, STATE, JointStateCodec
 from crane_sim.ros.common.timing import DurationHistogram
-from crane_sim.ros.plant.state_publisher import SubscriberCount, set_quaternion, set_vector
+from crane_sim.ros.plant.state_publisher import set_quaternion, set_vector
 
 _SLICE = Duration(nanoseconds=20_000_000)  # of a wait, in which signals are not handled
 
@@ -63,7 +63,7 @@ class PlantTopics:
         self._clock_message, self._payload = Clock(), PoseStamped()
         self._payload.header.frame_id = "world"
         self.clock_subscribed = self.effort_subscribed = self.payload_subscribed = self.truth_subscribed = False
-        self._state_subscribers = SubscriberCount(self._states)
+        self._state_subscribers = 0
         self.publishing = DurationHistogram()
 
     def _on_incompatible(self, notify: Callable[[str], object], event: Any) -> None:
@@ -132,7 +132,8 @@ class PlantTopics:
         self.effort_subscribed = self._efforts.get_subscription_count() > 0
         self.payload_subscribed = self._pose.get_subscription_count() > 0
         self.truth_subscribed = self._truth is not None and self._truth.get_subscription_count() > 0
-        return self._state_subscribers.update()
+        before, self._state_subscribers = self._state_subscribers, self._states.get_subscription_count()
+        return self._state_subscribers > before
 
     def missing(self, state_subscribers: int, effort_subscribers: int) -> str:
         """Return one line on the subscribers still missing, empty when all are matched."""

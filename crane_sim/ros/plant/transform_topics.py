@@ -15,9 +15,9 @@ from rclpy.node import Node
 from crane_sim.description import urdf
 from crane_sim.description.transforms import WORLD, Transform, TransformTree, base_transform
 from crane_sim.ros.common import messages
+from crane_sim.ros.common.choices import TransformScope
 from crane_sim.ros.common.transform_messages import DYNAMIC, STATIC, TFMessage
-from crane_sim.ros.common.transform_scope import TransformScope
-from crane_sim.ros.plant.state_publisher import SubscriberCount, set_quaternion, set_vector
+from crane_sim.ros.plant.state_publisher import StatePublisher, set_quaternion, set_vector
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.base_state import base_state
 from crane_sim.simulation.plant import Plant
@@ -30,28 +30,23 @@ def missing_package(scope: str) -> str:
     return messages.describe_missing("tf2_msgs")
 
 
-class TransformTopics:
+class TransformTopics(StatePublisher):
     """Publisher of the transforms of a crane, `tf_rate` times per second of the scene."""
 
     def __init__(self, node: Node, scene: Scene, settings: SimpleNamespace) -> None:
         """Create the publishers, and publish what never changes, latched; tf2_msgs is there."""
+        super().__init__(node.create_publisher(TFMessage, "/tf", DYNAMIC))
         self._tree = TransformTree(urdf(scene), scene.joint_names)
         self._all, self._prefix = settings.publish_tf == TransformScope.ALL, settings.frame_prefix
         self._moves = getattr(scene.model, "base", None) is not None
         self._every = max(1, round(1.0 / (settings.tf_rate * scene.period)))
-        self._publisher = node.create_publisher(TFMessage, "/tf", DYNAMIC)
         self._static = node.create_publisher(TFMessage, "/tf_static", STATIC)
-        self._subscribers = SubscriberCount(self._publisher)
         if self._all and self._tree.fixed:
             self._static.publish(self._message(0, self._tree.fixed))
 
-    def update_subscribers(self) -> bool:
-        """See `StatePublisher`."""
-        return self._subscribers.update()
-
     def publish(self, stamp: int, plant: Plant) -> None:
         """See `StatePublisher`; states in between are left out."""
-        if self._subscribers.number and plant.k % self._every == 0:
+        if self._subscribers and plant.k % self._every == 0:
             transforms = [base_transform(base_state(plant.scene, plant.t))] if self._moves else []
             transforms += self._tree.moving(plant.q) if self._all else []
             if transforms:

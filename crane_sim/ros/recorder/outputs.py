@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rclpy.node import Node
 
@@ -20,34 +20,6 @@ if TYPE_CHECKING:
     from crane_sim.recording.mcap.bag import Bag
     from crane_sim.recording.rerun.recorder import Recorder
     from crane_sim.scenes.scene import Scene
-
-
-class Output(Protocol):
-    """A file being written.
-
-    Attributes:
-        write_error: why it cannot be written any more, one line, or empty.
-        resets: number of resets of the plant that it has recorded.
-    """
-
-    write_error: str
-    resets: int
-
-    def idle(self) -> None:
-        """Write what is buffered, when that is due."""
-        ...
-
-    def save(self) -> None:
-        """Write all that is buffered."""
-        ...
-
-    def expect_messages(self) -> None:
-        """Count the silence of `has_all` from now on: until here it may have been this process that did not read."""
-        ...
-
-    def has_all(self, steps: int | None) -> bool:
-        """Return whether all messages of `steps` steps have come, or none has come for long."""
-        ...
 
 
 class ResumeState(NamedTuple):
@@ -76,7 +48,7 @@ class Outputs:
         self._node = node
         self._bag = bag = _open_bag(node, scene, settings, resume)
         self.recorder = _open_recorder(scene, settings, bag, resume)
-        self.files: list[Output] = [output for output in (bag, self.recorder) if output]
+        self.files: list[Bag | Recorder] = [output for output in (bag, self.recorder) if output]
         self._decoder = MessageDecoder(scene, self.recorder, source_of(node)) if self.recorder else None
         receivers = [bag, self._decoder]
         self.callbacks: list[dict[str, Callable[[bytes], None]]] = [each.callbacks() for each in receivers if each]
