@@ -11,13 +11,12 @@ from crane_sim.simulation import (
     energy_balance,
     flat_summary,
     metrics,
-    reeving,
     rollout,
     settling,
     totals,
 )
 
-MODULES = (batch_metrics, derived, energy_balance, flat_summary, metrics, reeving, rollout, settling, totals)
+MODULES = (batch_metrics, derived, energy_balance, flat_summary, metrics, rollout, settling, totals)
 """Modules of `crane_sim.simulation` that compute the metrics of a run."""
 
 
