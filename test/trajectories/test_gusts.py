@@ -149,7 +149,6 @@ def test_no_step_size_changes_the_wind() -> None:
         run = crane_sim.simulate(scene_of(GUSTS, integrator={"method": "rk4", "step": h}))
         assert all(map(np.array_equal, nodes_of(run.scene), nodes_of(exact.scene)))
         errors.append(float(np.max(np.abs(run.q[-1] - exact.q[-1]))))
-    print(errors)
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     assert np.all(orders > 3.5) and errors[-1] < 1e-10  # of steps of 1 / 400 of the cut-off's cycle
 
