@@ -91,8 +91,7 @@ def slips(amplitude: float, trolley: float, capacity: float | None) -> bool:
     return hardware.state.drives[0].anchor != began
 
 
-@pytest.mark.parametrize("degrees", [20.0, 45.0, 80.0])
-@pytest.mark.parametrize("trolley", [1.0, 20.0])
+@pytest.mark.parametrize(("degrees", "trolley"), [(20.0, 1.0), (45.0, 20.0), (80.0, 1.0)])
 def test_what_holds_a_trolley_below_a_swing(degrees: float, trolley: float) -> None:
     """A brake holds a trolley, light or heavy, with the payload's largest pull across, and slips with 3 % less."""
     angle = np.radians(degrees)
