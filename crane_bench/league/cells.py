@@ -11,13 +11,16 @@ from crane_bench.league.cases import GROUPS, SEEDS, Entrant, Group, Trial
 from crane_bench.league.scenes import trial_scene
 from crane_sim.files.errors import SceneError
 from crane_sim.laws import LawError
+from crane_sim.numerics.jit import LIGHT, entry_point, optimisation
 from crane_sim.scenes.scene import load_scene
-from crane_sim.simulation.derived import tip_accelerations
-from crane_sim.simulation.goals import express_in_base, path_positions, target_position
+from crane_sim.simulation.derived import tip_acceleration
+from crane_sim.simulation.goals import express_in_base, target_position
 from crane_sim.simulation.plant import SimulationError
 from crane_sim.simulation.rollout import Rollout, simulate
 from crane_sim.simulation.settling import nearness, settling_times
 from crane_sim.study.workers import WorkerProcesses
+from crane_sim.system import efforts_from_row
+from crane_sim.trajectories.trajectory import sample_trajectory
 
 LEVEL = 90.0  # deg: a larger swing is not under control
 
@@ -85,13 +88,22 @@ def reason_of(error: SceneError, entrant: Entrant) -> str:
     return reason.replace(f"law {entrant.law!r}", f"law {entrant.name!r}")
 
 
+@entry_point
+@optimisation(LIGHT)
+def tip_accelerations(p, t, q, v, u, out):
+    """Write `tip_acceleration` at times t (K,), joints q, v (K, nq) and efforts u (K, nu) into `out` (K,)."""
+    for i in range(len(q)):
+        out[i] = tip_acceleration(p, t[i], q[i], v[i], efforts_from_row(p, u[i]))
+
+
 def compute_metrics(run: Rollout, on_path: bool) -> CellMetrics:
     """Return the metrics of a run, whose payload should be on the scene's path, or else at the target."""
     scene, model = run.scene, run.scene.model
-    goal = path_positions(scene, run.t) if on_path else target_position(scene)
+    path = scene.trajectory
+    goal = sample_trajectory(path, run.t)[:, 0] if on_path and path is not None else target_position(scene)
     error = np.linalg.norm(express_in_base(model, run.t, run.payload)[:, : goal.shape[1]] - goal, axis=1)
     distance = float(np.linalg.norm(goal[-1] - goal[0])) if on_path else error[0]
-    start = scene.trajectory.starts[-1] if on_path and scene.trajectory is not None else 0.0
+    start = path.starts[-1] if on_path and path is not None else 0.0
     near = nearness(np.zeros(1), np.array([distance]))
     outside = np.array([np.max(run.t[~(error <= near)], initial=-np.inf)])
     # with period 0 the last instant outside, not the one after it

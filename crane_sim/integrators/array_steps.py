@@ -5,7 +5,7 @@ import numpy as np
 from crane_sim.integrators.events import StepEnds, handle_events, may_switch
 from crane_sim.integrators.integration import status_of, with_step
 from crane_sim.integrators.leapfrog import Leapfrog
-from crane_sim.integrators.status import OK, TOO_MANY_STEPS
+from crane_sim.integrators.status import NOT_FINITE, OK, TOO_MANY_STEPS
 from crane_sim.integrators.step_control import adaptive_step, advance, controls_error, equal_step, max_steps
 from crane_sim.numerics.jit import routine
 from crane_sim.system import project_in_place, switching
@@ -47,10 +47,9 @@ def step_into(method, scratch, p, t, x, u, h, end, out):
         return t, h, n, rejected, status
     size, after = equal_step(method.step, t, end)
     if isinstance(method, Leapfrog):  # the size of the step before tells whether there is one
-        n = method.continue_step(p, t, x, u, size, scratch, h == 0.0, out)
-        size = 0.0 if after == end else size
-    else:
-        _, n = method.take_step(p, t, x, u, size, scratch, out)
+        n, overflows = method.continue_step(p, t, x, u, size, scratch, h == 0.0, out)
+        return after, 0.0 if after == end else size, n, 0, OK if overflows == 0 else NOT_FINITE
+    _, n = method.take_step(p, t, x, u, size, scratch, out)
     project_in_place(p, out)
     return after, size, n, 0, status_of(out)
 

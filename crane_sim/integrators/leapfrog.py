@@ -8,11 +8,12 @@ depend on velocities see them extrapolated, with an error of order h². Hairer, 
 Integration", 2nd ed., I.1.4.
 """
 
+from math import inf
 from typing import NamedTuple
 
 from crane_sim.files.types import Positive
 from crane_sim.integrators.integration import MAX_STAGES
-from crane_sim.numerics.jit import routine, use_wide_vectors
+from crane_sim.numerics.jit import routine, simd_range, use_wide_vectors
 from crane_sim.numerics.rows import elementwise
 from crane_sim.system import position_count, rhs_into
 
@@ -37,16 +38,25 @@ class Leapfrog(NamedTuple):
     def continue_step(self, p, t, x, u, h, scratch, begins, out):
         """Fill `out` with the state one step after (t, x) by the derivative that the step before has left.
 
-        There is none where a period begins: inputs may jump. Returns: the number of evaluations.
+        There is none where a period begins: inputs may jump.
+
+        Returns:
+            (number of evaluations, how many numbers of the state, squared, are not finite)
         """
-        leap(p, t, x, u, h, scratch, scratch.rows[CARRIED], begins, out)
-        return 2 if begins else 1
+        overflows = leap(p, t, x, u, h, scratch, scratch.rows[CARRIED], begins, out)
+        return 2 if begins else 1, overflows
 
 
-@elementwise
-def kick(x, rate, h):
-    """Fill x after a time h."""
-    return (x + h * rate,)
+def kick(n, out, x, rate, h):
+    """Fill the first n of `out` with x after a time h; return how many of them, squared, are not finite.
+
+    They are counted while they are at hand: what reads them again waits until they are stored.
+    """
+    overflows = 0
+    for i in simd_range(n):
+        out[i] = x[i] + h * rate[i]
+        overflows += 0 if out[i] * out[i] < inf else 1
+    return overflows
 
 
 @elementwise
@@ -58,7 +68,7 @@ def kick_twice(x, rate, h):
 
 @routine
 def leap(p, t, x, u, h, scratch, rate, first, out):
-    """Write the state one step after (t, x) into `out`, and the derivative there into `rate`.
+    """Write the state one step after (t, x) into `out`, and the derivative there into `rate`; return its overflows.
 
     Args:
         p, t, x, u, h, scratch, out: as of `take_step`.
@@ -71,6 +81,6 @@ def leap(p, t, x, u, h, scratch, rate, first, out):
     use_wide_vectors()
     others = len(x) - n  # velocities and what is behind them
     kick_twice(others, (middle[n:], out[n:]), (x[n:], rate[n:], half))
-    kick(n, (out,), (x, middle[n:], h))
+    overflows = kick(n, out, x, middle[n:], h)
     rhs_into(p, t + h, out, u, rate, scratch.work)
-    kick(others, (out[n:],), (middle[n:], rate[n:], half))
+    return overflows + kick(others, out[n:], middle[n:], rate[n:], half)

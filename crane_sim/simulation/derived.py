@@ -1,7 +1,7 @@
 """Quantities that follow from the joint coordinates of a run's instants: positions, energies, tensions."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,6 @@ from crane_sim.models.moving_base import pose_at, rotate_to_base
 from crane_sim.numerics.jit import LIGHT, NONE, entry_point, optimisation, seldom_called
 from crane_sim.numerics.lanes import take_entry
 from crane_sim.scenes.scene import Scene
-from crane_sim.simulation.reeving import fall_tensions
 
 Array = npt.NDArray[np.float64]
 
@@ -36,14 +35,6 @@ def tip_acceleration(p, t, q, v, u):
         second = (points[0, tip, j] - 2.0 * points[1, tip, j] + points[2, tip, j]) / (DIFFERENCE_STEP * DIFFERENCE_STEP)
         squared_norm += second * second
     return np.sqrt(squared_norm)
-
-
-@entry_point
-@optimisation(LIGHT)
-def tip_accelerations(p, t, q, v, u, out):
-    """Write `tip_acceleration` at times t (K,), joints q, v (K, nq) and efforts u (K, nu) into `out` (K,)."""
-    for i in range(len(q)):
-        out[i] = tip_acceleration(p, t[i], q[i], v[i], system.efforts_from_row(p, u[i]))
 
 
 def to_base(base, t, point):
@@ -89,7 +80,7 @@ class Derived(NamedTuple):
     potential_relative: Array  # (K,) J, as if the base were level at height 0
     tensions: Array  # (K, L) N, of the links from the top to the payload
     swing: Array  # (K,) rad, angle of the rope from the vertical
-    falls: Array  # (K, n + 2), of a rope with n falls, see `crane_sim.simulation.reeving`; (K, 0) without one
+    falls: Array  # (K, n + 2), of a rope with n falls, see `fall_tensions`; (K, 0) without one
 
     @property
     def energy(self) -> Array:
@@ -105,6 +96,29 @@ class Derived(NamedTuple):
     def tension(self) -> Array:
         """Tension of the uppermost link (K,) [N]."""
         return self.tensions[:, 0]
+
+
+@entry_point
+@optimisation(NONE)
+def fill_falls(p, t, q, v, u, out):
+    """Fill `out` (K, n + 2) as `system.fall_tensions` does, at times t (K,) and joints q, v (K, nq), efforts u."""
+    for i in range(len(q)):
+        x = system.state(p, t[i], q[i], v[i])
+        system.fall_tensions(p, t[i], x, system.efforts_from_row(p, u[i]), out, i)
+
+
+def fall_tensions(model: Any, t: Array, q: Array, v: Array, u: Array) -> Array:
+    """Return (K, n + 2) of a rope with n falls: lead line, falls [N] and the drum's torque [N m]; (K, 0) without one.
+
+    Args:
+        model: the crane.
+        t, q, v, u: times (K,), positions and velocities of the joints (K, nq), efforts applied (K, nu).
+    """
+    falls = system.fall_count(model)
+    out = np.empty((len(t), falls + 2 if falls else 0))
+    if falls:
+        fill_falls(model, *(np.ascontiguousarray(part, dtype=np.float64) for part in (t, q, v, u)), out)
+    return out
 
 
 @entry_point

@@ -9,7 +9,6 @@ from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.schema.flexibility import DEFLECTION
 from crane_sim.simulation.derived import in_base, world_points
 from crane_sim.simulation.linearisation import equilibrium, hanging_positions, without_dry_friction
-from crane_sim.trajectories.trajectory import sample_trajectory
 
 Array = npt.NDArray[np.float64]
 
@@ -17,12 +16,6 @@ Array = npt.NDArray[np.float64]
 def follows_path(scene: Scene) -> bool:
     """Return whether the scene has a path of the payload."""
     return scene.trajectory is not None and not scene.trajectory.of_joints
-
-
-def path_positions(scene: Scene, t: Array) -> Array:
-    """Return the path of the payload (K, n) [m] at times t (K,), in the axes of the base."""
-    assert scene.trajectory is not None, "the caller has a scene with a path"
-    return sample_trajectory(scene.trajectory, np.ascontiguousarray(t))[:, 0]
 
 
 def target_position(scene: Scene) -> Array:

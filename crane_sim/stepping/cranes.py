@@ -11,8 +11,8 @@ from crane_sim import system
 from crane_sim.integrators import OK
 from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.lanes import put_entry, take_entry
-from crane_sim.stepping.hardware_periods import hardware_period
-from crane_sim.stepping.periods import hold_period
+from crane_sim.stepping.hardware_periods import hardware_period, laden, read_measurements
+from crane_sim.stepping.periods import Output, hold_period
 
 
 class Cranes(NamedTuple):
@@ -42,9 +42,10 @@ def advance_crane(crane, command, k, period, rows, i):
     if hardware is None:
         integration, q, v, _ = hold_period(method, model, command, integration, (k + 1) * period, rows, i)
         return integration, (q, v), (q, v)
-    step_args = (None, command, integration, k, k + 1, period, rows, i)
-    integration, joints, measured, _ = hardware_period(method, model, hardware, *step_args)
-    return integration, joints, measured
+    out = Output(k + 1, rows, None, None, rows[0, :0], rows[:0])
+    args = (None, command, integration, k, period, out, i, 0)
+    integration, _, x, _ = hardware_period(method, model, hardware, *args)
+    return integration, system.joints(laden(model, hardware), x), read_measurements(model, hardware, x)
 
 
 @entry_point

@@ -35,6 +35,7 @@ from crane_sim.integrators import (
 )
 from crane_sim.numerics.jit import NONE, entry_point, optimisation, routine
 from crane_sim.stepping.periods import (
+    Output,
     as_floats,
     finish,
     integrate_period,
@@ -216,42 +217,44 @@ def hardware_step(run, hardware, inputs, command, k):
     Returns:
         (whether the period's end was reached, (q, v), measured (q, v), effort applied), q and v tuples
     """
-    method, p, steps, period, rows = run.method, run.p, run.steps, run.period, run.rows
-    step_args = (inputs, command, run.integration.load(k), k, steps, period, rows, k % len(rows))
-    integration, (q, v), (measured_q, measured_v), applied = hardware_period(method, p, hardware, *step_args)
+    p, period, rows, like = run.p, run.period, run.rows, run.like
+    integration, out = run.integration.load(k), Output(run.steps, rows, None, None, rows[0, :0], rows[:0])
+    args = (inputs, command, integration, k, period, out, k % len(rows), 0)
+    integration, _, x, applied = hardware_period(run.method, p, hardware, *args)
     run.integration.store(k + 1, integration)
-    joints = as_floats(run.like, q), as_floats(run.like, v)
-    measured = as_floats(run.like, measured_q), as_floats(run.like, measured_v)
-    return reaches(integration, (k + 1) * period), joints, measured, applied
+    (q, v), (measured_q, measured_v) = system.joints(laden(p, hardware), x), read_measurements(p, hardware, x)
+    measured = as_floats(like, measured_q), as_floats(like, measured_v)
+    return reaches(integration, (k + 1) * period), (as_floats(like, q), as_floats(like, v)), measured, applied
 
 
-def hardware_period(method, p, hardware, inputs, command, integration, k, steps, period, rows, i):
-    """Write row i, then integrate over period k of `steps`.
+def hardware_period(method, p, hardware, inputs, command, integration, k, period, out, row, i):
+    """Write a row of `out`, then integrate over period k, and write the samples in it.
 
     Args:
-        method, p, hardware, integration, k, steps, period: as in `hardware_rollout`.
+        method, p, hardware, integration, k, period: as in `hardware_rollout`.
         inputs: open-loop source of demands; None where `command` is held.
         command: (nu,), at the start of the period.
-        rows, i: array whose row i is written.
+        out: `Output`; what the end of the run shows is left out where `out.end` is None.
+        row: which row is written.
+        i: index of the first sample not yet written.
 
     Returns:
-        (integration, (q, v), measured (q, v), effort applied at the start of the period)
+        (integration, index of the next sample, state at the period's end, effort applied at its start)
     """
     u, end = Drives(k * period, hardware.drives, hardware.servos, inputs), (k + 1) * period
     integration, x = begin_period(method, p, hardware, u, integration, k, period, command)
     crane = laden(p, hardware)
     applied = system.effort(u, crane, k * period, x)
-    write(rows, i, crane, k * period, x, u)
-    latest = latest_end(method, u, k, steps, period)
-    while integration.status == OK and integration.t < end:
-        break_time = next_breakpoint(u, integration.t, end)
-        last = latest if break_time == end else break_time
-        integration = integrate_source_to(u, method, crane, integration, break_time, last)
+    write(out.rows, row, crane, k * period, x, u)
+    latest = latest_end(method, u, k, out.steps, period)
+    integration, i = integrate_period_with_drives(method, crane, u, integration, end, latest, out, i)
     x = integration.x
     if reaches(integration, end):
+        if out.end is not None and k == out.steps - 1:
+            finish(method, crane, u, integration, end, out, i)
         x = state_at(inputs, method, crane, u, integration, end)
         end_period(crane, hardware, u, x, k, period)
-    return integration, system.joints(crane, x), read_measurements(crane, hardware, x), applied
+    return integration, i, x, applied
 
 
 @entry_point
@@ -268,24 +271,15 @@ def hardware_rollout(method, p, law, hardware, inputs, integration, period, out,
     Returns:
         (last integration, number of periods integrated)
     """
-    steps, totals = out.steps, hardware.totals[0]
-    i = 0
-    x = integration.x
-    sample_sensors(p, hardware, x, i, period)
-    for k in range(steps):
+    totals, i, x = hardware.totals[0], 0, integration.x
+    sample_sensors(p, hardware, x, 0, period)
+    for k in range(out.steps):
         q, v = read_measurements(p, hardware, x)
         command = system.command(law, k * period, q, v)
         out.commands[k] = command
-        u, end = Drives(k * period, hardware.drives, hardware.servos, inputs), (k + 1) * period
-        integration, x = begin_period(method, p, hardware, u, integration, k, period, command)
-        loads[k, 0], loads[k, 1], crane = totals.payload_mass, totals.payload_energy, laden(p, hardware)
-        write(out.rows, k, crane, k * period, x, u)
-        latest = latest_end(method, u, k, steps, period)
-        integration, i = integrate_period_with_drives(method, crane, u, integration, end, latest, out, i)
-        if integration.status != OK and integration.t < end:
+        args = (inputs, command, integration, k, period, out, k, i)
+        integration, i, x, _ = hardware_period(method, p, hardware, *args)
+        loads[k, 0], loads[k, 1] = totals.payload_mass, totals.payload_energy
+        if not reaches(integration, (k + 1) * period):
             return integration, k
-        if k == steps - 1:
-            finish(method, crane, u, integration, end, out, i)
-        x = state_at(inputs, method, crane, u, integration, end)
-        end_period(crane, hardware, u, x, k, period)
-    return integration, steps
+    return integration, out.steps

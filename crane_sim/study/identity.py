@@ -16,14 +16,13 @@ from crane_sim.simulation import (
     energy_balance,
     flat_summary,
     metrics,
-    reeving,
     rollout,
     settling,
     totals,
 )
 from crane_sim.study.schema import Study, Values, scene_document
 
-MODULES = (batch_metrics, derived, energy_balance, flat_summary, metrics, reeving, rollout, settling, totals)
+MODULES = (batch_metrics, derived, energy_balance, flat_summary, metrics, rollout, settling, totals)
 """Modules of `crane_sim.simulation` that compute the metrics of a run."""
 
 

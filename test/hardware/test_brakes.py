@@ -49,30 +49,6 @@ def test_brakes_hold_the_posture_that_a_run_began_in() -> None:
         np.testing.assert_array_equal(fitted[0][name], fitted[1][name])
 
 
-@pytest.mark.slow
-def test_a_boom_stays_and_a_payload_swings() -> None:
-    """Under brakes a slewing crane comes to rest, its boom and load stay where they are, and the payload swings on."""
-    scene = load_scene("knuckle_setpoint", {"integrator": {"method": "rk4", "step": 0.002}})
-    law: Any = scene.law
-    plant = Plant(scene)
-    for _ in range(200):
-        plant.advance(law(plant.t, plant.q, plant.v))
-    began = plant.q
-    assert not plant.at_rest and plant.v[0] > 0.1
-    brake(plant, 100)
-    assert plant.at_rest
-    rested, swings = plant.q, []
-    brake(plant, 2000)
-    for _ in range(300):
-        plant.advance((0.0,) * 4)
-        swings.append(plant.q[4])
-        # boom, jib and slew bend their springs by loads over stiffness, some 1e-5 rad; free, the boom falls 50 degrees
-        assert np.max(np.abs(np.subtract(plant.q[:4], rested[:4]))) < 3e-4
-    assert np.ptp(swings) > 0.1 and rested[0] > began[0] + 0.002
-    assert plant.summary()["energy_audit_error"] < 1e-5  # of steps of 2 ms, with springs of some 300 rad/s
-    assert plant.summary()["braked_time"] == pytest.approx(24.0)
-
-
 def test_a_brake_slips_at_its_capacity() -> None:
     """A brake that slips acts with its capacity: a trolley stops within the distance m v² / (2 F)."""
     light = {"payload": {"mass": 1e-6}, "initial": {"v": 1.0}, "brake": {"capacity": [5.0], "frequency": 200.0}}
@@ -115,8 +91,7 @@ def slips(amplitude: float, trolley: float, capacity: float | None) -> bool:
     return hardware.state.drives[0].anchor != began
 
 
-@pytest.mark.parametrize("degrees", [20.0, 45.0, 80.0])
-@pytest.mark.parametrize("trolley", [1.0, 20.0])
+@pytest.mark.parametrize(("degrees", "trolley"), [(20.0, 1.0), (45.0, 20.0), (80.0, 1.0)])
 def test_what_holds_a_trolley_below_a_swing(degrees: float, trolley: float) -> None:
     """A brake holds a trolley, light or heavy, with the payload's largest pull across, and slips with 3 % less."""
     angle = np.radians(degrees)

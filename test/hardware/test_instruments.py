@@ -206,12 +206,6 @@ def test_what_no_instrument_can_be_is_refused(group: dict[str, Any], line: str) 
     assert "\n" not in str(error.value)
 
 
-def test_times_between_periods_are_noted() -> None:
-    """A delay that is no whole number of periods is rounded, and the summary says so."""
-    scene = ship(imu={"delay": 0.0123})
-    assert any(line.startswith("imu.delay: 0.0123 s is taken as") for line in scene.notes["rounded"])
-
-
 def test_instruments_change_no_state() -> None:
     """A run with instruments has the bits of one without, and a law's nominal crane has none."""
     with_them, without = ship(imu=ERRORS, camera={"noise": 0.1}), ship()

@@ -28,7 +28,7 @@ def reference_by_quadrature(
     return ReferenceMotion(x, v, a)
 
 
-@pytest.mark.parametrize("s", [0.2, 1.0, 2.5, 6.0])
+@pytest.mark.parametrize("s", [0.2, 2.5])
 @pytest.mark.parametrize(
     ("v", "a", "command"), [(0.0, 0.0, 0.8), (0.5, -0.1, 0.3), (-0.4, 0.15, 0.6), (0.6, 0.1, -0.5)]
 )

@@ -103,13 +103,6 @@ def test_coefficients_satisfy_all_order_conditions(order: int) -> None:
     assert max(residuals[1]) < 1e-13 if order < 5 else max(residuals[1]) > 1e-3
 
 
-def test_rows_sum_to_nodes_and_gamma_sums() -> None:
-    """The nodes are the row sums of alpha; the weights of the derivative in time are those of gamma."""
-    alpha, gamma = rosenbrock_form()
-    assert np.allclose(alpha.sum(axis=1), rodas.NODES, rtol=0, atol=1e-13)
-    assert np.allclose(gamma.sum(axis=1), rodas.GAMMA_SUMS, rtol=0, atol=1e-13)
-
-
 def test_measured_order() -> None:
     """Halving the step of a nonlinear problem that depends on time divides the error by 2 to the fifth."""
     p = Pendulum(0.7, 1.5)

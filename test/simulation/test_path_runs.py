@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from metric_rows import metrics_of
 from process_helpers import next_line, started_program
 from scipy.spatial.transform import Rotation
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -14,11 +13,9 @@ from two_rate_messages import OneTopicNode
 
 import crane_sim
 from crane_sim import orchestration
-from crane_sim.laws import with_initial_state
 from crane_sim.ros.common.messages import reference_message
 from crane_sim.ros.controller.trajectory_input import TrajectoryInput
 from crane_sim.simulation.derived import in_base
-from crane_sim.simulation.plant import Plant
 from crane_sim.trajectories.base_motion import Base
 from crane_sim.trajectories.joint_trajectory import Point, Waypoints
 from crane_sim.trajectories.minimum_jerk import MinimumJerk
@@ -45,21 +42,6 @@ def test_metrics_are_their_definitions(run: crane_sim.Rollout) -> None:
     assert actual[3] == pytest.approx(expected[3], abs=1e-7)  # second difference over a millisecond
 
 
-def test_metrics_do_not_depend_on_blocks(run: crane_sim.Rollout) -> None:
-    """One block or many give the same bits."""
-    found = [metrics_of(SCENE, run.q, cuts) for cuts in ((), (1, 2, 700, 3000))]
-    assert found[0] == found[1]
-
-
-def test_stepping_gives_the_same_metrics(run: crane_sim.Rollout) -> None:
-    """A plant that is stepped with the law's efforts, as a node does, gives the metrics of the whole run."""
-    plant, law = Plant(SCENE), with_initial_state(SCENE.law)
-    for _ in range(SCENE.steps):
-        plant.advance(law(plant.t, plant.q, plant.v))
-    actual = plant.summary()
-    assert {name: actual[name] for name in TRACKING_METRICS} == {name: run.summary[name] for name in TRACKING_METRICS}
-
-
 def test_metrics_are_of_the_crane_with_its_payload_as_it_is() -> None:
     """Under a payload that is another one from the start, all metrics of a path are those of a scene with that one.
 
@@ -76,12 +58,6 @@ def test_metrics_are_of_the_crane_with_its_payload_as_it_is() -> None:
     )
     for name in TRACKING_METRICS:
         assert actual[name] == pytest.approx(expected[name], rel=1e-9)  # of the start: the change is a step of its own
-
-
-def test_a_scene_without_a_path_has_no_such_metrics() -> None:
-    """Nothing is measured where there is no path."""
-    scene = crane_sim.load_scene("pendulum_free", {"duration": 0.1})
-    assert scene.trajectory is None and not set(TRACKING_METRICS) & set(crane_sim.simulate(scene).summary)
 
 
 def test_errors_are_seen_from_the_base() -> None:

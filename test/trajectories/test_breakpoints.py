@@ -1,6 +1,5 @@
 """Functions of time that begin late or last short are not stepped over, however large the steps of a crane at rest."""
 
-from math import inf
 from typing import Any
 
 import numpy as np
@@ -8,7 +7,6 @@ import pytest
 
 from crane_sim import load_scene, simulate, simulate_batch
 from crane_sim.simulation.plant import Plant
-from crane_sim.trajectories.breakpoints import PiecewiseSource, next_breakpoint, with_breakpoints
 
 TROLLEY, PAYLOAD, ROPE = 50.0, 100.0, 5.0  # kg, kg, m
 PULSE = {"kind": "table", "times": [6.0, 6.02, 6.04], "values": [0.0, 5000.0, 0.0]}  # s, N
@@ -73,12 +71,3 @@ def test_plant_and_batch_take_the_same_steps() -> None:
     assert np.array_equal(plant.q, run.q[-1]) and np.array_equal(plant.v, run.v[-1])
     batch = simulate_batch(document, {"trolley.motion.start": [6.0, 6.1]})
     assert np.array_equal(batch.q[0], run.q[-1]) and batch.q[1, 0] == pytest.approx(0.1, abs=1e-9)
-
-
-def test_breakpoints_are_gathered_once_each() -> None:
-    """A source has those of its inputs and of the model in order; one without any after t = 0 stays as it is."""
-    source = load_scene(late_motion("dop853")).source
-    assert isinstance(source, PiecewiseSource) and source.breakpoints.tolist() == [6.0, 6.2]
-    assert [next_breakpoint(source, t) for t in (0.0, 6.0, 6.1, 6.2)] == [6.0, 6.2, 6.2, inf]
-    early = load_scene(late_motion("dop853", -5.0))
-    assert early.source == (0.0,) * len(early.actuated) and with_breakpoints((1.0,), early.model) == (1.0,)

@@ -44,15 +44,6 @@ def test_a_sampled_sea_has_the_spectrums_energy_where_the_spectrum_has_it(gamma:
     assert np.max(np.abs(below - (np.arange(n) + 0.5) / n)) < 1.5 / n  # half a share, half one drawn in it, the cut
 
 
-def test_a_seed_is_a_sea() -> None:
-    """The same seed gives the same waves; another one other frequencies and phases of the same energy."""
-    sea = Sea(2.0, 8.0, 3.3)
-    one, again, other = (sample_sea(sea, 50, seed) for seed in (1, 1, 2))
-    assert all(np.array_equal(a, b) for a, b in zip(one, again, strict=True))
-    assert not np.any(one.frequencies == other.frequencies) and not np.any(one.phases == other.phases)
-    assert np.array_equal(one.amplitudes, other.amplitudes)
-
-
 def test_a_sea_does_not_repeat() -> None:
     """No time up to an hour brings the sea back to how it began, as equal steps in frequency would."""
     waves = sample_sea(Sea(2.0, 8.0, 3.3), 60, 3)
