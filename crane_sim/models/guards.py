@@ -39,7 +39,8 @@ def decode(number):
 
 def friction_event(joint, mode):
     """Return the number of the event that a joint's friction has come to a mode."""
-    return encode(Guard.FRICTION, joint, FORWARDS if mode > 0.0 else BACKWARDS if mode < 0.0 else STICKS)
+    way = FORWARDS if mode > 0.0 else BACKWARDS
+    return encode(Guard.FRICTION, joint, STICKS if mode == 0.0 else way)
 
 
 def describe_friction(name: str, outcome: int) -> str:

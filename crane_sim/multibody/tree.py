@@ -288,7 +288,7 @@ def _turn_axes(joint: Joint, axes: Matrix, angle: Any) -> Matrix:
     i, j = (joint.axis + 1) % 3, (joint.axis + 2) % 3
     first = add(scale(c, axes[i]), scale(s, axes[j]))
     second = add(scale(c, axes[j]), scale(-s, axes[i]))
-    return tuple(first if k == i else second if k == j else axes[k] for k in range(3))  # type: ignore[return-value]
+    return replace_entry(replace_entry(axes, i, first), j, second)
 
 
 def _turn(link: Link, axes: Matrix, axis: Vector, v: Any) -> Link:

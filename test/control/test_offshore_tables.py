@@ -1,11 +1,8 @@
 """The offshore paper's tables, and the law that does better, in whole runs."""
 
-from pathlib import Path
-
 import pytest
 
-from crane_bench.reproduce import observer, offshore
-from crane_bench.reproduce.page import save_pages
+from crane_bench.reproduce import offshore
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import simulate
 
@@ -61,16 +58,6 @@ def test_what_the_tables_rest_on() -> None:
 
 
 @pytest.mark.long
-def test_a_page_with_its_figure_is_written(tmp_path: Path) -> None:
-    """The page says plainly that something is not reproduced, has a line for each row, and a picture."""
-    rows = list(offshore.sentences())
-    save_pages({"offshore": rows}, str(tmp_path))
-    page = (tmp_path / "offshore.md").read_text()
-    assert "**Not reproduced**" in page and "(offshore.png)" in page and page.count("\n| ") == len(rows) + 1
-    assert (tmp_path / "offshore.png").read_bytes().startswith(b"\x89PNG")
-
-
-@pytest.mark.long
 def test_the_harmonic_observer_beats_learning_at_resonance() -> None:
     """Its error is a twentieth of the adaptive law's, and its tip is accelerated no harder."""
     learnt, observed = (simulate("offshore_resonant", law).summary for law in (None, "harmonic"))
@@ -84,13 +71,3 @@ def test_the_harmonic_law_finds_out_how_long_the_rope_is(part: float) -> None:
     changes = {"rope.length": part * 1.255, "control.nominal": {"rope": {"length": 1.255}}, "duration": 40.0}
     actual = simulate(load_scene("offshore_obstacle", changes | {"control.law": "harmonic"}))
     assert actual.summary["tracking_peak"] < 1e-3
-
-
-@pytest.mark.long
-def test_held_out_disturbances_are_compared_run_by_run() -> None:
-    """A row of one seed is what the three runs of its scene give, and a law that fails has no ratio."""
-    sway = observer.disturbances(300)["sine, 0.85 .. 1.2 of it"]
-    row = observer.compare("sine, 0.85 .. 1.2 of it", "every state", (300,))
-    actual = simulate(load_scene("offshore_resonant", {"base_motion": sway, "control.law": "harmonic"})).summary
-    assert row.harmonic == actual["tracking_mse"] and row.failed == 0
-    assert row.times_less == row.least == row.adaptive / row.harmonic

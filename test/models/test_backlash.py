@@ -43,8 +43,6 @@ CASES = {  # (lead of the drive over its joint, its relative velocity, mode): in
     "backwards": (-0.02, 0.05, -1.0),
     "leaving": (0.016, -5.0, 2.0),  # compressed, but faster away than the shaft relaxes
 }
-
-
 Drives = tuple[tuple[Drive, ...], ...]
 """Drives with play of each coordinate."""
 

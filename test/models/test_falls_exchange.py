@@ -70,7 +70,7 @@ def state_of(p: FallsCrane, name: str, t: float) -> Any:
     return system.state(p, t, joints, rates)
 
 
-@pytest.mark.parametrize(("name", "sea"), [("tower", False), ("mobile", True)])
+@pytest.mark.parametrize(("name", "sea"), [("tower", False), ("bridge", True)])
 def test_accelerations_of_the_load_that_hangs_now(name: str, sea: bool) -> None:
     """With what was taken up, accelerations of the first load's point are those of the point masses of both bodies."""
     taken = [(m, plus(tuple(map(mpf, TAKEN_CENTRE.tolist())), r)) for m, r in body_points(TAKEN_MASS, TAKEN_INERTIA)]

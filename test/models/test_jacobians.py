@@ -18,7 +18,7 @@ from crane_sim.numerics.states import dimension
 SCENES = sorted(file.stem for file in (Path(__file__).parents[2] / "config" / "scenes").glob("*.yaml"))
 EACH_KIND = [
     *("knuckle_losses", "pendulum_sea", "overhead_energy", "overhead_spring", "overhead_long", "overhead_rods"),
-    *("overhead_elastic", "overhead_spatial", "port_sts_container", "tower_sway", "reeved_twelve_falls"),
+    *("overhead_elastic", "overhead_spatial", "port_sts_container", "tower_sway"),
 ]
 SHORT = ["overhead_energy", "port_sts_container"]
 COLUMNS = 3  # directions of eight that are compared

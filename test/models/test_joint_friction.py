@@ -79,14 +79,10 @@ MOBILE: dict[str, Any] = {
     "inputs": sines(WAVES),
     "integrator": ACCURATE,
 }
-
-
 BRISTLES: Rubbing = {
     "trolley": {"coulomb": 60.0, "static": 90.0, "stribeck": 0.05, "stiffness": 4e4, "damping": 300.0},
     "bridge": {"coulomb": 90.0, "static": 120.0, "stribeck": 0.1, "stiffness": 9e4, "damping": 900.0, "viscous": 30.0},
 }
-
-
 SEA = {"roll": {"amplitude": 0.1, "frequency": 0.9, "phase": 1.0}, "heave": {"amplitude": 0.8, "frequency": 1.1}}
 MOVES = {"initial": {"q": [0.2, 0.6, 7.0, ROPE, 0.1, 0.2], "v": [0.3, 0.0, -0.2, 0.0, 0.4, -0.3]}}
 DRAGS = {name: group | {"stribeck": 0.1, "stiffness": 900.0, "damping": 30.0} for name, group in DRY.items()}

@@ -16,8 +16,6 @@ from crane_sim.numerics.states import add_scaled
 from crane_sim.simulation.derived import derive
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "data" / "knuckle.json").read_text())
-
-
 GROUPS: dict[str, dict[str, Any]] = {
     "plain": {},
     "turning rods": {"boom.axial_inertia": 0.3, "jib.axial_inertia": 0.1},
@@ -34,8 +32,6 @@ GROUPS: dict[str, dict[str, Any]] = {
     "linear friction": {"swing_friction": {"model": "linear", "tangential": 0.3, "radial": 0.2}},
     "paper friction": {"swing_friction": {"model": "paper", "tangential": 0.3, "radial": 0.2}},
 }
-
-
 EQUATIONS = 1e-12  # relative: two derivations in doubles differ by rounding times the condition of the 6x6 matrix, ~1e3
 
 

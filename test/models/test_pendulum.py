@@ -17,8 +17,6 @@ from crane_sim.files.errors import SceneError
 from crane_sim.trajectories.base_motion import AXES, SplineBase
 
 LENGTH, MASS, GRAVITY = 1.255, 4.0, 9.81
-
-
 SCENE: dict[str, Any] = {
     "crane": "pendulum",
     "duration": 5.0,
@@ -26,8 +24,6 @@ SCENE: dict[str, Any] = {
     "payload": {"mass": MASS},
     "integrator": {"method": "dop853", "rtol": 1e-12, "atol": 1e-12},
 }
-
-
 TIP = (1.35, -0.4, 0.7)
 
 

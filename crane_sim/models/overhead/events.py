@@ -118,14 +118,14 @@ def smallest_drive_guard(p, t, x, tau, tension, pull, length):
 def mode_of_stopped_drive(p, joint, mode, tau, tension, pull):
     """Return the new mode of trolley or hoist at rest, after the guard of its friction has failed in `mode`."""
     if joint == HOIST:
-        return mode_after_stop(p.hoist, mode, tau[-1] + tension)
-    return mode_after_stop(p.trolley, mode, tau[0] + pull)
+        return mode_after_stop(p.hoist, mode, tau, -1, tension)
+    return mode_after_stop(p.trolley, mode, tau, 0, pull)
 
 
-def mode_after_stop(drive, mode, effort):
+def mode_after_stop(drive, mode, tau, i, pull):
     """Return the mode of a trolley or a hoist at rest after its guard has failed in `mode`, see `breakaway_mode`."""
     friction = friction_of(drive)
-    return friction.breakaway_mode(mode, effort) if isinstance(friction, Friction) else 0.0
+    return friction.breakaway_mode(mode, tau[i] + pull) if isinstance(friction, Friction) else 0.0
 
 
 def drives_power(p, x, tau, tension, pull, rate):

@@ -129,7 +129,11 @@ def drive_guard(drive: Drive, state: DriveState, q: Any, v: Any) -> Any:
 
 def outcome_of(mode: Any) -> Any:
     """Return the outcome of an event after which a drive is in a mode."""
-    return RELAXES if abs(mode) == 2.0 else IN_PLAY if mode == 0.0 else FORWARDS if mode > 0.0 else BACKWARDS
+    if abs(mode) == 2.0:
+        return RELAXES
+    if mode == 0.0:
+        return IN_PLAY
+    return FORWARDS if mode > 0.0 else BACKWARDS
 
 
 def describe_drive(support: Any, number: int, outcome: int) -> str:
