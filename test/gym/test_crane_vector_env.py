@@ -80,28 +80,6 @@ def test_the_cranes_are_single_environments(kind: str, mode: str) -> None:
     assert all("the trolley reached its travel limit" in reason for reason in reasons)
 
 
-COMPILED = {
-    "states that are numbers": ("overhead_energy", {"duration": 0.06} | LIMITED),
-    "states that are arrays, sensors": (
-        "overhead_lqr_chain",
-        {"duration": 0.06, "sensors.all.noise": [0.01, 0.01], "trolley.limits": [-0.01, 0.01], "reference.q": [0.0]},
-    ),
-}
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("kind", COMPILED)
-def test_compiled_cranes_are_single_environments(kind: str) -> None:
-    """The same compiled, on two threads, with failures."""
-    name, changes = COMPILED[kind]
-    both = {"num_envs": N, "scene": load_scene(name, changes), "max_effort": 5e4}
-    ours = gymnasium.make_vec("crane_sim/Overhead-v0", threads=2, **both)
-    theirs = gymnasium.make_vec("crane_sim/Overhead-v0", vectorization_mode="sync", **both)
-    assert isinstance(ours, CraneVectorEnv) and isinstance(theirs, SyncVectorEnv)
-    assert step_both(ours, theirs, 3, 12)
-    ours.close()
-
-
 @pytest.mark.parametrize("crane", DEFAULT_SCENES)
 def test_spaces_are_those_of_one_crane(crane: str) -> None:
     """`make_vec` makes them by default, with the spaces and names of n single environments."""

@@ -141,8 +141,11 @@ def test_a_killed_study_goes_on(whole: studies.StudyResult, tmp_path: Path, kill
     for _ in range(kills):
         process = subprocess.Popen(command)
         time.sleep(float(rng.uniform(0.5, 3.0)))  # any instant will do: start, runs or the end
+        workers = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
         os.kill(process.pid, signal.SIGKILL)
         process.wait(10.0)
+        for pid in workers:
+            wait_exited(int(pid))
         now = {file.name: file.stat().st_mtime_ns for file in (folder / "rows").glob("0*")} if folder.exists() else {}
         assert kept.items() <= now.items() or (folder / "table.parquet").exists()
         kept = now
