@@ -183,6 +183,6 @@ def test_a_crane_of_another_kind_has_no_place_in_the_spaces() -> None:
     spring |= {"uncertain": {"cable.stiffness": {"distribution": "uniform", "low": 5e8, "high": 3e9}}}
     spring["trolley"] |= {"limits": [-50.0, 50.0]}
     environment = CraneVectorEnv(1, spring)
-    with pytest.raises(SceneError, match="a batch takes one kind of model, method and law; give the scene"):
+    with pytest.raises(SceneError, match="a batch takes one kind of model, method and law, path"):
         for seed in range(12):
             environment.reset(seed=seed)
