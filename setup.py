@@ -23,6 +23,7 @@ setup(
         "crane_bench": ["pages/*"],
         "crane_bench.documentation": ["signs.yaml"],
         "crane_bench.league": ["cases.yaml"],
+        "crane_bench.reproduce": ["offshore.yaml"],
         "crane_bench.speed": ["groups.yaml", "floor/*", "peers/*.cpp"],
         "crane_sim.report.assets": ["*.*"],
     },

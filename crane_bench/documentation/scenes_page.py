@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from crane_bench.documentation.drawing import Robot
-from crane_sim.description import urdf
+from crane_bench.documentation.drawing import polygons
 from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.files.output import write_text
 from crane_sim.models.falls.crane import FallsCrane
@@ -99,10 +98,9 @@ def draw(figure: Any, data: Any) -> None:
     scene, run = data
     figure.set_size_inches(9.0, 6.0)
     axes = figure.add_subplot(projection="3d", computed_zorder=False)
-    robot, corners = Robot(urdf(scene)), []
+    corners = list[np.ndarray]()
     for row, opacity in ((0, 0.25), (-1, 1.0)):
-        joints = dict(zip(scene.joint_names, run.q[row].tolist(), strict=True))
-        faces = robot.polygons(joints)
+        faces = polygons(scene, run.q[row].tolist())
         colours = [(*face.colour[:3], opacity * face.colour[3]) for face in faces]
         shapes = [face.corners for face in faces]
         axes.add_collection3d(Poly3DCollection(shapes, facecolors=colours, edgecolors=(0, 0, 0, 0.15 * opacity)))

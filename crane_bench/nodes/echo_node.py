@@ -1,4 +1,7 @@
-"""The node `echo`, the lower bound of a lockstep step: the plant's two messages exchanged without any simulation."""
+"""The node `echo`, the lower bound of a lockstep step: the plant's two messages exchanged without any simulation.
+
+Messages are serialized by `JointStateCodec`, as plant and controller do.
+"""
 
 import sys
 import time
@@ -18,7 +21,6 @@ PARAMETERS = {
     "scene": Option("knuckle_setpoint", "scene that gives joint names and period: a name of the catalogue or a path"),
     "role": Option("ping", "ping sends states, pong answers with commands", choices=("ping", "pong")),
     "steps": Option(1000, "exchanges", 1, 1_000_000_000),
-    "packed": Option(False, "serialize by JointStateCodec, as plant and controller do, not by the generated classes"),
 }
 
 
@@ -29,19 +31,12 @@ class Ping:
         """Use the names, message types, depths and period of the plant."""
         scene = load_scene(settings.scene)
         self._period, self._steps, self._k = scene.period_ns, settings.steps, 0
-        zeros = [0.0] * len(scene.joint_names)
-        self._state = JointState(name=list(scene.joint_names), position=zeros, velocity=zeros, effort=zeros)
         self._q, self._v, self._applied = scene.initial_q, scene.initial_v, (0.0,) * len(scene.joint_names)
-        self._encoder, self._decoder = (
-            JointStateCodec(scene.joint_names, STATE),
-            JointStateCodec(scene.actuated, EFFORT),
-        )
-        self._use_codec = settings.packed
-        callback: Any = self._on_serialized if settings.packed else self._on_command
+        self._encoder = JointStateCodec(scene.joint_names, STATE)
+        self._decoder = JointStateCodec(scene.actuated, EFFORT)
+        callback: Any = self._on_command  # of serialized messages
         self._states = node.create_publisher(JointState, "joint_states", messages.DEEP_STREAM_QOS)
-        self._commands = node.create_subscription(
-            JointState, "joint_commands", callback, messages.STREAM_QOS, raw=settings.packed
-        )
+        self._commands = node.create_subscription(JointState, "joint_commands", callback, messages.STREAM_QOS, raw=True)
 
     def missing(self) -> str:
         """Return one line on the peer still missing, empty when it is there."""
@@ -58,18 +53,10 @@ class Ping:
 
     def _send(self) -> None:
         self._k += 1
-        if self._use_codec:
-            self._states.publish(self._encoder.encode(self._k * self._period, self._q, self._v, self._applied))
-            return
-        messages.set_stamp(self._state.header.stamp, self._k * self._period)
-        self._states.publish(self._state)
+        self._states.publish(self._encoder.encode(self._k * self._period, self._q, self._v, self._applied))
 
-    def _on_serialized(self, data: bytes) -> None:
+    def _on_command(self, data: bytes) -> None:
         if self._decoder.decode(data).stamp == self._k * self._period:
-            self._send()
-
-    def _on_command(self, message: JointState) -> None:
-        if messages.nanoseconds(message.header.stamp) == self._k * self._period:
             self._send()
 
 
@@ -79,16 +66,13 @@ class Pong:
     def __init__(self, node: Node, settings: SimpleNamespace) -> None:
         """Use the names, message types and depths of the controller."""
         scene = load_scene(settings.scene)
-        self._command = JointState(name=list(scene.actuated), effort=[0.0] * len(scene.actuated))
         self._effort = (0.0,) * len(scene.actuated)
-        self._encoder, self._decoder = (
-            JointStateCodec(scene.actuated, EFFORT),
-            JointStateCodec(scene.joint_names, STATE),
-        )
-        callback: Any = self._on_serialized if settings.packed else self._on_state
+        self._encoder = JointStateCodec(scene.actuated, EFFORT)
+        self._decoder = JointStateCodec(scene.joint_names, STATE)
+        callback: Any = self._on_state  # of serialized messages
         self._commands = node.create_publisher(JointState, "joint_commands", messages.DEEP_STREAM_QOS)
         self._states = node.create_subscription(
-            JointState, "joint_states", callback, messages.DEEP_STREAM_QOS, raw=settings.packed
+            JointState, "joint_states", callback, messages.DEEP_STREAM_QOS, raw=True
         )
 
     def missing(self) -> str:
@@ -102,12 +86,8 @@ class Pong:
             host.spin()
         return {}
 
-    def _on_serialized(self, data: bytes) -> None:
+    def _on_state(self, data: bytes) -> None:
         self._commands.publish(self._encoder.encode(self._decoder.decode(data).stamp, self._effort))
-
-    def _on_state(self, message: JointState) -> None:
-        self._command.header.stamp = message.header.stamp
-        self._commands.publish(self._command)
 
 
 def serve(host: NodeHost, settings: SimpleNamespace) -> None:

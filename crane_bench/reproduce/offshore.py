@@ -5,18 +5,19 @@ random features or camera noise a number is the median over seeds, beside the ex
 """
 
 from collections.abc import Iterator
+from importlib.resources import files
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from crane_bench.tables import Shown
+from crane_sim.files.yaml_text import parse_yaml
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.derived import in_base
 from crane_sim.simulation.rollout import Rollout, simulate
 from crane_sim.trajectories.trajectory import sample_trajectory
 
 SEEDS = 30
-FEATURES, NOISE = "control.adaptation.seed", "control.vision.seed"
 
 
 class Printed(NamedTuple):
@@ -33,14 +34,6 @@ class Column(NamedTuple):
     mae: Printed  # m
 
 
-ANGULAR = Column(Printed(2.04e-3, 0.10), Printed(3.39e-2, 0.10))
-CARTESIAN = Column(Printed(1.35e-5, 0.10), Printed(3.20e-3, 0.20))
-NO_LEARNING = Column(Printed(1.14e-2, 0.10), Printed(9.47e-2, 0.05))
-LEARNING = Column(Printed(1.50e-3, 0.05), Printed(3.52e-2, 0.05))
-CAMERA_NO_LEARNING = Column(Printed(1.93e-2, 0.15), Printed(1.24e-1, 0.15))
-CAMERA_LEARNING = Column(Printed(3.66e-3, 0.15), Printed(5.16e-2, 0.15))
-
-
 class Experiment(NamedTuple):
     """A scene that should come to a column of a table."""
 
@@ -53,48 +46,16 @@ class Experiment(NamedTuple):
     seeded: tuple[str, ...] = ()  # keys of the scene that take the seed
 
 
-WITHOUT, WITH = "without learning", "with learning"
-WAYPOINTS = "waypoints fitted to this table"
-SWAY = "sway of 0.5 m/s2, that is 0.064 m; same servo"
-CAMERA = "stand-in: camera at 30 Hz, noise 2 mm, low-pass 5 Hz; sway of 0.625 m/s2; same servo"
-OBSTACLE, RESONANT, VISION = "offshore_obstacle", "offshore_resonant", "offshore_vision"
-LAWS = {name: {"control.law": name} for name in ("angular", "cartesian")}
-PAIRS = (
-    (
-        Experiment("Table 5", "angular", ANGULAR, f"{WAYPOINTS}; velocity fed forward", OBSTACLE, LAWS["angular"]),
-        Experiment("Table 5", "Cartesian", CARTESIAN, f"{WAYPOINTS}; servo of the suspension point 26 rad/s", OBSTACLE),
-    ),
-    (
-        Experiment("Table 7", WITHOUT, NO_LEARNING, SWAY, RESONANT, LAWS["cartesian"]),
-        Experiment("Table 7", WITH, LEARNING, f"{SWAY}; features of y", RESONANT, seeded=(FEATURES,)),
-    ),
-    (
-        Experiment("Table 9", WITHOUT, CAMERA_NO_LEARNING, CAMERA, VISION, {"control.adaptation.rate": 0.0}, (NOISE,)),
-        Experiment("Table 9", WITH, CAMERA_LEARNING, CAMERA, VISION, seeded=(NOISE, FEATURES)),
-    ),
-)
+def _experiment(column: dict[str, Any]) -> Experiment:
+    mse, mae = (Printed(*column["printed"][name]) for name in ("mse", "mae"))
+    return Experiment(**column | {"printed": Column(mse, mae), "seeded": tuple(column.get("seeded", ()))})
+
+
+_TABLES = parse_yaml(files("crane_bench.reproduce").joinpath("offshore.yaml").read_text(encoding="utf-8"))
+PAIRS = [[_experiment(column) for column in pair] for pair in _TABLES["pairs"]]
 """The columns of each table: the law before, and the paper's."""
-OTHERWISE = (
-    Experiment(
-        "Table 5, otherwise", "angular", ANGULAR, f"{WAYPOINTS}; velocity and acceleration fed forward",
-        OBSTACLE, LAWS["angular"] | {"control.acceleration": True},
-    ),
-    Experiment(
-        "Table 7, otherwise", WITHOUT, NO_LEARNING, "sway of 0.5 m, as printed",
-        RESONANT, LAWS["cartesian"] | {"base_motion.sway.amplitude": 0.5},
-    ),
-    Experiment(
-        "Table 7, otherwise", WITH, LEARNING, "one constant feature: an integral of the error",
-        RESONANT, {"control.adaptation": {"features": 1, "width": 1e9}},
-    ),
-    Experiment(
-        "Table 7, otherwise", WITH, LEARNING, "no learning, damping 0.7 instead of 0.2",
-        RESONANT, LAWS["cartesian"] | {"control.kd": 3.914},
-    ),
-)  # fmt: skip
+OTHERWISE = [_experiment(column) for column in _TABLES["otherwise"]]
 """The same columns, with other assumptions: the dependence of their numbers on them."""
-
-
 PEAKS = "Figs. 4, 5: peak acceleration of the tip, Cartesian / angular"
 LEARNT = "Figs. 11, 12: MSE along x, with / without learning"
 SEEN = "Figs. 14, 15: MSE along x, with / without learning"

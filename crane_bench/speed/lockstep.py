@@ -13,16 +13,15 @@ from crane_sim.orchestration.ros_environment import node_environment, reserve_do
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
 
-KINDS = ("echo", "packed echo", "lockstep", "lockstep, recorded")
+KINDS = ("echo", "lockstep", "lockstep, recorded")
 _ECHO_TIMEOUT = 120.0  # s of silence until an echo counts as failed
 
 
-def echo(scene: "Scene", packed: bool = False) -> float:
+def echo(scene: "Scene") -> float:
     """Return the steps per second of a bare echo that exchanges as many messages as a run of `scene`.
 
     Args:
         scene: gives joint names, period and number of steps.
-        packed: pack and unpack the messages as plant and controller do, not by the generated classes.
 
     Raises:
         RuntimeError: the two processes did not meet, or died.
@@ -34,7 +33,7 @@ def echo(scene: "Scene", packed: bool = False) -> float:
     ):
         scene_file = Path(folder, "scene.yaml")
         scene.dump(scene_file)
-        common = {"scene": str(scene_file), "steps": scene.steps, "packed": packed}
+        common = {"scene": str(scene_file), "steps": scene.steps}
         ping = group.start("ping", "crane_bench.nodes.echo_node", scene.crane, common | {"role": "ping"})
         pong = group.start("pong", "crane_bench.nodes.echo_node", scene.crane, common | {"role": "pong"})
         while not (ping.ready and pong.ready):
@@ -67,11 +66,10 @@ def lockstep(scene: "Scene", record: Path | None = None, mcap: Path | None = Non
 
 def speeds(scene: "Scene", rounds: int, recorder: bool) -> dict[str, list[float]]:
     """Return steps per second by kind, one number per round; the kinds are interleaved, so that drift affects all."""
-    rates: dict[str, list[float]] = {kind: [] for kind in KINDS[: 4 if recorder else 3]}
+    rates: dict[str, list[float]] = {kind: [] for kind in KINDS[: 3 if recorder else 2]}
     with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:
         for _ in range(rounds):
             rates["echo"].append(echo(scene))
-            rates["packed echo"].append(echo(scene, packed=True))
             rates["lockstep"].append(lockstep(scene))
             if recorder:
                 rates["lockstep, recorded"].append(lockstep(scene, Path(folder, "bench.rrd")))
@@ -81,7 +79,7 @@ def speeds(scene: "Scene", rounds: int, recorder: bool) -> dict[str, list[float]
 def measure_lockstep(
     name: str = "knuckle_setpoint", duration: float = 100.0, rounds: int = 5, recorder: bool = True
 ) -> dict[str, Any]:
-    """Return steps per second of echoes and runs, and their ratios to both echoes, taken round by round.
+    """Return steps per second of echoes and runs, and their ratios to the echo, taken round by round.
 
     Args:
         name: scene of the catalogue, with a sampled law.
@@ -100,7 +98,6 @@ def measure_lockstep(
         "rounds": rounds,
         "steps_per_second": {kind: describe_spread(values) for kind, values in rates.items()},
         "ratio_to_echo": {kind: ratio(values, rates["echo"]) for kind, values in rates.items()},
-        "ratio_to_packed_echo": {kind: ratio(values, rates["packed echo"]) for kind, values in rates.items()},
         "machine": machine(),
     }
 
@@ -112,7 +109,4 @@ def format_lockstep(results: dict[str, Any]) -> list[str]:
     for kind, speed in results["steps_per_second"].items():
         factor, spread = results["ratio_to_echo"][kind]["median"], f"({speed['least']:.0f} to {speed['most']:.0f})"
         lines.append(f"  {kind:<20} {speed['median']:6.0f}  {spread:<16} {factor:5.2f} x the echo")
-    return [
-        *lines,
-        "echo: bare publish and answer of the same two messages; packed: coded as plant and controller code them",
-    ]
+    return [*lines, "echo: bare publish and answer of the same two messages, coded as plant and controller code them"]

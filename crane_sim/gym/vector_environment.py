@@ -44,9 +44,8 @@ from crane_sim.trajectories.trajectory import sample_trajectories
 Flags = npt.NDArray[np.bool_]
 Seeds = int | Sequence[int | None] | None
 Step = tuple[Array, Array, Flags, Flags, dict[str, Any]]
-ONE_MODEL = f"{ONE_KIND}; give the scene an integrator.method and a cable.model"
-ONE_PATH = "all paths have the same number of pieces; draw nothing that changes it, such as limits of the path"
-ONE_EQUIPMENT = "all drives and sensors are of one kind; draw nothing that changes it, such as delays"
+ONE_CRANE = f"{ONE_KIND}, path (of as many pieces), drives and sensors; give the scene an integrator.method and a "
+ONE_CRANE += "cable.model, and draw nothing that changes the rest, such as limits of the path and delays"
 WORTH_A_THREAD = 64
 """Cranes, from which on another thread is worth its hand-over of some 20 µs."""
 
@@ -98,8 +97,7 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self._targets = None if follows_path(own) else Goal(*(part.repeat(num_envs, axis=0) for part in goal_of(own)))
         self._generators = [seeding.np_random()[0] for _ in range(num_envs)]
         self._arrays = _allocate(own, num_envs)
-        hardware = make_initial(own)[-1]
-        self._kinds = _kinds(own) | {ONE_EQUIPMENT: kind_of(hardware.state if hardware is not None else None)}
+        self._kind = _kind(own), kind_of(_equipment(make_initial(own)[-1]))
         self._cranes: Any = None
         self._ended = np.zeros(num_envs, np.bool_)
         self._owed, self._largest = np.zeros(num_envs), np.zeros(num_envs)
@@ -182,24 +180,19 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         number = int(self._generators[i].integers(SEEDS)) if seed is None else seed
         scene = with_seed(self.scenes[i], number)
         is_new = scene.model is not self.scenes[i].model
-        if is_new:
-            self._check_kinds(number, _kinds(scene))  # before anything is compiled for another kind
+        if is_new and _kind(scene) != self._kind[0]:  # before anything is compiled for another kind
+            raise SceneError(f"seed = {number}: {ONE_CRANE}")
         integration, q, v, measured, hardware = make_initial(scene)
-        equipment = hardware.state if hardware is not None else None
+        equipment = _equipment(hardware)
+        if is_new and kind_of(equipment) != self._kind[1]:
+            raise SceneError(f"seed = {number}: {ONE_CRANE}")
         if is_new:
-            self._check_kinds(number, {ONE_EQUIPMENT: kind_of(equipment)})
             self._put_goal(i, scene)
         self.scenes[i], arrays = scene, self._arrays
         arrays.periods[i], arrays.measured[i] = 0, [*measured[0], *measured[1]]
         points, tip = world_points(scene.model, 0.0, np.array(q), np.array(v))
         arrays.tip[i], arrays.payload[i] = points[tip], points[-1]
         return Cranes(scene.method, scene.model, equipment, integration)
-
-    def _check_kinds(self, seed: int, drawn: dict[str, Any]) -> None:
-        """Raise SceneError where a seed draws a kind other than that of the scene as it was given."""
-        for rule, kind in drawn.items():
-            if kind != self._kinds[rule]:
-                raise SceneError(f"seed = {seed}: {rule}")
 
     def _put_goal(self, i: int, scene: Scene) -> None:
         """Note the goal of crane i."""
@@ -307,10 +300,14 @@ def _seeds(seed: Seeds, n: int) -> list[int | None]:
     return seeds
 
 
-def _kinds(scene: Scene) -> dict[str, Any]:
-    """Return the kinds of model and path, by the rule that all cranes keep."""
-    path = scene.trajectory if follows_path(scene) else None
-    return {ONE_MODEL: kind_of((scene.method, scene.model)), ONE_PATH: kind_of(path)}
+def _kind(scene: Scene) -> Any:
+    """Return the kind of method, model and path, which all cranes share."""
+    return kind_of((scene.method, scene.model, scene.trajectory if follows_path(scene) else None))
+
+
+def _equipment(hardware: Any) -> Any:
+    """Return drives and sensors of a run's hardware, None without."""
+    return None if hardware is None else hardware.state
 
 
 def _allocate(scene: Scene, n: int) -> CraneArrays:

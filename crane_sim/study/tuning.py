@@ -36,7 +36,6 @@ from crane_sim.study.statistics import CONFIDENCE, PairedDifference
 from crane_sim.study.store import SEARCH, load_pyarrow, locked_folder
 from crane_sim.study.tuning_checks import (
     base_changes,
-    check_objectives,
     check_search,
     find_objectives,
     trial_document,
@@ -103,7 +102,6 @@ def tune(
         if not (place / SEARCH).exists():
             check_metrics(listed)
             check_worst_metric(listed)
-            check_objectives(loaded, settings, pool)
         with _locked(place, checked):
             search = _search(optuna, checked, loaded, place, pool, on_progress or (lambda *_: None))
             front = _front_of(search)

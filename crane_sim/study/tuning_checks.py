@@ -1,4 +1,4 @@
-"""Checks of a search of gains: of its file before the first trial, and of the metrics that are its objectives."""
+"""Checks of a search of gains, of its file before the first trial, and of what its objectives are in a row."""
 
 from __future__ import annotations
 
@@ -10,11 +10,9 @@ from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import load_scene
 from crane_sim.study.cases import CaseList, cases
 from crane_sim.study.columns import FIRST_COLUMNS, PARAMETER, is_better_larger
-from crane_sim.study.execution import check_cases, run_block
-from crane_sim.study.identity import block_needs, identity_of
+from crane_sim.study.execution import check_cases
 from crane_sim.study.recordings import check_recorder
 from crane_sim.study.result import columns_of
-from crane_sim.study.runs import OK, each_row
 from crane_sim.study.schema import (
     MORRIS,
     Study,
@@ -23,10 +21,7 @@ from crane_sim.study.schema import (
     parameter_above,
     scene_document,
 )
-from crane_sim.study.workers import Workers
 
-SAMPLES_TRIED = 4
-"""Samples that are run at most until one ends and so tells which metrics there are."""
 _NO_METRICS = (*FIRST_COLUMNS, "versions", "wall_time")
 
 
@@ -90,21 +85,6 @@ def _error_with(study: Study, changes: Mapping[str, Any]) -> str | None:
     except SceneError as error:
         return str(error)
     return None
-
-
-def check_objectives(study: Study, settings: Tune, pool: Workers) -> None:
-    """Run the first sample with the changes of every trial, to see whether its run has the objectives.
-
-    Raises:
-        SceneError: an objective is no metric. Of runs that fail nothing is known, and the next sample is run.
-    """
-    trial = study.model_copy(update={"variants": {"trial": base_changes(study, settings)}})
-    task = trial.model_dump_json(), *block_needs(identity_of(trial))
-    for i in range(min(SAMPLES_TRIED, len(cases(trial)))):
-        (row,) = each_row(pool.executor.submit(run_block, *task, i, i + 1).result())
-        if row["status"] == OK:
-            find_objectives(row, settings.objectives)
-            return
 
 
 def find_objectives(row: Mapping[str, Any], objectives: Sequence[str]) -> list[list[Any]]:

@@ -9,10 +9,9 @@ import pytest
 from click.testing import CliRunner
 
 from crane_bench.cli.bench import bench
-from crane_bench.speed import scenes
 from crane_bench.speed.cases import CASES, ERROR_LEVELS, case_scene, is_asked, reference_of
 from crane_bench.speed.crane_sim_engine import NAME, CraneSimEngine
-from crane_bench.speed.engine import Run, RunResult, sweep_values
+from crane_bench.speed.engine import Run, RunResult
 from crane_bench.speed.page import format_page
 from crane_bench.speed.results import Target, cheapest_points, read_points, targets
 from crane_bench.speed.store import merge_suite, read_store, round_floats, write_store
@@ -181,15 +180,3 @@ def test_bad_arguments_are_named(arguments: list[str], message: str, tmp_path: P
     """An impossible argument is named in a single-line error."""
     result = CliRunner().invoke(bench, [*arguments, "--save", str(tmp_path)])
     assert isinstance(result.exception, SceneError) and message in str(result.exception)
-
-
-def test_sweep_values_are_geometric() -> None:
-    """A sweep begins and ends at its bounds, with equal ratios."""
-    results = sweep_values(1.0, 1e-2, 4)
-    assert results[0] == 1.0 and results[-1] == pytest.approx(1e-2) and len(results) == 9
-    assert np.ptp(np.diff(np.log(results))) < 1e-12  # rounding
-
-
-def test_quick_is_a_subset() -> None:
-    """`--quick` measures scenes and methods that the whole benchmark has."""
-    assert {case.id for case in scenes.select_cases((), True)} < {case.id for case in scenes.select_cases((), False)}

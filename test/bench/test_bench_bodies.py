@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from crane_bench.speed import bodies
-from crane_bench.speed.body_cases import CASES, BodyCase, body_scene
+from crane_bench.speed.body_cases import CASES, BodyCase
 from crane_bench.speed.crane_sim_engine import NAME, CraneSimEngine
 from crane_bench.speed.engine import EngineUnavailable, Run
 from crane_bench.speed.peers import mujoco_engine
@@ -18,8 +18,6 @@ from crane_bench.speed.peers.mechanism import (
     initial_state,
     load_pose,
     mechanism_of,
-    rotation,
-    segments,
 )
 from crane_bench.speed.results import read_points
 from crane_bench.speed.sweep import angle_between
@@ -83,19 +81,6 @@ def test_the_mechanism_starts_as_the_crane(case: BodyCase) -> None:
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.id)
-def test_segments_are_the_inputs(case: BodyCase) -> None:
-    """Constant rates between kinks give back the tables of the inputs, at every kink and at the end."""
-    _, made = mechanism(case, 30.0)
-    values, pieces = segments(made)
-    t = 0.0
-    for piece in pieces:
-        t, values = t + piece.duration, values + piece.rates * piece.duration
-        expected = [np.interp(t, drive.table.times, drive.table.values) for drive in made.drives]
-        assert values == pytest.approx(expected, abs=1e-9)  # N of up to 6e4
-    assert t == pytest.approx(30.0, abs=1e-12)
-
-
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.id)
 def test_mujoco_converges_to_our_end(case: BodyCase) -> None:
     """Position and attitude of the load converge to those of this simulator with the order of the engine's method."""
     scene, made = mechanism(case)
@@ -141,16 +126,6 @@ def test_other_cranes_are_no_mechanism() -> None:
     assert mechanism_of(load_scene("spreader_skew", {"falls.relaxation": 0.0})) is not None
 
 
-def test_rotations() -> None:
-    """Rotations about axes and of quaternions agree, and the angle between two of them is that of the turn."""
-    angle = 0.7
-    for axis in range(3):
-        quaternion = np.array([np.cos(0.5 * angle), 0.0, 0.0, 0.0])
-        quaternion[1 + axis] = np.sin(0.5 * angle)
-        assert attitude_of(quaternion) == pytest.approx(rotation(axis, angle), abs=1e-15)
-        assert angle_between(np.eye(3), rotation(axis, angle)) == pytest.approx(angle, abs=1e-14)
-
-
 def test_the_suite_without_engines(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without other engines the suite measures ours, names the missing ones, and our errors fall below the finest."""
     monkeypatch.setitem(sys.modules, "mujoco", None)
@@ -165,10 +140,3 @@ def test_the_suite_without_engines(monkeypatch: pytest.MonkeyPatch) -> None:
     lines = "\n".join(bodies.format_bodies(results))
     assert "not compared, below 20 times the reference's error: 1e-09 m" in lines and "1e-09 m  " not in lines
     assert "closest: within the reference's error" in lines
-
-
-def test_cases_are_possible() -> None:
-    """Every case is a scene of the catalogue with a rigid load, without a law, as the engines take it."""
-    for case in CASES:
-        scene = body_scene(case)
-        assert not scene.sampled and mechanism_of(scene) is not None

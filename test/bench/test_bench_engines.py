@@ -10,16 +10,13 @@ from crane_bench.speed.engine import Engine, EngineUnavailable, Run, RunResult
 from crane_bench.speed.peers import heyoka_taylor, mujoco_engine, pinocchio_engine
 from crane_bench.speed.peers.heyoka_taylor import Heyoka
 from crane_bench.speed.peers.joints import (
-    highest_frequency,
     model_joints,
     payload_position,
-    step_sizes,
     tension,
 )
 from crane_bench.speed.peers.mujoco_engine import MuJoCo
 from crane_bench.speed.peers.pinocchio_engine import Pinocchio
 from crane_bench.speed.problem import Chain, KnuckleCrane, Problem, RodParameters, Spring
-from crane_sim.integrators import dop853, rk4
 
 SWING = Chain(5.0, np.array([10.0]), np.array([2.0]), np.radians([60.0]), 9.81, 10.0)
 TEN = Chain(5.0, np.array([*[0.1] * 9, 100.0]), np.full(10, 0.2), np.radians([30.0] * 10), 9.81, 5.0)
@@ -102,16 +99,6 @@ def test_the_joints_turn_and_slide_in_space() -> None:
     assert payload_position(chains[1], starts[1]) == pytest.approx(rotation @ KNUCKLE.start, abs=1e-14)
 
 
-def test_steps_fit_the_fastest_motion() -> None:
-    """Step sizes divide the duration, from the crane's highest frequency on, that of the swing of two bodies."""
-    assert highest_frequency(SWING) == pytest.approx(np.sqrt(9.81 / 2.0 * (1.0 + 10.0 / 5.0)), rel=1e-12)
-    assert highest_frequency(SPRING) == pytest.approx(np.sqrt(1e6 * (1.0 / 5.0 + 1.0 / 10.0)), rel=1e-12)
-    sizes = step_sizes(TEN, 2.0, 0.02)
-    assert sizes[0] * highest_frequency(TEN) == pytest.approx(2.0, rel=1e-2)  # rounded to a whole number of steps, 1096
-    counts = TEN.duration / np.array(sizes)
-    assert counts == pytest.approx(np.round(counts), abs=1e-6) and len(counts) == 13
-
-
 @pytest.mark.parametrize(("kind", "method", "order", "name", "step"), ORDERS)
 def test_errors_fall_with_the_order_of_the_method(
     kind: type[Engine], method: str, order: int, name: str, step: float
@@ -179,11 +166,3 @@ def test_a_missing_engine_is_named(kind: type[Engine], monkeypatch: pytest.Monke
     with pytest.raises(EngineUnavailable, match=f"(?i){kind.name}.* is not installed") as error_info:
         kind()
     assert "\n" not in str(error_info.value)
-
-
-def test_the_c_loop_takes_the_tableaus_of_the_simulator() -> None:
-    """The generated header holds all coefficients of both methods, in full."""
-    text = pinocchio_engine.tableaus()
-    for row in (*dop853.A, dop853.B, *rk4.A, rk4.B):
-        assert all(repr(value) in text for value in row if value is not None)
-    assert "a[12][12]" in text and "a[4][4]" in text

@@ -104,6 +104,7 @@ def test_error_control(scene: tuple[str, Loops]) -> None:
     assert errors[1] < 1e-2 * errors[0]
 
 
+@pytest.mark.long(cases=["overhead_chain"])
 def test_repetitions_are_identical(scene: tuple[str, Loops]) -> None:
     """Each repetition begins at the start, so that its end is that of a single run to the bit."""
     loops = scene[1]

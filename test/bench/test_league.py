@@ -1,13 +1,10 @@
 """`crane league`: the scenes of its trials, the metrics of a cell, and the page made of cells."""
 
 import json
-import os
-import sys
 from itertools import product
 from pathlib import Path
 
 import pytest
-from process_helpers import started_program, wait_exited, wait_until
 
 from crane_bench.cli.league import save_comparison
 from crane_bench.league.cases import COLUMNS, GROUPS, Group, Trial
@@ -15,7 +12,6 @@ from crane_bench.league.cells import Cell, CellMetrics, evaluate, evaluate_all, 
 from crane_bench.league.scenes import trial_scene
 from crane_sim.files.catalogue import config_folder
 from crane_sim.files.document import get_value
-from crane_sim.files.installation import missing_package
 from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.rollout import simulate
 from crane_sim.study.schema import load_study
@@ -53,23 +49,6 @@ def test_a_law_keeps_the_simple_model_of_its_scene() -> None:
     assert document["links"][0]["length"] == pytest.approx(3.15)
     assert document["control"]["nominal"]["links"] == [{"mass": 450.0, "length": 3.0}]
     assert load_scene(document).commands == ("velocity", "velocity", "effort")
-
-
-def cpu_time(pid: int) -> float:
-    """Return the user time [s] of a process."""
-    return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11]) / os.sysconf("SC_CLK_TCK")
-
-
-def test_workers_end_with_the_command(tmp_path: Path) -> None:
-    """When the command is killed, as by an interruption, no process that evaluates cells remains."""
-    with started_program([Path(sys.executable).with_name("crane"), "league"], cwd=tmp_path) as process:
-        listed = Path(f"/proc/{process.pid}/task/{process.pid}/children")
-        wait_until(lambda: len(listed.read_text().split()) > 1, "worker processes")
-        workers = [int(pid) for pid in listed.read_text().split()]
-        wait_until(lambda: max(map(cpu_time, workers)) > 3.0, "a worker that has been started and evaluates")
-        process.kill()
-        for pid in workers:
-            wait_exited(pid)
 
 
 def test_a_shaped_path_is_only_in_the_nominal_scene() -> None:
@@ -137,18 +116,6 @@ CELLS = [
     Cell("pendulum", "harmonic", "obstacle", 1, None, "", "stopped at t = 1 s"),
     Cell("pendulum", "angular", "30 Hz vision", 10, None, "it has no camera", ""),
 ]
-
-
-def test_a_page_without_matplotlib_has_no_figure(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Page and data are written without the figure, or an older one, with one line on stderr."""
-    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    (tmp_path / "league.png").write_bytes(b"of other numbers")
-    save_comparison(CELLS, tmp_path)
-    assert {file.name for file in tmp_path.iterdir()} == {"league.json", "league.md", "league.png"}
-    assert "league.png" not in (tmp_path / "league.md").read_text()
-    assert capsys.readouterr().err == f"no league.png: {missing_package('matplotlib', 'the figure')}\n"
 
 
 def test_page_figure_and_data_are_written(tmp_path: Path) -> None:

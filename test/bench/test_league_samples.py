@@ -10,12 +10,12 @@ import pytest
 
 from crane_bench.cli.league import sampled_json_data, sampled_league, save_samples
 from crane_bench.documentation.pages import PAGES
-from crane_bench.league.cases import GROUPS, Entrant, Group, Trial, groups_named
-from crane_bench.league.cells import compute_metrics, evaluate
+from crane_bench.league.cases import GROUPS, Entrant, Group, Trial
+from crane_bench.league.cells import compute_metrics
 from crane_bench.league.sampled_cells import METRICS, SampledCell, better_laws, evaluate_samples
 from crane_bench.league.sampled_data import read_cells
 from crane_bench.league.sampled_table import command_of, describe_samples, format_samples, sampled_tables
-from crane_bench.league.samples import TrialStudy, parameters_of, study_of, uncertain_scene
+from crane_bench.league.samples import study_of
 from crane_sim.files.document import get_value
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.scene import load_scene
@@ -142,19 +142,6 @@ def test_samples_are_hidden_from_the_laws() -> None:
     assert len(forces) == 5 and all(4.0 <= force <= 6.0 for force in forces)
 
 
-def test_the_wind_varies_where_it_is_the_disturbance() -> None:
-    """In the tower crane's gust samples vary the mean speed of its wind, which no law knows; in still air none."""
-    group = next(group for group in GROUPS if group.name.startswith("tower"))
-    gust = next(trial for trial in group.trials if trial.column == "gust")
-    for entrant in group.entrants:
-        document = uncertain_scene(group, gust, entrant)
-        assert document["wind"]["speed"] == 9.0 and not get_value(document, "control.nominal.wind")[0]
-        varied = parameters_of(group, gust, document, 5)["wind.speed"]
-        assert (varied["low"], varied["high"], varied["relative"]) == (0.8, 1.2, True)
-    still = uncertain_scene(group, group.trials[0], group.entrants[0])
-    assert "wind.speed" not in parameters_of(group, group.trials[0], still, 5)
-
-
 def test_each_sample_has_a_sea_of_its_own() -> None:
     """A trial with a sea has another seed of it in every sample, the same ones for all laws."""
     group = GROUPS[0]
@@ -191,13 +178,6 @@ def test_better_is_significant_for_all_pairs_together() -> None:
     assert better_laws(failed) == {"a": ("b",), "b": ()}
 
 
-def test_eleven_samples_can_tell_eight_laws_apart() -> None:
-    """Of laws that differ in every sample 10 samples tell no pair apart (28 pairs, 2 / 2**10 each: 0.055), 11 all."""
-    for samples, expected in ((10, 0), (11, 28)):
-        errors = {str(i): np.linspace(1.0, 1.7, samples) + i * np.linspace(0.5, 0.9, samples) for i in range(8)}
-        assert sum(map(len, better_laws(errors).values())) == expected
-
-
 def test_a_page_says_where_samples_are_too_few() -> None:
     """It says so exactly where laws that differ in every sample cannot be told apart, or a median has no interval."""
     for laws, samples in product(range(2, 9), range(2, 15)):
@@ -207,15 +187,6 @@ def test_a_page_says_where_samples_are_too_few() -> None:
         assert (f"no difference among {laws} laws" in text) == told
         assert ("too narrow" in text) == (samples <= 5)  # 2 / 2**5: the median is outside of 5 values more often
     assert describe_samples(12, 8) == "12 samples of each trial."
-
-
-def test_folders_have_words_for_signs_only() -> None:
-    """A trial's folder writes out the sign of a number, keeps hyphens, and is no other trial's."""
-    trials = [TrialStudy(group.name, trial.column, None, {}) for group in GROUPS for trial in group.trials]
-    folders = {str(trial.folder) for trial in trials}
-    assert len(folders) == len(trials)
-    expected = {"pendulum_set-point", "pendulum_mass_minus20", "pendulum_rope_plus5", "overhead_trolley_and_hoist_gust"}
-    assert expected <= folders and not any(mark in folder for mark in " ,%+" for folder in folders)
 
 
 def test_page_and_data_are_written(whole: WholeLeague, tmp_path: Path) -> None:
@@ -262,12 +233,6 @@ def test_cranes_are_added_to_the_page(tmp_path: Path) -> None:
     assert not (tmp_path / "rows").exists()
 
 
-def test_all_cranes_of_one_number_of_samples_need_no_names() -> None:
-    """A page of all cranes names the command without cranes, which is the one that writes it."""
-    page = format_samples([cell_of(group.name, 12) for group in GROUPS])
-    assert page.splitlines()[2].startswith("Written by `crane league --samples 12 --save docs`, with ")
-
-
 def test_a_trial_in_which_all_runs_fail_has_cells(tmp_path: Path) -> None:
     """A crane that leaves its rail under every law has no metric; the league goes on, and no law is the best."""
     narrow = Trial("narrow", "overhead_energy", SHORT | OUT, FIXED_RAIL_BASE)
@@ -304,26 +269,3 @@ def test_infeasible_scenes_are_counted(tmp_path: Path, capsys: pytest.CaptureFix
     assert line in format_samples(cells)
     sampled_league(False, None, 5, tmp_path, [group])
     assert "\nRuns that failed\n" + line in capsys.readouterr().out
-
-
-def test_a_refusal_names_the_entrant() -> None:
-    """A law that does not apply is named as its row is, not as the law that is behind several entrants."""
-    group = GROUPS[0]
-    trial = next(trial for trial in group.trials if "vision" in trial.column)
-    refused = study_of(group, trial, 2).refused
-    for name in ("open loop", "open loop, ZV", "angular"):
-        assert f"for law {name!r}" in refused[name]
-        assert (
-            evaluate(group, next(each for each in group.entrants if each.name == name), trial).refused == refused[name]
-        )
-
-
-def test_cranes_are_chosen_by_name() -> None:
-    """Named cranes come in the league's order, all where none is named; an unknown one is one line."""
-    assert groups_named(()) == list(GROUPS)
-    assert [group.name for group in groups_named(["overhead, trolley", "pendulum"])] == [
-        "pendulum",
-        "overhead, trolley",
-    ]
-    with pytest.raises(SceneError, match=r"unknown crane 'pendulums', did you mean 'pendulum'\? \(known: pendulum; "):
-        groups_named(["pendulums"])

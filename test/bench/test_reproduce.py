@@ -13,7 +13,6 @@ from crane_bench.reproduce.hardcases import HardCase
 from crane_bench.reproduce.overhead import ClaimRow, erratum_row
 from crane_bench.reproduce.overhead_erratum import erratum
 from crane_bench.reproduce.page import save_pages
-from crane_bench.tables import format_value
 
 CRANE = Path(sys.executable).with_name("crane")
 FIELDS = ["claim", "printed", "ours", "difference", "verdict"]
@@ -70,16 +69,6 @@ def test_json_is_one_object_with_the_measured_rows() -> None:
     assert [(row["claim"], row["verdict"]) for row in tables["overhead"]] == [(row.claim, row.verdict) for row in rows]
 
 
-def test_a_page_with_its_figure_is_written(tmp_path: Path) -> None:
-    """Rows become a Markdown page with one line each, hard cases with a figure beside it."""
-    cases = [HardCase("a", "nodes, m", "dop853", 1e-12, 1e-9, None, 10, 0.1, "holds")]
-    save_pages({"hardcases": cases, "overhead": measure_items("overhead")["overhead"]}, str(tmp_path))
-    page = (tmp_path / "hardcases.md").read_text()
-    assert "| a | nodes, m | dop853 | 1e-12 | 1e-09 | - | 10 | 0.1 | holds |" in page and "(hardcases.png)" in page
-    assert (tmp_path / "hardcases.png").read_bytes().startswith(b"\x89PNG")
-    assert (tmp_path / "overhead.md").read_text().count("\n| ") == len(measure_items("overhead")["overhead"]) + 1
-
-
 def test_varying_digits_are_marked(tmp_path: Path) -> None:
     """A wall time has a star and one digit, a rounding error a bound; all else has all its digits."""
     case = HardCase("a", "nodes, m", "dop853", 1.234e-13, 1e-9, None, 12345, 0.0123, "holds")
@@ -89,20 +78,6 @@ def test_varying_digits_are_marked(tmp_path: Path) -> None:
     assert "| evaluations | time \\* | verdict |" in page and "\n\\* differs from run to run" in page
     assert "| a | nodes, m | dop853 | 1.23e-13 | 1e-09 | - | 12345 | 0.01 | holds |" in page
     assert "| exact | 0 | < 1e-11 | < 1e-11 | holds |" in matrices and "| not | 0.5 | 0.25 | 0.5 | holds |" in matrices
-
-
-def test_the_table_has_a_line_for_each_row() -> None:
-    """In a pipe the table is plain, and each row is one line with its claim and its verdict."""
-    result = crane("overhead")
-    lines = result.stdout.splitlines()
-    assert result.returncode == 0 and "\x1b" not in result.stdout
-    for row in measure_items("overhead")["overhead"]:
-        assert any(row.claim in line and row.verdict in line for line in lines), row.claim
-
-
-def test_zero_has_no_sign() -> None:
-    """Values are short texts, and a negative zero is zero."""
-    assert [format_value(value) for value in (-0.0, 0.125, 3, None, "a")] == ["0", "0.125", "3", "-", "a"]
 
 
 def test_an_unknown_item_is_rejected() -> None:

@@ -7,18 +7,12 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import pytest
 from process_helpers import next_line, started_program
 from recording_samples import RowWriter, rows_at_rest
 
 from crane_bench.soak import signals
 from crane_bench.soak.leftovers import MARK, RECORDING, of_run, orphans
-from crane_bench.soak.monitor import Received
-from crane_bench.soak.signals import Interruption
 from crane_sim import load_scene
-
-LATE = Interruption(signal.SIGINT, 1.0, None, fresh=False)
-EARLY = LATE._replace(at=0.01)
 
 
 def test_files_are_those_of_a_complete_run_or_of_none(tmp_path: Path) -> None:
@@ -37,45 +31,6 @@ def test_a_recording_has_all_received_steps(tmp_path: Path) -> None:
     session.finish({"scene": scene.name, "steps": 10})
     assert of_run(tmp_path, 10) == of_run(tmp_path, 7) == []
     assert of_run(tmp_path, 11) == ["recording: 10 steps, its summary says 10, received 11"]
-
-
-@pytest.mark.parametrize(
-    ("how", "code", "cut", "right"),
-    [
-        (None, 0, False, True),
-        (None, 1, False, False),
-        (LATE, 1, True, True),
-        (LATE, 0, True, False),
-        (LATE, 0, False, True),
-        (LATE, -signal.SIGINT, True, False),
-        (EARLY, -signal.SIGINT, True, True),
-    ],
-)
-def test_exit_codes(how: Interruption | None, code: int, cut: bool, right: bool) -> None:
-    """A run that was cut short has exit code 1, one that was not may be complete, an undisturbed one is."""
-    assert signals._exit_code(how, code, cut) == ([] if right else [f"exit code {code}"])
-
-
-def received(*efforts: float) -> dict[str, list[Received]]:
-    """Return the received messages of a run with these efforts."""
-    messages = [Received(k, k, (str(effort),)) for k, effort in enumerate(efforts)]
-    return {"s": [Received(0, 0, ())], "e": messages}
-
-
-@pytest.mark.parametrize(
-    ("efforts", "failures"),
-    [((1.0, 2.0, 0.0), 0), ((1.0, 2.0), 1), ((), 1), ((1.0, 2.0, 3.0, 4.0), 0)],
-    ids=["zero at the end", "none at the end", "no effort at all", "complete"],
-)
-def test_the_last_effort_of_a_run_that_is_cut_short_is_zero(efforts: tuple[float, ...], failures: int) -> None:
-    """A zero effort follows the last step where a state was received, unless the run had all its four steps."""
-    assert len(signals._last_effort(received(*efforts), 4)) == failures
-
-
-def test_the_zero_effort_belongs_to_no_step() -> None:
-    """Of a run that is cut short the last effort counts as none of the steps; of a complete one each is one."""
-    assert signals._count_steps(received(1.0, 2.0, 0.0), 4) == 2
-    assert signals._count_steps(received(1.0, 2.0, 3.0, 4.0), 4) == 4
 
 
 def test_a_process_that_outlives_its_run_is_found_and_ended() -> None:

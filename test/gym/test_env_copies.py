@@ -22,12 +22,9 @@ DRIVES = {
     "friction": {"trolley": {"coulomb": 5.0, "static": 8.0}},
 }
 SCENES: dict[str, tuple[str, dict[str, Any]]] = {
-    "one link": ("overhead_energy", {}),
     "sensors, late drives and friction": ("overhead_energy", DRIVES),
-    "faults": ("overhead_bench", {}),
     "an elastic cable": ("overhead_chain", {"control": None, "reference.q": [1.0]}),
     "a path at sea": ("offshore_resonant", {}),
-    "speed drives": ("bridge_speed_drive", {"control": None, "reference.q": [0.0, 3.0, 5.0]}),
 }
 
 
@@ -82,14 +79,6 @@ def test_a_copy_of_many_cranes_goes_on_equally(threads: int, make: Callable[[Any
     np.testing.assert_array_equal(act(env, 2, 10), act(same, 2, 10))
     for each in (env, same, disturbed):
         each.close()
-
-
-def test_an_environment_is_copied_before_its_first_episode() -> None:
-    """A copy of an environment that was not reset begins as the original does."""
-    env = CraneEnv(max_effort=5.0)
-    for make in COPIES.values():
-        same = make(env)
-        np.testing.assert_array_equal(env.reset(seed=3)[0], same.reset(seed=3)[0])
 
 
 def test_a_plant_is_pickled_where_it_keeps_its_states() -> None:

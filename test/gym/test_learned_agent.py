@@ -45,13 +45,6 @@ def test_the_agent_is_a_law_of_scenes(weights: Path) -> None:
         assert run.summary["state_sha256"] == env.plant.summary()["state_sha256"]
 
 
-def test_inputs_vanish_at_the_goal() -> None:
-    """What the perceptron sees is zero for a crane at rest at its target, wherever that is."""
-    inputs_of = runpy.run_path(str(FILE))["inputs_of"]
-    assert inputs_of(np.array([[2.0, 0.0, 0.0, 0.0, 2.0], [-1.0, 0.0, 0.0, 0.0, -1.0]])).tolist() == [[0.0] * 4] * 2
-    assert inputs_of(np.array([2.0, 0.3, 2.0, 1.0, 1.0])).tolist() == [1.0] * 4
-
-
 def test_the_page_s_laws_are_those_of_the_league() -> None:
     """In the table of the page, the rows of the laws are the league's own: the agent was judged by the same trials."""
     cells = json.loads((ROOT / "docs" / "league.json").read_text())["cells"]

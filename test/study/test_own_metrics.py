@@ -1,10 +1,8 @@
 """Metrics of one's own in studies: columns by a function that a study's file names, and what it may return."""
 
-import hashlib
 import io
 import json
 import sys
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +16,7 @@ from crane_sim import study as studies
 from crane_sim.cli.sweep import print_result
 from crane_sim.files.document import read
 from crane_sim.files.errors import SceneError
-from crane_sim.files.functions import load_function
 from crane_sim.report.study_page import study_page
-from crane_sim.study import store
-from crane_sim.study.identity import hash_of, identity_of
 from crane_sim.study.summary import shown_metrics
 from crane_sim.study.tuning import tune
 
@@ -111,24 +106,6 @@ def test_what_can_be_no_column_is_refused_after_one_run(returned: Any, line: str
         run_with(f"{own}:returned", tmp_path / "refused")
     assert f"study: metrics = '{own}:returned': " in str(error.value) and "\n" not in str(error.value)
     assert not (tmp_path / "refused").exists()
-
-
-def test_a_new_folder_belongs_to_one_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A second process that finds a fresh folder while the first one writes which study it is of is refused."""
-    study, refusals = studies.load_study(STUDY), list[str]()
-
-    def write_while_another_begins(*args: Any) -> None:
-        monkeypatch.setattr(store, "write_whole", write_whole)
-        with pytest.raises(SceneError) as refused, store.Store(tmp_path / "new", study, 4).locked():
-            pass
-        refusals.append(str(refused.value))
-        write_whole(*args)
-
-    write_whole = store.write_whole
-    monkeypatch.setattr(store, "write_whole", write_while_another_begins)
-    with store.Store(tmp_path / "new", study, 4).locked():
-        pass
-    assert refusals == [f"folder {tmp_path / 'new'}: another process is running this study"]
 
 
 @pytest.mark.parametrize("content", [b"", b"\xff\xfe", b'{"study": 5}'])
@@ -242,19 +219,6 @@ def test_a_study_goes_on_with_the_functions_that_began_it(place: str, own: Path,
     assert studies.run(changes, tmp_path / "folder", 1).table == first.table
 
 
-def test_a_module_of_metrics_is_part_of_the_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Metrics of a module count by its source file; a study that names no function has the identity that it had."""
-    monkeypatch.syspath_prepend(str(tmp_path))
-    source = tmp_path / "metrics_of_a_package.py"
-    source.write_text(OWN)
-    study = studies.load_study(STUDY | {"metrics": "metrics_of_a_package:furthest"})
-    before = identity_of(study)
-    assert before["functions"] == {"metrics_of_a_package": hashlib.sha256(OWN.encode()).hexdigest()}
-    source.write_text(OWN + "# edited\n")
-    assert hash_of(identity_of(study)) != hash_of(before)
-    assert "functions" not in identity_of(studies.load_study(STUDY))
-
-
 def test_a_function_that_is_edited_meanwhile_ends_the_study(own: Path, tmp_path: Path) -> None:
     """Rows by two functions never meet: the next block names the file. Another study takes what the file has now."""
 
@@ -327,15 +291,3 @@ def test_a_module_that_is_edited_in_a_living_process_is_loaded_anew(
         module.write_text(f"def own(run):\n    return {{'own': {value}}}\n")
         rows = run_with("edited_metrics:own", tmp_path / str(value))
         assert {row["own"] for row in rows} == {value}
-
-
-def test_a_file_may_have_dataclasses_with_annotations_as_text(tmp_path: Path) -> None:
-    """What looks a module up by its name, such as a dataclass, finds the one of the file."""
-    file = tmp_path / "json.py"  # another module's name, which stays what it is
-    file.write_text(
-        "from __future__ import annotations\nfrom dataclasses import dataclass\nfrom typing import ClassVar\n"
-        "@dataclass\nclass Gain:\n    KIND: ClassVar[str] = 'p'\n    value: float\n"
-        "def own(run):\n    return {'own': Gain(2.0).value}\n"
-    )
-    assert load_function("metrics", f"{file}:own")(None) == {"own": 2.0}
-    assert import_module("json").loads("1") == 1

@@ -1,14 +1,11 @@
 """Sensitivity of metrics to parameters, against functions whose indices are known."""
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
 import pytest
-import yaml
-from command_line import crane
 from pyarrow.parquet import write_table
 
 from crane_sim.files.errors import SceneError
@@ -52,14 +49,6 @@ def test_elementary_effects_of_a_linear_function_are_its_changes(tmp_path: Path)
 
 
 @pytest.mark.filterwarnings("error")
-def test_one_path_has_no_spread(tmp_path: Path) -> None:
-    """Of one path of Morris' design there are the changes, without interval and standard deviation, and no warnings."""
-    found = sensitivities(result_of(tmp_path, "morris", 1, lambda x: x @ [2.0, -5.0, 0.0]), "y", "scene")
-    assert np.allclose([row.strength for row in found], [5.0, 2.0, 0.0], atol=1e-12)
-    assert np.isnan([row[2:] for row in found]).all()
-
-
-@pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("design", ["morris", "saltelli"])
 def test_rounding_depends_on_nothing(design: str, tmp_path: Path) -> None:
     """A metric that is constant but for its last bits depends on no parameter, and an infinite one is missing."""
@@ -92,18 +81,6 @@ def test_designs_change_what_they_should(design: str, samples: int, count: int) 
         changed = np.diff(values.reshape(samples, 4, 3), axis=1) != 0.0
         assert np.all(changed.sum(axis=2) == 1) and np.all(changed.sum(axis=1) == 1)
         assert set(np.unique(values)) == {1.125, 1.375, 1.625, 1.875}
-
-
-@pytest.mark.long
-def test_the_command_shows_what_a_metric_depends_on(tmp_path: Path) -> None:
-    """`crane sweep` of Morris' design tells which parameter moves the peak effort, and its page has a section."""
-    file, folder = tmp_path / "indices.yaml", tmp_path / "out"
-    file.write_text(yaml.safe_dump(study_of("morris", 2)))
-    found = json.loads(crane("sweep", str(file), "-o", str(folder), "--workers", "1", "--json").stdout)
-    rows = found["sensitivities"]["peak_effort.trolley"]["scene"]
-    assert {row["parameter"] for row in rows} == set(KEYS) and rows[0]["strength"] > rows[-1]["strength"] >= 0.0
-    assert crane("report", str(folder), "-o", str(tmp_path / "page.html")).returncode == 0
-    assert "Sensitivity to the parameters (Morris)" in (tmp_path / "page.html").read_text()
 
 
 def test_studies_without_indices(tmp_path: Path) -> None:

@@ -75,7 +75,7 @@ def test_rows_are_single_runs(whole: studies.StudyResult) -> None:
 
 def test_a_cluster_writes_the_same_table(whole: studies.StudyResult, tmp_path: Path) -> None:
     """The workers of a Dask cluster write the table of plain processes; an address without a scheduler is one line."""
-    found = studies.run(STUDY, tmp_path / "cluster", workers=2, scheduler="local")
+    found = studies.run(STUDY, tmp_path / "cluster", workers=1, scheduler="local")
     assert without_times(found.table) == without_times(whole.table)
 
 
@@ -141,8 +141,11 @@ def test_a_killed_study_goes_on(whole: studies.StudyResult, tmp_path: Path, kill
     for _ in range(kills):
         process = subprocess.Popen(command)
         time.sleep(float(rng.uniform(0.5, 3.0)))  # any instant will do: start, runs or the end
+        workers = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
         os.kill(process.pid, signal.SIGKILL)
         process.wait(10.0)
+        for pid in workers:
+            wait_exited(int(pid))
         now = {file.name: file.stat().st_mtime_ns for file in (folder / "rows").glob("0*")} if folder.exists() else {}
         assert kept.items() <= now.items() or (folder / "table.parquet").exists()
         kept = now

@@ -93,14 +93,6 @@ def test_gains_that_lose_the_crane_are_no_candidates() -> None:
     assert values == (math.inf,) and 0.0 < violation == 1.0 - reached.index(False) / 8
 
 
-def test_a_metric_that_is_no_finite_number_is_none(tmp_path: Path) -> None:
-    """A trial whose own metric is NaN or infinite is infeasible, as one whose run has none."""
-    (tmp_path / "own.py").write_text("def odd(run):\n    return {'odd': -float('inf')}\n")
-    study = load_study(QUICK | {"tune": None, "metrics": f"{tmp_path}/own.py:odd"})
-    with start_workers(1, None) as pool:
-        assert tuning.evaluate_gains(study, WHOLE, ("peak_effort", "odd"), pool) == ((math.inf, math.inf), 1.0)
-
-
 @pytest.mark.parametrize(
     ("changes", "line"),
     [
@@ -236,15 +228,6 @@ def test_an_error_with_a_sign_counts_by_its_magnitude(tmp_path: Path) -> None:
     worst = Recordings(worst=Worst(metric="final_error.trolley", count=1))
     recorded = StudyResult(judged.study.model_copy(update={"recordings": worst}), judged.folder)
     assert selected_cases(recorded) == [int(np.argmin(errors))]
-
-
-def test_a_search_goes_on_with_another_keep(tmp_path: Path) -> None:
-    """More compromises of the same trials are judged in a folder of their own, beside the one that is there."""
-    conflicting = {"trials": 4, "objectives": ["peak_effort", "final_error"]}
-    first, second = (tuning.tune(quick(keep=keep, **conflicting), tmp_path, workers=1) for keep in (1, 2))
-    assert first.chosen.keys() != second.chosen.keys() and first.front == second.front
-    assert first.held_out.folder != second.held_out.folder
-    assert list(second.held_out.study.variant_changes) == [BASELINE, *second.chosen]
 
 
 def test_gains_can_be_pasted(tmp_path: Path) -> None:
