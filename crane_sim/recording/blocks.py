@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from crane_sim.recording.layout import Array, Block, Layout
+    from crane_sim.recording.layout import Array, Layout
     from crane_sim.recording.states import Changes
     from crane_sim.recording.step_assembler import Row
     from crane_sim.scenes.scene import Scene
@@ -137,8 +137,8 @@ def _references(rows: Sequence[Row]) -> Array | None:
 NEUTRAL_COMPONENTS = {"_z": -1.0, "qw": 1.0}
 """Components, by the end of their names, of directions that point down and of an attitude that is the base's."""
 
-MOST_REFERENCES = 20
-"""References in a block at which the crane's rest is solved for, some ms each: a stream of setpoints has more."""
+MOST_REFERENCES, MANY_STEPS = 20, 2000
+"""References in as many steps at which the crane's rest is solved for, some ms each: a stream of setpoints has more."""
 
 
 def _targets(scene: Scene, t: Array, reference: Array, q: Array, nodes: Array, base: Array | None) -> Array:
@@ -164,7 +164,8 @@ def _targets(scene: Scene, t: Array, reference: Array, q: Array, nodes: Array, b
 def _fill_resting_joints(scene: Scene, reference: Array, q: Array) -> None:
     """Fill into positions (K, nq) those of loads on falls and of what bends at rest at the references (K, nu)."""
     rows, of = np.unique(reference, axis=0, return_inverse=True)
-    for i, row in enumerate(rows.tolist() if len(rows) <= MOST_REFERENCES else ()):
+    is_stream = len(rows) > MOST_REFERENCES * (1 + len(q) // MANY_STEPS)
+    for i, row in enumerate(() if is_stream else rows.tolist()):
         try:
             resting = scene.file.resting_joints(tuple(row))
         except (ArithmeticError, ValueError):  # no rest there: a topic may carry any numbers

@@ -10,6 +10,7 @@ import numpy as np
 from crane_sim.description.falls import portal_of
 from crane_sim.description.knuckle import pedestal_height
 from crane_sim.description.pendulum import cable_length
+from crane_sim.description.rotations import rotations_about_z
 from crane_sim.description.suspended import bridge_reach, contact_height, crane_size, ground_height
 from crane_sim.description.workspace import axis_positions
 from crane_sim.models.falls.crane import FallsCrane
@@ -17,7 +18,6 @@ from crane_sim.models.supports.flexible import rigid_support
 from crane_sim.models.supports.support import structure_of
 from crane_sim.models.supports.telescopic_boom import TelescopicBoom
 from crane_sim.models.suspended.crane import SuspendedCrane
-from crane_sim.recording.base_frame import rotations_about_z
 from crane_sim.trajectories.trajectory import sample_trajectory
 
 if TYPE_CHECKING:

@@ -24,6 +24,7 @@ from crane_sim.files.errors import SceneError
 from crane_sim.process_signals import end_process, set_parent_death_signal
 from crane_sim.recording.rerun.live import ADDRESS, live_address
 from crane_sim.recording.rerun.repair import rerun_executable
+from crane_sim.recording.rerun.rrd_file import open_viewable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -153,8 +154,13 @@ def headless_viewer() -> Iterator[HeadlessViewer]:
 
 @contextlib.contextmanager
 def _served(recording: Path) -> Iterator[str]:
-    """Serve a recording on the loopback interface for the length of the block; yield its address, which is a secret."""
-    path = f"/{secrets.token_hex(16)}/{quote(recording.name)}"
+    """Serve a recording on the loopback interface for the length of the block; yield its address, which is a secret.
+
+    Of one that is cut it is what is whole.
+    """
+    path = f"/{secrets.token_hex(16)}/{quote(recording.name.removesuffix('.part'))}"
+    whole = open_viewable(recording) or recording.open("rb")
+    again = f"/proc/self/fd/{whole.fileno()}"  # opened anew, it is read from its beginning
 
     class _Handler(BaseHTTPRequestHandler):
         def do_GET(self) -> None:  # noqa: N802  (the name that the server looks for)
@@ -162,15 +168,15 @@ def _served(recording: Path) -> Iterator[str]:
                 self.send_error(HTTPStatus.NOT_FOUND)
                 return
             self.send_response(HTTPStatus.OK)
-            self.send_header("Content-Length", str(recording.stat().st_size))
+            self.send_header("Content-Length", str(os.fstat(whole.fileno()).st_size))
             self.end_headers()
-            with recording.open("rb") as file:
+            with open(again, "rb") as file:
                 shutil.copyfileobj(file, self.wfile)
 
         def log_message(self, format: str, *args: object) -> None:
             pass
 
-    with ThreadingHTTPServer((ADDRESS, 0), _Handler) as server:
+    with whole, ThreadingHTTPServer((ADDRESS, 0), _Handler) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         try:
             yield f"http://{ADDRESS}:{server.server_port}{path}"
