@@ -19,7 +19,8 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from crane_sim.files.catalogue import config_folder
-from crane_sim.recording.metric_units import path_unit_of_scene, plain_unit
+from crane_sim.recording.metric_units import plain_unit
+from crane_sim.recording.path_units import path_unit_of_scene
 from crane_sim.recording.run import NOT_IN_REAL_TIME
 
 if TYPE_CHECKING:

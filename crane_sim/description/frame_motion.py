@@ -9,22 +9,18 @@ where w_rel is its angular velocity relative to the parent, in the parent's axes
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from crane_sim.description.rotations import rotation_matrices
 from crane_sim.description.transforms import BASE, WORLD, RelativeMotion, TransformTree, base_transform
+from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.base_state import base_state
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from crane_sim.scenes.scene import Scene
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 DIFFERENCE_STEP = 1e-4  # s, of central differences: truncation errors are of its square, 1e-8, and rounding is 1e-11
 

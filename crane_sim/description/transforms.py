@@ -6,8 +6,9 @@ moves, and the payload's turn where its attitude is part of the state: no joint 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import cos, sin, sqrt
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
@@ -15,14 +16,9 @@ from numpy.typing import NDArray
 
 from crane_sim.description.rotations import NO_TURN, Quaternion, product, quaternion_of
 from crane_sim.description.suspended import ATTITUDE_JOINT
+from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.schema.rigging import ATTITUDE
-from crane_sim.simulation.base_state import base_state
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from crane_sim.scenes.scene import Scene
-    from crane_sim.simulation.base_state import BaseState
+from crane_sim.simulation.base_state import BaseState, base_state
 
 WORLD, BASE, PAYLOAD = "world", "base_link", "payload_link"
 Vector = tuple[float, float, float]

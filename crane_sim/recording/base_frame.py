@@ -5,24 +5,18 @@ Rotations of many instants at once are arrays: scipy's would take a seventh of a
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from crane_sim.description.rotations import quaternions_of, rotation_matrices, rotations_about_z
+from crane_sim.models.falls.crane import Falls
+from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.schema.rigging import ATTITUDE
-from crane_sim.trajectories.base_motion import rotations
+from crane_sim.trajectories.base_motion import AnyBase, rotations
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import NDArray
-
-    from crane_sim.models.falls.crane import Falls
-    from crane_sim.scenes.scene import Scene
-    from crane_sim.trajectories.base_motion import AnyBase
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 def base_of(scene: Scene) -> AnyBase | None:

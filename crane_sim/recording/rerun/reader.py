@@ -4,26 +4,21 @@ from __future__ import annotations
 
 import json
 from collections import Counter, defaultdict
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from functools import reduce
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
+from numpy.typing import NDArray
 
-from crane_sim.recording.completeness import Steps, assess
+from crane_sim.recording.completeness import Completeness, Steps, assess
 from crane_sim.recording.digest import CHANGES, DIGEST, Rows, agrees, digest_changes, verified_steps
 from crane_sim.recording.rerun.rrd_file import NoRecording, read_chunks
 from crane_sim.recording.rerun.writer import DIGESTS, EVENTS, STATES, is_verified
 from crane_sim.recording.run import AnimationFrames, RecordedRun, UnreadableRecording, crane_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from crane_sim.recording.completeness import Completeness
 
 SCALARS = "Scalars:scalars"
 _ROW_ID = "rerun.controls.RowId"  # in the order in which rows were logged, also within one instant

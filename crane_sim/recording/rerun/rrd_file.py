@@ -12,15 +12,13 @@ import os
 import shutil
 import struct
 import tempfile
-from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, BinaryIO, NamedTuple
 
 import pyarrow as pa
 
 from crane_sim.files.errors import SceneError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
 
 MAGIC = b"RRF2"
 _HEAD_SIZE = 12  # magic, version, options

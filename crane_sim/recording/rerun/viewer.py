@@ -12,24 +12,20 @@ import subprocess
 import tempfile
 import threading
 import time
+from collections.abc import Callable, Iterator
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 from urllib.parse import quote
 
-from rerun.experimental import ViewerClient
+from rerun.experimental import ViewerClient, ViewerState
 
 from crane_sim.files.errors import SceneError
 from crane_sim.process_signals import end_process, set_parent_death_signal
 from crane_sim.recording.rerun.live import ADDRESS, live_address
 from crane_sim.recording.rerun.repair import rerun_executable
 from crane_sim.recording.rerun.rrd_file import open_viewable
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from rerun.experimental import ViewerState
 
 LOAD_SECONDS = 120.0  # for each question to the viewer, on however busy a machine
 END_SECONDS = 5.0  # for the viewer to end in order, before it is killed
