@@ -205,15 +205,13 @@ class Block(NamedTuple):
 def layout_of_scene(scene: Scene, run_id: str, truth: bool = True) -> Layout:
     """Return the layout of a scene's recording; without `truth` its states are the measured ones."""
     sensed = sensed_coordinates(scene.hardware, len(scene.joint_names)) if truth else ()
-    return _make_layout(scene, run_id, truth)._replace(sensed=sensed, path_unit=path_unit_of_scene(scene))
+    return _make_layout(scene, run_id, truth, suspension(scene))._replace(
+        sensed=sensed, path_unit=path_unit_of_scene(scene)
+    )
 
 
-def _make_layout(scene: Scene, run_id: str, truth: bool) -> Layout:
-    cable = suspension(scene)
-    if cable:
-        framing, scales = of_room(cable.room, cable.lifts), effort_scales(scene, cable.hang)
-    else:
-        framing, scales = pictures_of(scene)
+def _make_layout(scene: Scene, run_id: str, truth: bool, cable: Suspension | None) -> Layout:
+    framing, scales = _pictures(scene, cable)
     return Layout(
         run_id=run_id,
         name=scene.name,
@@ -238,6 +236,13 @@ def _make_layout(scene: Scene, run_id: str, truth: bool) -> Layout:
         timeline_inputs=make_timeline_inputs(scene.hardware),
         properties=_scene_properties(scene, truth) | {"urdf": urdf(scene), "crane": _crane_facts(scene, framing)},
     )
+
+
+def _pictures(scene: Scene, cable: Suspension | None) -> tuple[Framing, tuple[float, ...]]:
+    """Return how to draw a crane, and the scales (nu,) of its efforts' arrows."""
+    if cable is None:
+        return pictures_of(scene)
+    return of_room(cable.room, cable.lifts), effort_scales(scene, cable.hang)
 
 
 def of_rollout(rollout: Rollout, run_id: str) -> Layout:
