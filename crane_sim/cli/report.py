@@ -21,7 +21,8 @@ from rich.table import Table
 
 from crane_sim.cli.tables import print_line, print_table
 from crane_sim.files.catalogue import config_folder
-from crane_sim.recording.metric_units import path_unit_of_scene, plain_unit
+from crane_sim.recording.metric_units import plain_unit
+from crane_sim.recording.path_units import path_unit_of_scene
 from crane_sim.recording.run import NOT_IN_REAL_TIME
 
 if TYPE_CHECKING:

@@ -7,15 +7,11 @@ motion: its place in the world is a transform (`description.transforms`), as for
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from crane_sim.description import falls, knuckle, overhead, pendulum, suspended
 from crane_sim.description.robot import UNBOUNDED, Robot
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
-
-if TYPE_CHECKING:
-    from crane_sim.scenes.scene import Scene
+from crane_sim.scenes.scene import Scene
 
 IMU = "imu_link"
 """The frame of an inertial measurement unit on the base."""

@@ -10,22 +10,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from crane_sim.description.robot import DOWN, FORWARD, LEFT, RIGHT, UP
+from crane_sim.description.robot import DOWN, FORWARD, LEFT, RIGHT, UP, Robot
 from crane_sim.description.solids import ORIGIN, STEEL, Body, Shape
-from crane_sim.description.workspace import validated_scene_file
+from crane_sim.description.workspace import BoundingBox, validated_scene_file
+from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.schema.overhead_cable import fill_list
 from crane_sim.simulation.derived import world_points
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from crane_sim.description.robot import Robot
-    from crane_sim.description.workspace import BoundingBox
-    from crane_sim.scenes.scene import Scene
 
 CABLE_RADIUS_RATIO = 0.0035  # -, radius of the cable over the depth
 AXES = {"x": FORWARD, "y": LEFT, "z": UP}

@@ -8,12 +8,13 @@ the axes of the base here, while a recording turns it.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from crane_sim.description.cables import AXES
-from crane_sim.description.robot import DOWN
+from crane_sim.description.robot import DOWN, Robot
 from crane_sim.description.solids import DARK, GREY, ORIGIN, RED, STEEL, YELLOW, Shape, point_mass, tube
 from crane_sim.description.suspended import (
     ATTITUDE_JOINT,
@@ -26,18 +27,13 @@ from crane_sim.description.suspended import (
     hung_length,
 )
 from crane_sim.description.workspace import axis_positions
+from crane_sim.models.falls.crane import Falls, FallsCrane
+from crane_sim.models.loads import RigidLoad
 from crane_sim.models.supports.bridge import Bridge
+from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.schema.gantry import GantryFile
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from crane_sim.description.robot import Robot
-    from crane_sim.models.falls.crane import Falls, FallsCrane
-    from crane_sim.models.loads import RigidLoad
-    from crane_sim.scenes.scene import Scene
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 CONCRETE = 2400.0  # kg/m³

@@ -9,21 +9,18 @@ where w_rel is its angular velocity relative to the parent, in the parent's axes
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from crane_sim.description.transforms import BASE, WORLD, RelativeMotion, Transform, TransformTree, base_transform
+from crane_sim.description.rotations import rotation_matrices
+from crane_sim.description.transforms import BASE, WORLD, RelativeMotion, TransformTree, base_transform
+from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.base_state import base_state
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from crane_sim.scenes.scene import Scene
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 DIFFERENCE_STEP = 1e-4  # s, of central differences: truncation errors are of its square, 1e-8, and rounding is 1e-11
 
@@ -109,19 +106,7 @@ def _compose(parent: FrameMotion, child: RelativeMotion) -> FrameMotion:
     rotation, offset = parent.rotation, parent.rotation @ np.array(child.transform.translation)
     return FrameMotion(
         parent.position + offset,
-        rotation @ _rotation(child.transform),
+        rotation @ rotation_matrices(np.array([child.transform.rotation]))[0],
         parent.velocity + np.cross(parent.angular_velocity, offset) + rotation @ child.velocity,
         parent.angular_velocity + rotation @ child.angular_velocity,
-    )
-
-
-def _rotation(transform: Transform) -> Array:
-    """Return the matrix (3, 3) of a transform's unit quaternion."""
-    x, y, z, w = transform.rotation
-    return np.array(
-        [
-            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
-            [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
-            [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
-        ]
     )

@@ -8,10 +8,9 @@ have moments of inertia.
 from __future__ import annotations
 
 from math import atan2, cbrt, hypot
-from typing import TYPE_CHECKING
 
 from crane_sim.description.cables import SuspendedCable, add_cable
-from crane_sim.description.robot import FORWARD, LEFT
+from crane_sim.description.robot import FORWARD, LEFT, Robot
 from crane_sim.description.solids import (
     DARK,
     GREY,
@@ -24,13 +23,9 @@ from crane_sim.description.solids import (
     payload_box,
     point_mass,
 )
-from crane_sim.description.workspace import estimate_bounding_box, validated_scene_file
-
-if TYPE_CHECKING:
-    from crane_sim.description.robot import Robot
-    from crane_sim.description.workspace import BoundingBox
-    from crane_sim.scenes.scene import Scene
-    from crane_sim.scenes.schema.overhead_groups import AxisGroup
+from crane_sim.description.workspace import BoundingBox, estimate_bounding_box, validated_scene_file
+from crane_sim.scenes.scene import Scene
+from crane_sim.scenes.schema.overhead_groups import AxisGroup
 
 
 def add_overhead_crane(robot: Robot, scene: Scene) -> None:

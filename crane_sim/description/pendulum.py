@@ -6,18 +6,14 @@ it has no mass, since its motion is given.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from crane_sim.description.cables import AXES, SuspendedCable, add_vector_links
 from crane_sim.description.falls import add_head, add_load
+from crane_sim.description.robot import Robot
 from crane_sim.description.solids import DARK, ORIGIN, RPY_ALONG_Y, STEEL, YELLOW, Shape, payload_box, point_mass
 from crane_sim.description.suspended import add_nodes, add_payload, hung_length
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
-
-if TYPE_CHECKING:
-    from crane_sim.description.robot import Robot
-    from crane_sim.scenes.scene import Scene
+from crane_sim.scenes.scene import Scene
 
 
 def add_pendulum(robot: Robot, scene: Scene) -> None:

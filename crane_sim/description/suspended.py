@@ -10,13 +10,13 @@ be: its link keeps the axes of the base here, while a recording turns it.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
 from crane_sim.description.cables import SuspendedCable, add_vector_links
 from crane_sim.description.knuckle import add_knuckle_boom, add_swing, pedestal_height
-from crane_sim.description.robot import DOWN, FORWARD, LEFT, RIGHT, UP
+from crane_sim.description.robot import DOWN, FORWARD, LEFT, RIGHT, UP, Robot
 from crane_sim.description.solids import (
     DARK,
     GLASS,
@@ -41,13 +41,8 @@ from crane_sim.models.supports.knuckle_boom import Knuckle
 from crane_sim.models.supports.swaying_tower import SwayingTower
 from crane_sim.models.supports.telescopic_boom import TelescopicBoom
 from crane_sim.models.supports.tower_crane import TowerCrane
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from crane_sim.description.robot import Robot
-    from crane_sim.models.suspended.crane import SuspendedCrane
-    from crane_sim.scenes.scene import Scene
+from crane_sim.models.suspended.crane import SuspendedCrane
+from crane_sim.scenes.scene import Scene
 
 MAST_HEIGHT, COUNTER_JIB = 1.3, 0.3  # of a tower crane's size: drawn, not modelled
 ATTITUDE_JOINT = "attitude"

@@ -6,27 +6,22 @@ moves, and the payload's turn where its attitude is part of the state: no joint 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import cos, sin, sqrt
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import NDArray
 
+from crane_sim.description.rotations import NO_TURN, Quaternion, product, quaternion_of
 from crane_sim.description.suspended import ATTITUDE_JOINT
+from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.schema.rigging import ATTITUDE
-from crane_sim.simulation.base_state import base_state
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from crane_sim.scenes.scene import Scene
-    from crane_sim.simulation.base_state import BaseState
+from crane_sim.simulation.base_state import BaseState, base_state
 
 WORLD, BASE, PAYLOAD = "world", "base_link", "payload_link"
 Vector = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]
-NO_TURN: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 
 class Transform(NamedTuple):
@@ -120,40 +115,15 @@ def payload_orientation(scene: Scene, t: float, q: Sequence[float]) -> Quaternio
     indices = [scene.joint_names.index(name) for name in ATTITUDE if name in scene.joint_names]
     if not indices:
         return NO_TURN
-    a = base_transform(base_state(scene, t)).rotation
     size = sqrt(sum(q[i] * q[i] for i in indices))
     w, x, y, z = (q[i] / size for i in indices)
-    return (
-        a[3] * x + a[0] * w + a[1] * z - a[2] * y,
-        a[3] * y - a[0] * z + a[1] * w + a[2] * x,
-        a[3] * z + a[0] * y - a[1] * x + a[2] * w,
-        a[3] * w - a[0] * x - a[1] * y - a[2] * z,
-    )
+    return product(base_transform(base_state(scene, t)).rotation, (x, y, z, w))
 
 
 def base_transform(state: BaseState) -> Transform:
     """Return the frame of the base in the world."""
     x, y, z = state.position.tolist()
     return Transform(WORLD, BASE, (x, y, z), quaternion_of(state.rotation))
-
-
-def quaternion_of(rotation: NDArray[np.float64]) -> Quaternion:
-    """Return the unit quaternion (x, y, z, w) of a rotation matrix (3, 3), from its largest component (Shepperd 1978).
-
-    Every pair of components has its product among the sums and differences of the matrix's entries.
-    """
-    r, trace = rotation, float(np.trace(rotation))
-    products = np.array(
-        [
-            [1.0 + 2.0 * r[0, 0] - trace, r[0, 1] + r[1, 0], r[0, 2] + r[2, 0], r[2, 1] - r[1, 2]],
-            [r[0, 1] + r[1, 0], 1.0 + 2.0 * r[1, 1] - trace, r[1, 2] + r[2, 1], r[0, 2] - r[2, 0]],
-            [r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], 1.0 + 2.0 * r[2, 2] - trace, r[1, 0] - r[0, 1]],
-            [r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1], 1.0 + trace],
-        ]
-    )
-    row = products[int(np.argmax(np.diag(products)))]
-    x, y, z, w = (row / np.linalg.norm(row)).tolist()
-    return x, y, z, w
 
 
 def _moving_joint(joint: ElementTree.Element, joints: Sequence[str]) -> MovingJoint:

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from crane_sim.numerics.jit import LIGHT, entry_point, optimisation
+from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.schema.overhead import OverheadFile
 from crane_sim.simulation.derived import world_points
 from crane_sim.trajectories.profiles import Motion, evaluate_motion
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from crane_sim.scenes.scene import Scene
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 SAMPLES = 200  # of a prescribed motion
 RAIL_OVERHANG = 0.25  # of the depth: overhang of the rail beyond the last node

@@ -2,31 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from math import isfinite
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
-from crane_sim.recording.bag_messages import UnreadableBag, read_messages
+from crane_sim.recording.bag_messages import Message, UnreadableBag, read_messages
 from crane_sim.recording.blocks import block_of, run_of_block
-from crane_sim.recording.completeness import Steps, assess
+from crane_sim.recording.completeness import Completeness, Steps, assess
 from crane_sim.recording.digest import agrees
 from crane_sim.recording.layout import layout_of_scene
 from crane_sim.recording.mcap.reader import END, RUN, mcap_file, read_metadata
-from crane_sim.recording.run import UnreadableRecording, parse_scene
-from crane_sim.recording.step_assembler import StepAssembler
-from crane_sim.scenes.scene import load_scene
+from crane_sim.recording.run import RecordedRun, UnreadableRecording, parse_scene
+from crane_sim.recording.step_assembler import Row, StepAssembler
+from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.hardware import is_sensed
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-    from pathlib import Path
-
-    from crane_sim.recording.bag_messages import Message
-    from crane_sim.recording.completeness import Completeness
-    from crane_sim.recording.run import RecordedRun
-    from crane_sim.recording.step_assembler import Row
-    from crane_sim.scenes.scene import Scene
 
 REQUIRED_TOPICS = ("joint_states", "applied_effort")
 OPTIONAL_TOPICS = ("true_states", "joint_commands", "accepted_command", "held_command", "joint_trajectory")

@@ -5,23 +5,18 @@ Rotations of many instants at once are arrays: scipy's would take a seventh of a
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
+from crane_sim.description.rotations import quaternions_of, rotation_matrices, rotations_about_z
+from crane_sim.models.falls.crane import Falls
+from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.schema.rigging import ATTITUDE
-from crane_sim.trajectories.base_motion import rotations
+from crane_sim.trajectories.base_motion import AnyBase, rotations
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import NDArray
-
-    from crane_sim.models.falls.crane import Falls
-    from crane_sim.scenes.scene import Scene
-    from crane_sim.trajectories.base_motion import AnyBase
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 def base_of(scene: Scene) -> AnyBase | None:
@@ -51,37 +46,6 @@ def to_world(points: Array, base: Array | None) -> Array:
     if base is None:
         return points
     return np.einsum("kij,knj->kni", base_rotations(base), points) + base[:, None, :3]
-
-
-def quaternions_of(roll: Array, pitch: Array, yaw: Array) -> Array:
-    """Return the unit quaternions (K, 4), x y z w, of turns by yaw, then pitch, then roll [rad] about the turned axes.
-
-    Args:
-        roll: (K,) rad, about x.
-        pitch: (K,) rad, about y.
-        yaw: (K,) rad, about z.
-    """
-    (cr, cp, cy), (sr, sp, sy) = ([f(0.5 * angle) for angle in (roll, pitch, yaw)] for f in (np.cos, np.sin))
-    x = cy * cp * sr - sy * sp * cr
-    y = cy * sp * cr + sy * cp * sr
-    z = sy * cp * cr - cy * sp * sr
-    w = cy * cp * cr + sy * sp * sr
-    return np.stack([x, y, z, w], axis=-1)
-
-
-def rotation_matrices(quaternions: Array) -> Array:
-    """Return the rotation matrices (K, 3, 3) of quaternions (K, 4), x y z w, of any size but zero."""
-    n, w = quaternions[:, :3], quaternions[:, 3, None, None]
-    zero = np.zeros(len(n))
-    x, y, z = n.T
-    cross = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)  # of n with a vector
-    outer, square = n[:, :, None] * n[:, None, :], np.sum(n * n, axis=1)[:, None, None]
-    return ((w * w - square) * np.eye(3) + 2.0 * (outer + w * cross)) / (w * w + square)
-
-
-def rotations_about_z(angles: Array) -> Array:
-    """Return the rotation matrices (K, 3, 3) of turns about z by angles (K,) [rad]."""
-    return rotations(np.column_stack([np.zeros((len(angles), 2)), angles]))
 
 
 def fall_ends(falls: Falls, values: Mapping[str, Array], tip: Array) -> tuple[Array, Array]:

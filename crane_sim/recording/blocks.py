@@ -11,7 +11,7 @@ from crane_sim import system
 from crane_sim.recording.base_frame import base_of, to_base, to_world
 from crane_sim.recording.layout import Block, of_rollout, select_tensions
 from crane_sim.recording.run import AnimationFrames, RecordedRun, crane_of
-from crane_sim.recording.states import StateTimelines, make_event_timelines, make_fault_timelines
+from crane_sim.recording.states import BRAKES, CONTACT, EFFORTS, MIN_FORCE, make_event_timelines, make_fault_timelines
 from crane_sim.recording.suspension import hanging_still
 from crane_sim.simulation.derived import Derived, derive, derive_instant, fill_contact_forces
 from crane_sim.simulation.flat_summary import plain
@@ -19,15 +19,17 @@ from crane_sim.simulation.hardware import is_sensed, measure
 from crane_sim.trajectories.base_motion import base_positions
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
-    from crane_sim.recording.layout import Array, Block, Layout
+    from crane_sim.recording.layout import Array, Layout
     from crane_sim.recording.states import Changes
     from crane_sim.recording.step_assembler import Row
     from crane_sim.scenes.scene import Scene
     from crane_sim.simulation.rollout import Rollout
+
+    StepChanges = tuple[str, NDArray[np.int64], list[str]]  # timeline, steps at which it changes, states from then on
 
 
 class Motion(NamedTuple):
@@ -137,8 +139,8 @@ def _references(rows: Sequence[Row]) -> Array | None:
 NEUTRAL_COMPONENTS = {"_z": -1.0, "qw": 1.0}
 """Components, by the end of their names, of directions that point down and of an attitude that is the base's."""
 
-MOST_REFERENCES = 20
-"""References in a block at which the crane's rest is solved for, some ms each: a stream of setpoints has more."""
+MOST_REFERENCES, MANY_STEPS = 20, 2000
+"""References in as many steps at which the crane's rest is solved for, some ms each: a stream of setpoints has more."""
 
 
 def _targets(scene: Scene, t: Array, reference: Array, q: Array, nodes: Array, base: Array | None) -> Array:
@@ -164,7 +166,8 @@ def _targets(scene: Scene, t: Array, reference: Array, q: Array, nodes: Array, b
 def _fill_resting_joints(scene: Scene, reference: Array, q: Array) -> None:
     """Fill into positions (K, nq) those of loads on falls and of what bends at rest at the references (K, nu)."""
     rows, of = np.unique(reference, axis=0, return_inverse=True)
-    for i, row in enumerate(rows.tolist() if len(rows) <= MOST_REFERENCES else ()):
+    is_stream = len(rows) > MOST_REFERENCES * (1 + len(q) // MANY_STEPS)
+    for i, row in enumerate(() if is_stream else rows.tolist()):
         try:
             resting = scene.file.resting_joints(tuple(row))
         except (ArithmeticError, ValueError):  # no rest there: a topic may carry any numbers
@@ -234,3 +237,64 @@ def _states(
     for timeline, steps, states in StateTimelines(layout).find_changes(block):
         timelines[timeline] = [*zip(((steps - 1) * layout.period_ns / 1e9).tolist(), states, strict=True)]
     return {name.replace("_", " "): timelines[name] for name in sorted(timelines)}
+
+
+class StateTimelines:
+    """The last states of a run's timelines, from which their changes follow."""
+
+    def __init__(self, layout: Layout) -> None:
+        """Begin before the first step, all in their normal states."""
+        self._layout, self._inputs = layout, layout.timeline_inputs
+        self._last: dict[str, str] = {}
+        self._tripped = np.zeros(len(layout.actuated), dtype=bool)
+
+    def find_changes(self, block: Block) -> Iterator[StepChanges]:
+        """Yield (timeline, steps at which its state changes, the states from then on) of the next block."""
+        for timeline, normal, other, where in self._evaluate(block):
+            yield from self._compare(timeline, normal, block.step, np.where(where, other, normal))
+
+    def find_change(self, timeline: str, normal: str, step: int, state: str) -> Iterator[StepChanges]:
+        """Yield the change of a timeline, which begins in the state `normal`, at one step, as `find_changes` does."""
+        yield from self._compare(timeline, normal, np.array([step]), np.array([state]))
+
+    def _compare(self, timeline: str, normal: str, step: NDArray[np.int64], values: Any) -> Iterator[StepChanges]:
+        known = timeline in self._last
+        before = np.concatenate([[self._last.get(timeline, normal)], values[:-1]])
+        rows = np.flatnonzero(values != before)
+        if not rows.size:
+            return
+        self._last[timeline] = str(values[-1])
+        steps, states = step[rows], [str(state) for state in values[rows]]
+        if not known and steps[0] > 1:
+            steps, states = np.concatenate([[1], steps]), [normal, *states]
+        yield timeline, steps, states
+
+    def _evaluate(self, block: Block) -> Iterator[tuple[str, str, Any, Any]]:
+        """Yield (timeline, normal state, the other one, whether it is in that one (K,)) for the steps of a block."""
+        layout = self._layout
+        if layout.actuated and layout.commanded:
+            yield BRAKES, "released", "acting", block.braked
+        if layout.actuated and self._inputs.only_limits_change_efforts and layout.effort_units == layout.command_units:
+            differs = np.isfinite(block.demanded) & (block.demanded != block.effort)
+            yield EFFORTS, "free", "limited", differs.any(axis=1)
+        for name, tension in zip(layout.ropes.tensions, block.tensions.T, strict=True):
+            pushing = tension < -MIN_FORCE
+            yield _short(name), "taut", np.where(pushing, "pushes", "slack"), tension <= MIN_FORCE
+        if block.contact is not None:
+            yield CONTACT, "apart", "touches", block.contact > MIN_FORCE
+        yield from self._limit_switches(block)
+
+    def _limit_switches(self, block: Block) -> Iterator[tuple[str, str, str, Any]]:
+        """Yield the timelines of limit switches; a switch that has tripped stays so."""
+        if self._inputs.limit_switches is None:
+            return
+        q, (low, high) = block.q[:, self._layout.driven], self._inputs.limit_switches
+        tripped = np.logical_or.accumulate((q > high) | (q < low), axis=0) | self._tripped
+        self._tripped = tripped[-1]
+        for name, each in zip(self._layout.actuated, tripped.T, strict=True):
+            yield f"limit switch of the {name}", "clear", "tripped", each
+
+
+def _short(name: str) -> str:
+    """Return the name of a link, a fall or the only rope, from that of its tension."""
+    return {"rope tension": "rope", "tension of the top link": "link 1", "tension of fall 1": "fall 1"}.get(name, name)

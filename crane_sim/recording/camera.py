@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 from math import atan2, cos, degrees, hypot, radians, sin, tan
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from crane_sim.description.falls import portal_of
 from crane_sim.description.knuckle import pedestal_height
 from crane_sim.description.pendulum import cable_length
+from crane_sim.description.rotations import rotations_about_z
 from crane_sim.description.suspended import bridge_reach, contact_height, crane_size, ground_height
-from crane_sim.description.workspace import axis_positions
+from crane_sim.description.workspace import BoundingBox, axis_positions
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.supports.flexible import rigid_support
 from crane_sim.models.supports.support import structure_of
 from crane_sim.models.supports.telescopic_boom import TelescopicBoom
 from crane_sim.models.suspended.crane import SuspendedCrane
-from crane_sim.recording.base_frame import rotations_about_z
+from crane_sim.scenes.scene import Scene
 from crane_sim.trajectories.trajectory import sample_trajectory
-
-if TYPE_CHECKING:
-    from crane_sim.description.workspace import BoundingBox
-    from crane_sim.scenes.scene import Scene
 
 Vector = tuple[float, float, float]
 FIELD_OF_VIEW = 55.0  # degrees, the viewer's field of view from top to bottom

@@ -10,14 +10,10 @@ import fcntl
 import itertools
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from io import FileIO
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from io import FileIO
 
 
 def describe_gaps(recorded: int, steps: int, lost_commands: int = 0) -> str:

@@ -6,37 +6,33 @@ What the derived curves of a recording are computed from, where that is not the 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import yaml
+from numpy.typing import NDArray
 
 from crane_sim import system
 from crane_sim.description import urdf
 from crane_sim.description.transforms import BASE, WORLD
 from crane_sim.description.workspace import validated_scene_file
+from crane_sim.models.falls.crane import Falls
 from crane_sim.recording import provenance
 from crane_sim.recording.base_frame import base_of, fall_ends, to_base
 from crane_sim.recording.camera import Framing, of_room, pictures_of
-from crane_sim.recording.metric_units import path_unit_of_scene
+from crane_sim.recording.path_units import path_unit_of_scene
 from crane_sim.recording.states import TimelineInputs, make_timeline_inputs
 from crane_sim.recording.suspension import COORDINATES, Suspension, effort_scales, suspension
+from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.hardware import is_sensed, sensed_coordinates
+from crane_sim.trajectories.waves import SineSum
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import NDArray
-
-    from crane_sim.models.falls.crane import Falls
-    from crane_sim.scenes.scene import Scene
     from crane_sim.simulation.rollout import Rollout
-    from crane_sim.trajectories.waves import SineSum
 
-    Array = NDArray[np.float64]
-
-
+Array = NDArray[np.float64]
 FRAME_NS = 33_000_000  # of scene time between two frames of the 3D scene
 
 
@@ -209,15 +205,13 @@ class Block(NamedTuple):
 def layout_of_scene(scene: Scene, run_id: str, truth: bool = True) -> Layout:
     """Return the layout of a scene's recording; without `truth` its states are the measured ones."""
     sensed = sensed_coordinates(scene.hardware, len(scene.joint_names)) if truth else ()
-    return _make_layout(scene, run_id, truth)._replace(sensed=sensed, path_unit=path_unit_of_scene(scene))
+    return _make_layout(scene, run_id, truth, suspension(scene))._replace(
+        sensed=sensed, path_unit=path_unit_of_scene(scene)
+    )
 
 
-def _make_layout(scene: Scene, run_id: str, truth: bool) -> Layout:
-    cable = suspension(scene)
-    if cable:
-        framing, scales = of_room(cable.room, cable.lifts), effort_scales(scene, cable.hang)
-    else:
-        framing, scales = pictures_of(scene)
+def _make_layout(scene: Scene, run_id: str, truth: bool, cable: Suspension | None) -> Layout:
+    framing, scales = _pictures(scene, cable)
     return Layout(
         run_id=run_id,
         name=scene.name,
@@ -242,6 +236,13 @@ def _make_layout(scene: Scene, run_id: str, truth: bool) -> Layout:
         timeline_inputs=make_timeline_inputs(scene.hardware),
         properties=_scene_properties(scene, truth) | {"urdf": urdf(scene), "crane": _crane_facts(scene, framing)},
     )
+
+
+def _pictures(scene: Scene, cable: Suspension | None) -> tuple[Framing, tuple[float, ...]]:
+    """Return how to draw a crane, and the scales (nu,) of its efforts' arrows."""
+    if cable is None:
+        return pictures_of(scene)
+    return of_room(cable.room, cable.lifts), effort_scales(scene, cable.hang)
 
 
 def of_rollout(rollout: Rollout, run_id: str) -> Layout:

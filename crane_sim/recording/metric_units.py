@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from crane_sim.recording.run import RecordedRun
-    from crane_sim.scenes.scene import Scene
 
 
 UNITS = {
@@ -105,19 +104,6 @@ def _format_scaled(value: float | None, factor: float) -> str:
 def shown_unit(unit: str) -> tuple[str, float]:
     """Return (unit in which people read a quantity, its factor): angles in degrees."""
     return (unit.replace("rad", "deg"), degrees(1.0)) if unit.startswith("rad") else (unit, 1.0)
-
-
-def path_unit(of_joints: bool, joint_units: Sequence[str]) -> str:
-    """Return the unit of a path: of the payload's m, else that of the joints; empty where these have different ones."""
-    units = set(joint_units) if of_joints else {"m"}
-    return units.pop() if len(units) == 1 else ""
-
-
-def path_unit_of_scene(scene: Scene) -> str:
-    """Return the unit of a scene's path, m without one."""
-    units = dict(zip(scene.joint_names, scene.joint_units, strict=True))
-    of_joints = scene.trajectory is not None and scene.trajectory.of_joints
-    return path_unit(of_joints, [units[name] for name in scene.actuated])
 
 
 _UNITS = {"final_error": "rad, m", "peak_effort": "N m, N"}  # of metrics whose entries have different ones

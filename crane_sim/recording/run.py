@@ -14,7 +14,7 @@ from crane_sim.files.extensions import find_view
 from crane_sim.files.installation import MissingPackage, import_optional
 from crane_sim.files.yaml_text import YAML_ERRORS, parse_yaml
 from crane_sim.recording.completeness import CUT, Completeness
-from crane_sim.recording.metric_units import path_unit
+from crane_sim.recording.path_units import path_unit
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

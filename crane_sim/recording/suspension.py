@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from crane_sim.description.cables import SuspendedCable
 from crane_sim.description.workspace import BoundingBox, estimate_bounding_box, validated_scene_file
+from crane_sim.scenes.scene import Scene
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from crane_sim.scenes.scene import Scene
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 MAX_PLOTTED_LINKS = 4
 

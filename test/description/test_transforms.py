@@ -9,13 +9,8 @@ from urdf_kinematics import link_position
 
 from crane_sim import load_scene
 from crane_sim.description import urdf
-from crane_sim.description.transforms import (
-    Transform,
-    TransformTree,
-    base_transform,
-    payload_orientation,
-    quaternion_of,
-)
+from crane_sim.description.rotations import quaternion_of
+from crane_sim.description.transforms import Transform, TransformTree, base_transform, payload_orientation
 from crane_sim.files.catalogue import scene_files
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.scenes.scene import Scene

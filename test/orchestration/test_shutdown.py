@@ -220,7 +220,7 @@ def test_only_bags_of_this_run_are_listed(tmp_path: Path) -> None:
     path, unlimited = str(tmp_path / "run.mcap"), repair.countdown(math.inf)
     Path(path).touch()
     os.utime(path, (1.0, 1.0))
-    unfinished_name(part_of(path, 2)).mkdir()
+    unfinished_name(part_of(path, 2)).touch()
     role: Any = SimpleNamespace(mcap=path, restarts=2, start_time=time.time() - 1.0)
     assert recover_bags(role, "last.mcap", unlimited) == {"mcap": "last.mcap"}
     part_of(path, 1).touch()

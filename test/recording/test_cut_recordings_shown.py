@@ -1,6 +1,7 @@
 """A recording that is cut is shown by the viewer, which does not load such files, as far as it is whole."""
 
 from pathlib import Path
+from urllib.request import urlopen
 
 import pytest
 from recorder_helpers import SCENE
@@ -8,23 +9,23 @@ from recorder_helpers import SCENE
 import crane_sim
 from crane_sim.files.errors import SceneError
 from crane_sim.recording.rerun.reader import read_curves
-from crane_sim.recording.rerun.rrd_file import open_viewable, read_chunks, viewable, whole_size
+from crane_sim.recording.rerun.rrd_file import open_viewable, read_chunks, whole_size
+from crane_sim.recording.rerun.viewer import _served
 
 
 def test_the_viewer_gets_what_is_whole(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """The copy of a file that was cut within a message ends before it, and has a name that a viewer loads."""
     whole = crane_sim.simulate(SCENE, duration=0.1).record(tmp_path / "whole.rrd")
-    data = whole.read_bytes()
-    with viewable(whole) as file:
-        assert file == whole and open_viewable(whole) is None
-    cut = tmp_path / "run.rrd.part"
+    assert open_viewable(whole) is None
+    data, cut, copied = whole.read_bytes(), tmp_path / "run.rrd.part", tmp_path / "copied.rrd"
     cut.write_bytes(data[: 2 * len(data) // 3])
-    with viewable(cut) as file:
-        assert file.name == "run.rrd" and whole_size(file) == file.stat().st_size == whole_size(cut)
-        assert len(read_curves(file, "plots/q").step) == 10 and read_chunks(file, ("plots",)).unreadable == 0
-        copy = open_viewable(cut)
-        assert copy is not None and copy.read() == file.read_bytes()
-    assert not file.exists()
+    copy = open_viewable(cut)
+    assert copy is not None
+    copied.write_bytes(copy.read())
+    assert whole_size(copied) == copied.stat().st_size == whole_size(cut)
+    assert len(read_curves(copied, "plots/q").step) == 10 and read_chunks(copied, ("plots",)).unreadable == 0
+    with _served(cut) as address, urlopen(address) as answer:
+        assert address.endswith("/run.rrd") and answer.read() == copied.read_bytes()
     assert caplog.messages == [f"{cut} is cut off: what is whole of it is shown"] * 2
 
 

@@ -6,7 +6,8 @@ import pytest
 
 import crane_sim
 from crane_sim.cli.report import print_summary
-from crane_sim.recording.metric_units import metric_row, path_unit, summary_table
+from crane_sim.recording.metric_units import metric_row, summary_table
+from crane_sim.recording.path_units import path_unit
 from crane_sim.recording.read import as_recorded
 from crane_sim.report.page_data import plain_metrics
 

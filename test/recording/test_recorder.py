@@ -106,29 +106,24 @@ def test_a_reference_holds_from_its_stamp_on() -> None:
 
 
 def test_a_reset_begins_a_new_recording(tmp_path: Path) -> None:
-    """The recording before a reset is kept in its own file, and the run after it is complete in the usual one."""
-    recorder = Recorder(SCENE, tmp_path / "run.rrd")
-    feed(recorder, 30)
-    feed(recorder, 20)
-    added = recorder.finish({"steps": 20})
-    assert added == {"recording": str(tmp_path / "run.rrd"), "recorded_steps": 20, "lost_steps": 0}
-    assert len(read_curves(tmp_path / "run.rrd", "plots/q").step) == 20
-    assert len(read_curves(tmp_path / "run.before_reset_1.rrd", "plots/q").step) == 30
+    """The recording before a reset is kept in its own file, and the run after it is complete in the usual one.
 
-
-def test_a_live_viewer_follows_the_run_over_a_reset(tmp_path: Path) -> None:
-    """A viewer on the port receives the steps before and after the reset, each as a recording of its own."""
+    A viewer on the live port receives the steps before and after the reset, each as a recording of its own.
+    """
     (port, own_port), received = free_ports(2), tmp_path / "received.rrd"
     recorder = Recorder(SCENE, tmp_path / "run.rrd", port, "one")
     command = [str(rerun_executable()), live_address(port), "--save", str(received), "--bind", "127.0.0.1"]
     with subprocess.Popen([*command, "--port", str(own_port)], stderr=subprocess.DEVNULL) as viewer:
         feed(recorder, 30)
         feed(recorder, 20)
-        recorder.finish({"steps": 20})
+        added = recorder.finish({"steps": 20})
         try:
             wait_until(lambda: passes_in(received) == {"knuckle_setpoint-one": 30, "knuckle_setpoint-one-1": 20})
         finally:
             viewer.kill()
+    assert added == {"recording": str(tmp_path / "run.rrd"), "recorded_steps": 20, "lost_steps": 0}
+    for name, steps in (("run.rrd", 20), ("run.before_reset_1.rrd", 30)):
+        assert len(read_curves(tmp_path / name, "plots/q").step) == steps
 
 
 def test_a_live_viewer_has_the_views_of_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from crane_sim.recording.base_frame import quaternions_of, rotation_matrices, rotations_about_z
+from crane_sim.description.rotations import quaternions_of, rotation_matrices, rotations_about_z
 
 ANGLES = np.random.default_rng(1).uniform(-3.0, 3.0, (100, 3))  # rad; quaternions of whole turns have either sign
 

@@ -8,18 +8,11 @@ import pytest
 from recording_samples import RowWriter, rows_at_rest
 
 import crane_sim
-from crane_sim.recording.blocks import block_of_rollout
+from crane_sim.recording.blocks import StateTimelines, block_of_rollout
 from crane_sim.recording.layout import of_rollout
 from crane_sim.recording.rerun.writer import RunWriter
 from crane_sim.recording.run import RecordedRun
-from crane_sim.recording.states import (
-    COLORS,
-    CONTROLLER,
-    StateTimelines,
-    TimelineInputs,
-    make_event_timelines,
-    make_spans,
-)
+from crane_sim.recording.states import COLORS, CONTROLLER, TimelineInputs, make_event_timelines, make_spans
 from crane_sim.report.page_data import page_data
 
 CHANGES: dict[str, Any] = {

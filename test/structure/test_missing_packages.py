@@ -40,7 +40,7 @@ NODES = ("crane_sim.ros.plant_node", "crane_sim.ros.recorder_node") + tuple(
 )
 EXPRESSIONS = {
     "run.record('run.rrd')": "MissingPackage: a recording needs the Python package rerun-sdk, .*crane_sim[rerun]",
-    "run.plot()": "MissingPackage: a recording needs the Python package rerun-sdk, .*crane_sim[rerun]",
+    "run.plot()": "MissingPackage: a figure needs the Python package matplotlib, .*crane_sim[plots]",
     "crane_sim.read_recording('run.rrd')": "UnreadableRecording: run.rrd: a recording needs .*crane_sim[rerun]",
     "crane_sim.read_recording('run.mcap')": "UnreadableRecording: run.mcap: a .* needs .*crane_sim[",
     "__import__('crane_sim.gym')": "MissingPackage: an environment needs .* gymnasium, .*crane_sim[gym]",

@@ -129,7 +129,8 @@ def recover_bag(part: Path, time_left: Callable[[], float] = lambda: inf) -> Pat
         target = recovered_name(part)
         temporary = temporary_name(target)
         try:
-            found = _copy_messages(mcap_file(part), temporary, time_left)
+            left = mcap_file(part)
+            found = left.is_file() and _copy_messages(left, temporary, time_left)
             if found:
                 temporary.replace(target)
         finally:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import os
 import struct
 from collections import Counter
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from io import BytesIO
-from typing import TYPE_CHECKING, BinaryIO, NamedTuple
+from pathlib import Path
+from typing import BinaryIO, NamedTuple
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
@@ -16,10 +18,6 @@ from mcap.stream_reader import breakup_chunk
 from mcap.writer import MCAP0_MAGIC as MAGIC
 
 from crane_sim.recording.digest import DIGEST
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from pathlib import Path
 
 RUN, END = "crane_sim.run", "crane_sim.end"
 """Names of metadata: before the messages of a run's bag, its properties; behind them, how it ended."""

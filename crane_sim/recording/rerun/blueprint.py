@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from math import ceil, floor, log10
-from typing import TYPE_CHECKING
 
 import rerun as rr
 import rerun.blueprint as rrb
 
-from crane_sim.recording.layout import Layout, label
+from crane_sim.recording.camera import Framing
+from crane_sim.recording.layout import Layout, Span, label
 from crane_sim.recording.quantities import LYAPUNOV, PAYLOAD, POSITIONS, REEVED, SWING
 from crane_sim.recording.rerun.curves import UnitPlot, angle_indices, commands, efforts, errors, rates
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from crane_sim.recording.camera import Framing
-    from crane_sim.recording.layout import Span
 
 TRAIL_SECONDS = 6.0
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import io
 import shutil
 import subprocess
+from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from PIL import Image
@@ -18,9 +19,6 @@ from crane_sim.files.output import write_output
 from crane_sim.process_signals import set_parent_death_signal
 from crane_sim.recording.rerun.screenshot import Shown, ViewCamera, camera
 from crane_sim.recording.rerun.viewer import PictureError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
 
 KINDS = (".gif", ".mp4")
 _GIF_RATE = 50.0  # pictures per second at most: a GIF counts in 1/100 s, and viewers show 1/100 s as 1/10 s

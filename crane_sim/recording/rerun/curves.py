@@ -7,21 +7,17 @@ computed from its nodes, independent of its coordinates.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from crane_sim.recording.layout import Block, Layout, label
+from crane_sim.recording.layout import Array, Block, Layout, label
 from crane_sim.recording.quantities import COMMANDS, EFFORTS, ERROR, RATES, drawn_unit
+from crane_sim.recording.suspension import Suspension
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from crane_sim.recording.layout import Array
-    from crane_sim.recording.suspension import Suspension
-
-    Values = Callable[[Block], Array | None]
+Values = Callable[[Block], Array | None]
 
 Color = tuple[int, int, int]
 PALETTE: tuple[Color, ...] = (

@@ -10,20 +10,16 @@ import os
 import select
 import shutil
 import threading
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from io import FileIO
+from pathlib import Path
 
 import rerun as rr
+import rerun.blueprint as rrb
 
 from crane_sim.recording.files import claim, unfinished_name
 from crane_sim.recording.rerun.repair import repair
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from io import FileIO
-    from pathlib import Path
-
-    import rerun.blueprint as rrb
 
 
 class RecordingError(RuntimeError):

@@ -4,26 +4,21 @@ from __future__ import annotations
 
 import json
 from collections import Counter, defaultdict
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from functools import reduce
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
+from numpy.typing import NDArray
 
-from crane_sim.recording.completeness import Steps, assess
+from crane_sim.recording.completeness import Completeness, Steps, assess
 from crane_sim.recording.digest import CHANGES, DIGEST, Rows, agrees, digest_changes, verified_steps
 from crane_sim.recording.rerun.rrd_file import NoRecording, read_chunks
 from crane_sim.recording.rerun.writer import DIGESTS, EVENTS, STATES, is_verified
 from crane_sim.recording.run import AnimationFrames, RecordedRun, UnreadableRecording, crane_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from crane_sim.recording.completeness import Completeness
 
 SCALARS = "Scalars:scalars"
 _ROW_ID = "rerun.controls.RowId"  # in the order in which rows were logged, also within one instant
@@ -104,21 +99,27 @@ def _assemble(path: Path, batches: Batches, run: dict[str, Any], unreadable: int
     damage += ["its summary is not as it was written"] * (not is_whole)
     if summary and end.get(CHANGES, digest := digest_changes(changes)) != digest:
         damage.append("its events and states are not as they were written")
-    plots = _Plots({name: rows.at(good) for name, rows in curves.items()}, path, good)
-    crane = crane_of(run)
-    arrays = _arrays(plots, bool(crane.actuated), summary)
+    _check_steps(path, good, summary)
+    crane, rows = crane_of(run), {name: each.at(good) for name, each in curves.items()}
+    arrays = _arrays(rows, path, bool(crane.actuated), good)
     events = _in_seconds(changes.get(EVENTS, []))
     return RecordedRun(
         path=path,
         crane=crane,
         properties={key: value for key, value in run.items() if key not in ("crane", "urdf", DIGEST)},
-        frames=_frames(plots),
+        frames=_frames(rows),
         states={_timeline(name): _in_seconds(changes[name]) for name in sorted(changes) if name != EVENTS},
         events=events or [(each["t"], each["what"]) for each in summary.get("events", ())],
         summary=summary,
         completeness=_assess(arrays["t"], run, summary, "; ".join(damage)),
         **arrays,
     )
+
+
+def _check_steps(path: Path, good: NDArray[np.int64], summary: dict[str, Any]) -> None:
+    if not len(good):
+        reason = summary.get("error") or "it is cut off before the first ones are complete, or all are damaged"
+        raise UnreadableRecording(f"{path}: has no steps: {reason}")
 
 
 def _assess(t: NDArray[np.float64], run: dict[str, Any], summary: dict[str, Any], damage: str) -> Completeness:
@@ -128,53 +129,36 @@ def _assess(t: NDArray[np.float64], run: dict[str, Any], summary: dict[str, Any]
     return assess(Steps(len(t), float(t[-1]), planned, recorded, lost), damage)
 
 
-_OPTIONAL = {name: name for name in ("base", "contact", "q_measured", "v_measured")} | {"reeved": "reeved_tension"}
-_OF_EVERY_RUN = {name: name for name in ("q", "v", "tip", "payload", "swing")} | {"tensions": "tension"}
+_STORED = {name: name for name in ("q", "v", "tip", "payload", "swing", "energy_parts")} | {"tensions": "tension"}
 _OF_DRIVES = {"u": "effort", "commands": "effort_demanded"}
+_OPTIONAL = {name: name for name in ("base", "contact", "q_measured", "v_measured", "lyapunov", "lyapunov_rate")}
+_OPTIONAL |= {"reeved": "reeved_tension"}
+"""Entities below `plots/` by what they are: of every run, of one whose crane is driven, of some."""
 
 
-class _Plots(NamedTuple):
-    """The curves of a run at its good steps."""
-
-    rows: dict[str, Rows]
-    path: Path
-    step: NDArray[np.int64]  # (K,)
-
-    def find(self, entity: str) -> Any:
-        """Return the values (K, curves) of an entity, None where the recording has none."""
-        rows = self.rows.get(f"plots/{entity}")
-        return None if rows is None or not np.array_equal(rows.step, self.step) else rows.values
-
-    def get(self, entity: str) -> Any:
-        """Return the values (K, curves) of an entity that every run has."""
-        values = self.find(entity)
-        if values is None:
-            raise UnreadableRecording(f"{self.path}: is damaged: it has no plots/{entity}")
-        return values
-
-
-def _arrays(plots: _Plots, driven: bool, summary: dict[str, Any]) -> dict[str, Any]:
-    """Return the attributes of a run that are arrays, by name; None for what it does not have."""
-    if not len(plots.step):
-        reason = summary.get("error") or "it is cut off before the first ones are complete, or all are damaged"
-        raise UnreadableRecording(f"{plots.path}: has no steps: {reason}")
-    reference = plots.rows.get("plots/q_ref")
-    arrays: dict[str, Any] = {name: plots.find(entity) for name, entity in _OPTIONAL.items()}
-    arrays |= {"reference": None if reference is None else _spread(reference, plots.step)}
-    arrays |= {name: plots.get(entity) for name, entity in _OF_EVERY_RUN.items()}
-    for name, entity in _OF_DRIVES.items():
-        arrays[name] = plots.get(entity) if driven else np.empty((len(plots.step), 0))
-    arrays["swing"] = arrays["swing"][:, 0]
-    arrays["contact"] = None if arrays["contact"] is None else arrays["contact"][:, 0]
-    kinetic, potential = plots.get("energy_parts").T
-    value = plots.find("lyapunov")
-    lyapunov = None if value is None else np.hstack((value, plots.get("lyapunov_rate")))
-    t = _seconds(plots.rows["plots/q"].time)
-    return arrays | {"t": t, "kinetic": kinetic, "potential": potential, "lyapunov": lyapunov}
+def _arrays(rows: dict[str, Rows], path: Path, driven: bool, steps: NDArray[np.int64]) -> dict[str, Any]:
+    """Return the attributes of a run that are arrays at its good steps, by name; None for what it does not have."""
+    needed = _STORED | (_OF_DRIVES if driven else {})
+    found: dict[str, Any] = {}
+    for name, entity in (needed | _OPTIONAL).items():
+        curves = rows.get(f"plots/{entity}")
+        found[name] = None if curves is None or not np.array_equal(curves.step, steps) else curves.values
+        if found[name] is None and name in needed:
+            raise UnreadableRecording(f"{path}: is damaged: it has no plots/{entity}")
+    if not driven:
+        found |= dict.fromkeys(_OF_DRIVES, np.empty((len(steps), 0)))
+    reference = rows.get("plots/q_ref")
+    found["reference"] = None if reference is None else _spread(reference, steps)
+    for name in ("swing", "contact"):
+        found[name] = None if found[name] is None else found[name][:, 0]
+    found["kinetic"], found["potential"] = found.pop("energy_parts").T
+    value, rate = found["lyapunov"], found.pop("lyapunov_rate")
+    found["lyapunov"] = None if value is None or rate is None else np.hstack((value, rate))
+    return found | {"t": _seconds(rows["plots/q"].time)}
 
 
-def _frames(plots: _Plots) -> AnimationFrames:
-    nodes, target, falls = (plots.rows.get(f"frames/{name}") for name in ("nodes", "target", "falls"))
+def _frames(rows: dict[str, Rows]) -> AnimationFrames:
+    nodes, target, falls = (rows.get(f"frames/{name}") for name in ("nodes", "target", "falls"))
     if nodes is None:
         return AnimationFrames(np.empty(0), np.empty((0, 0, 3)), None, None)
     count = len(nodes.time)
@@ -190,7 +174,7 @@ def _verified_curves(batches: Batches) -> dict[str, Rows]:
 
 def _common_steps(curves: Iterable[Rows]) -> NDArray[np.int64]:
     """Return the steps that all curves of every run have: of a recording without digests, by an older version."""
-    names = [f"plots/{name}" for name in (*_OF_EVERY_RUN.values(), "energy_parts")]
+    names = [f"plots/{name}" for name in _STORED.values()]
     found = [rows.step for rows in curves if rows.name in names]
     return reduce(np.intersect1d, found) if len(found) == len(names) else np.empty(0, np.int64)
 

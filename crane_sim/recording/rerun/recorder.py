@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import time
 import uuid
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from crane_sim.recording.blocks import block_of
 from crane_sim.recording.files import before_reset, describe_failure, describe_gaps, set_aside
@@ -16,12 +17,8 @@ from crane_sim.recording.rerun.repair import REPAIR_TIMEOUT, EarlierFiles, Parts
 from crane_sim.recording.rerun.writer import RunWriter
 from crane_sim.recording.states import SIMULATION
 from crane_sim.recording.step_assembler import Row, StepAssembler
+from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.hardware import is_sensed
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from crane_sim.scenes.scene import Scene
 
 BLOCK_STEPS, BLOCK_SECONDS = 2000, 0.5
 MAX_BLOCKS = 60  # half a minute of real time: a viewer is slow to open a file with more of them

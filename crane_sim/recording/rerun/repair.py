@@ -9,17 +9,15 @@ import logging
 import os
 import subprocess
 import time
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import rerun_cli
 
 from crane_sim.process_signals import set_parent_death_signal
 from crane_sim.recording.files import acquire_lock, lock_file, recovered_name, temporary_name
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
 
 REPAIR_TIMEOUT = 60.0  # s for the repair of one recording
 COMPACTED_BYTES = 500_000_000  # of a recording at most; its compaction needs twice as much memory

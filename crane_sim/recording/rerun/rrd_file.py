@@ -12,19 +12,13 @@ import os
 import shutil
 import struct
 import tempfile
-from contextlib import contextmanager
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 import pyarrow as pa
 
 from crane_sim.files.errors import SceneError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-    from typing import BinaryIO
-
 
 MAGIC = b"RRF2"
 _HEAD_SIZE = 12  # magic, version, options
@@ -35,8 +29,6 @@ _LZ4, _RECORDING = 2, 1  # values: of the compression, of the kind of a store; t
 _MAX_RATIO = 256  # of LZ4
 _VARINT, _BYTES = 0, 2  # types of fields
 _CODEC = pa.Codec("lz4_raw")
-
-
 _DAMAGE = (pa.ArrowException, ValueError, LookupError, TypeError, OSError, MemoryError, StopIteration)
 """What decoding a damaged message may raise."""
 
@@ -167,49 +159,23 @@ def _varint(data: bytes, at: int) -> tuple[int, int]:
             return number, at
 
 
-@contextmanager
-def viewable(recording: Path) -> Iterator[Path]:
-    """Yield a file that the viewer loads for the length of the block: the recording, or what is whole of it.
-
-    Raises:
-        SceneError: it is an unfinished bag.
-    """
-    size = _size_to_show(recording)
-    if size is None:
-        yield recording
-        return
-    with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:
-        copy = Path(folder, f"{recording.name.removesuffix('.part').removesuffix('.rrd')}.rrd")
-        with copy.open("wb") as file:
-            _copy(recording, file, size)
-        yield copy
-
-
 def open_viewable(recording: Path) -> BinaryIO | None:
     """Return a file without a name with what is whole of a recording that is cut; None of a whole one.
 
+    The viewer does not end to load one that is cut.
+
     Raises:
         SceneError: it is an unfinished bag.
     """
-    size = _size_to_show(recording)
-    if size is None:
-        return None
-    file = tempfile.TemporaryFile(prefix="crane_sim-")
-    _copy(recording, file, size)
-    file.seek(0)
-    return file
-
-
-def _size_to_show(recording: Path) -> int | None:
     if recording.name.endswith(".mcap.part"):
         raise SceneError(f"{recording}: is an unfinished bag, which the viewer does not load; crane report draws it")
     size = whole_size(recording)
-    if size is not None:
-        logging.getLogger(__name__).warning("%s is cut off: what is whole of it is shown", recording)
-    return size
-
-
-def _copy(recording: Path, file: BinaryIO, size: int) -> None:
+    if size is None:
+        return None
+    logging.getLogger(__name__).warning("%s is cut off: what is whole of it is shown", recording)
+    file = tempfile.TemporaryFile(prefix="crane_sim-")
     with recording.open("rb") as source:
         shutil.copyfileobj(source, file)
     file.truncate(size)
+    file.seek(0)
+    return file

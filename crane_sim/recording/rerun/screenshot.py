@@ -7,19 +7,16 @@ from __future__ import annotations
 
 import contextlib
 import time
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
+
+from rerun.experimental import ViewerState
 
 from crane_sim.files.errors import SceneError, did_you_mean
 from crane_sim.files.output import write_output
 from crane_sim.recording.rerun import viewer
-from crane_sim.recording.rerun.rrd_file import viewable
 from crane_sim.recording.rerun.viewer import HeadlessViewer, PictureError, check_viewable, headless_viewer
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from rerun.experimental import ViewerState
 
 
 class Shown(NamedTuple):
@@ -93,8 +90,8 @@ def camera(recording: Path, shown: Shown | None = None) -> Iterator[ViewCamera]:
         PictureError: no viewer, no Vulkan driver to draw with.
     """
     check_viewable(recording)
-    with headless_viewer() as headless, viewable(recording) as whole:
-        yield ViewCamera(headless, whole, shown or Shown())
+    with headless_viewer() as headless:
+        yield ViewCamera(headless, recording, shown or Shown())
 
 
 def picture(recording: Path, output: Path, at: float | None = None, shown: Shown | None = None) -> list[str]:

@@ -12,23 +12,20 @@ import subprocess
 import tempfile
 import threading
 import time
+from collections.abc import Callable, Iterator
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 from urllib.parse import quote
 
-from rerun.experimental import ViewerClient
+from rerun.experimental import ViewerClient, ViewerState
 
 from crane_sim.files.errors import SceneError
 from crane_sim.process_signals import end_process, set_parent_death_signal
 from crane_sim.recording.rerun.live import ADDRESS, live_address
 from crane_sim.recording.rerun.repair import rerun_executable
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from rerun.experimental import ViewerState
+from crane_sim.recording.rerun.rrd_file import open_viewable
 
 LOAD_SECONDS = 120.0  # for each question to the viewer, on however busy a machine
 END_SECONDS = 5.0  # for the viewer to end in order, before it is killed
@@ -153,8 +150,13 @@ def headless_viewer() -> Iterator[HeadlessViewer]:
 
 @contextlib.contextmanager
 def _served(recording: Path) -> Iterator[str]:
-    """Serve a recording on the loopback interface for the length of the block; yield its address, which is a secret."""
-    path = f"/{secrets.token_hex(16)}/{quote(recording.name)}"
+    """Serve a recording on the loopback interface for the length of the block; yield its address, which is a secret.
+
+    Of one that is cut it is what is whole.
+    """
+    path = f"/{secrets.token_hex(16)}/{quote(recording.name.removesuffix('.part'))}"
+    whole = open_viewable(recording) or recording.open("rb")
+    again = f"/proc/self/fd/{whole.fileno()}"  # opened anew, it is read from its beginning
 
     class _Handler(BaseHTTPRequestHandler):
         def do_GET(self) -> None:  # noqa: N802  (the name that the server looks for)
@@ -162,15 +164,15 @@ def _served(recording: Path) -> Iterator[str]:
                 self.send_error(HTTPStatus.NOT_FOUND)
                 return
             self.send_response(HTTPStatus.OK)
-            self.send_header("Content-Length", str(recording.stat().st_size))
+            self.send_header("Content-Length", str(os.fstat(whole.fileno()).st_size))
             self.end_headers()
-            with recording.open("rb") as file:
+            with open(again, "rb") as file:
                 shutil.copyfileobj(file, self.wfile)
 
         def log_message(self, format: str, *args: object) -> None:
             pass
 
-    with ThreadingHTTPServer((ADDRESS, 0), _Handler) as server:
+    with whole, ThreadingHTTPServer((ADDRESS, 0), _Handler) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         try:
             yield f"http://{ADDRESS}:{server.server_port}{path}"

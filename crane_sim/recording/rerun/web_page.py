@@ -12,19 +12,16 @@ import re
 import subprocess
 import threading
 import time
+from collections.abc import Iterator
 from functools import partial
 from http.client import HTTPConnection
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 from crane_sim.process_signals import end_process, set_parent_death_signal
 from crane_sim.recording.rerun.live import ADDRESS, live_address
 from crane_sim.recording.rerun.repair import rerun_executable
 from crane_sim.recording.rerun.viewer import END_SECONDS, ENVIRONMENT, free_ports
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 START_SECONDS = 60.0  # for the viewer to serve its page, on however busy a machine
 POLICY = f"default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; connect-src 'self' data: http://{ADDRESS}:*"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import rerun as rr
 
+from crane_sim.recording.blocks import StateTimelines
 from crane_sim.recording.digest import CHANGES, Rows, describe_block, digest_changes, with_digest
 from crane_sim.recording.layout import Block, Layout, Span
 from crane_sim.recording.metric_units import summary_properties, summary_table
@@ -16,7 +17,7 @@ from crane_sim.recording.rerun.curves import PALETTE, Channel, channels
 from crane_sim.recording.rerun.part_file import PartFile, RecordingError
 from crane_sim.recording.rerun.scene3d import Scene3D
 from crane_sim.recording.rerun.timelines import set_time, times, times_at
-from crane_sim.recording.states import StateTimelines, get_color, make_event_timelines, make_fault_timelines
+from crane_sim.recording.states import get_color, make_event_timelines, make_fault_timelines
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence

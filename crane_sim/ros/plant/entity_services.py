@@ -6,7 +6,8 @@ from typing import Any
 
 from rclpy.node import Node
 
-from crane_sim.description.transforms import WORLD, quaternion_of
+from crane_sim.description.rotations import quaternion_of
+from crane_sim.description.transforms import WORLD
 from crane_sim.ros.common import messages
 from crane_sim.ros.plant.entities import Category, Entities
 from crane_sim.ros.plant.standard_operations import Code, Outcome, write_outcome

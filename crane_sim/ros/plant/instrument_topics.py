@@ -9,7 +9,8 @@ from rclpy.node import Node
 from sensor_msgs.msg import Imu as ImuMessage
 
 from crane_sim.description import IMU
-from crane_sim.description.transforms import BASE, quaternion_of
+from crane_sim.description.rotations import quaternion_of
+from crane_sim.description.transforms import BASE
 from crane_sim.hardware.instruments import Camera, Imu, Sampling
 from crane_sim.ros.common import messages
 from crane_sim.ros.plant.state_publisher import StatePublisher, set_quaternion, set_vector

@@ -7,7 +7,8 @@ from geometry_msgs.msg import Point, Quaternion, Vector3
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 
-from crane_sim.description.transforms import BASE, WORLD, quaternion_of
+from crane_sim.description.rotations import quaternion_of
+from crane_sim.description.transforms import BASE, WORLD
 from crane_sim.ros.common import messages
 from crane_sim.simulation.base_state import base_state
 from crane_sim.simulation.plant import Plant
