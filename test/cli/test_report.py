@@ -75,22 +75,32 @@ def test_metrics_that_say_nothing_are_hidden(
     assert (title in capsys.readouterr().out) == shown
 
 
-def doubled(x):
-    """Return twice a number."""
-    return 2.0 * x
+def double(x: float) -> float:
+    """Return twice a number, compiled at each call: the code of a nested function is not kept."""
+
+    @entry_point
+    def doubled(x):
+        return 2.0 * x
+
+    return doubled(x)
 
 
-def tripled(x):
-    """Return three times a number."""
-    return 3.0 * x
+def triple(x: float) -> float:
+    """Return three times a number, likewise."""
+
+    @entry_point
+    def tripled(x):
+        return 3.0 * x
+
+    return tripled(x)
 
 
 @pytest.mark.parametrize(
-    ("wait", "function"),
-    [(lambda: compiling(quiet=False), doubled), (lambda: show_progress("runs", quiet=True), tripled)],
+    ("wait", "compute"),
+    [(lambda: compiling(quiet=False), double), (lambda: show_progress("runs", quiet=True), triple)],
 )
 def test_compilation_is_said_once(
-    wait: Callable[[], Any], function: Callable[[float], float], capsys: pytest.CaptureFixture[str]
+    wait: Callable[[], Any], compute: Callable[[float], float], capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Where stderr is no terminal one line says that a kind of scene is compiled, and none where nothing is."""
     _say_compiling.cache_clear()
@@ -99,7 +109,7 @@ def test_compilation_is_said_once(
     assert not capsys.readouterr().err
     with wait():
         for _ in range(2):
-            assert entry_point(function)(1.0) == function(1.0)
+            assert compute(1.0) in (2.0, 3.0)
     assert re.fullmatch(r"crane: compiling this kind of scene \([^\n]*\)\n", capsys.readouterr().err)
 
 
