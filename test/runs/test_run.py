@@ -59,11 +59,8 @@ def test_nodes_exit_when_their_supervisor_is_killed(tmp_path: Path) -> None:
 
 
 BAD_PARAMETERS = {
-    "mode:=fast": "parameter mode is 'fast'",
-    "rate:=0.0": "parameter rate is 0.0",
     "resends:=many": "parameter resends is 'many'",
     "control_fd:=none": "parameter control_fd is 'none'",
-    "on_silence:=wait": "parameter on_silence is 'wait'",
     "scene:=knukle_setpoint": "knukle_setpoint",
     "sceen:=knuckle_setpoint": "unknown parameter sceen",
     "mode:=realtime beside:=other": "parameter beside is 'other'; only a crane in lockstep can have it",
