@@ -19,7 +19,13 @@ from crane_sim.cli.identify import identify_parameters
 from crane_sim.cli.interfaces import interfaces
 from crane_sim.cli.package_groups import GROUPS, install_groups, install_packages
 from crane_sim.cli.run_options import RunOptions, check_recording, run_options
-from crane_sim.cli.scene_options import as_json_option, change_options, load_scene_with_options, scene_options
+from crane_sim.cli.scene_options import (
+    as_json_option,
+    change_options,
+    compile_scene,
+    load_scene_with_options,
+    scene_options,
+)
 from crane_sim.cli.sweep import sweep
 from crane_sim.cli.tune import tune
 from crane_sim.cli.viewing import check_output, clip, find_recording, replay, shot, view
@@ -53,7 +59,7 @@ def run_scene(scene: str, as_json: bool, **scene_changes: Any) -> None:
     options.check_scene(loaded)
     arguments = options.arguments(loaded.name)
     with report.compiling(quiet=as_json):
-        _warm_plant(loaded)
+        compile_scene(loaded, braking=options.mode == "realtime")
     arguments["compile_time"] = report.compile_time()
     with report.progress(loaded, quiet=as_json or not sys.stderr.isatty()) as reporter:
         summary = orchestration.run(loaded, on_progress=reporter.update, on_news=reporter.log, **arguments)
@@ -202,16 +208,6 @@ for command in (view, shot, clip, replay, compare_runs):
     app.add_command(command)
 for command in (sweep, tune, identify_parameters, install_packages, interfaces, doctor):
     app.add_command(command)
-
-
-def _warm_plant(scene: Any) -> None:
-    """Compile the scene once, before several nodes would compile it in parallel."""
-    from crane_sim.simulation.plant import Plant
-
-    plant = Plant(scene)
-    demand = scene.law(0.0, plant.q, plant.v) if scene.law else (0.0,) * len(scene.actuated)
-    plant.advance(demand if scene.sampled else None)
-    plant.summary()
 
 
 def _record(run: "Rollout", path: Path) -> dict[str, Any]:

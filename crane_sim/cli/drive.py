@@ -13,7 +13,7 @@ from crane_sim.cli import report
 from crane_sim.cli.help_lines import HELP
 from crane_sim.cli.operator_console import OperatorConsole, format_lever_note, make_lever_table
 from crane_sim.cli.run_options import RunOptions, drive_options
-from crane_sim.cli.scene_options import DEFAULT_SCENE, as_json_option, load_scene_with_options
+from crane_sim.cli.scene_options import DEFAULT_SCENE, as_json_option, compile_scene, load_scene_with_options
 from crane_sim.cli.tables import print_line
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.operator.drives import LAW_GROUPS, driven_joints, with_operator_drives
@@ -64,7 +64,7 @@ def drive(scene: str, as_json: bool, **given: Any) -> None:
     speeds, assignment = _parse_speeds(given["speeds"]), make_lever_assignment(loaded.actuated, given["mapping"])
     with report.compiling(quiet=as_json):
         ready = with_operator_drives(loaded, given["duration"], speeds)
-        _warm(ready)
+        compile_scene(ready.with_external_commands(), braking=True)
     arguments["compile_time"] = report.compile_time()
     console = _open_console(ready, assignment, given, as_json)
     console.log(_describe_drives(loaded, ready))
@@ -130,11 +130,3 @@ def _describe_drives(scene: Any, operated_scene: Any) -> str:
     kinds = zip(scene.actuated, scene.commands, operated_scene.commands, strict=True)
     changed = [joint for joint, before, after in kinds if before != after]
     return f"drives by speed in place of the scene's own: {', '.join(changed) or 'none'} (docs/operator.md)"
-
-
-def _warm(scene: Any) -> None:
-    """Compile the scene once, before several nodes would compile it in parallel."""
-    from crane_sim.ros.plant.warm_up import warm_up
-    from crane_sim.simulation.plant import Plant
-
-    warm_up(Plant(scene.with_external_commands()), braking=True)

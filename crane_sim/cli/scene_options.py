@@ -60,6 +60,16 @@ def load_scene_with_options(
         return load_scene(scene, changes | options)
 
 
+def compile_scene(scene: Any, braking: bool) -> None:
+    """Compile a scene once, before several nodes would compile it in parallel; `braking`: its brakes, too."""
+    from crane_sim.ros.plant.warm_up import warm_up
+    from crane_sim.simulation.plant import Plant
+
+    warm_up(Plant(scene), braking)
+    if scene.law is not None:
+        scene.law(0.0, scene.initial_q, scene.initial_v)
+
+
 def _parse_settings(settings: tuple[str, ...]) -> dict[str, Any]:
     changes: dict[str, Any] = {}
     for setting in settings:

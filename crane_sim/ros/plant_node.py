@@ -106,13 +106,13 @@ class PlantNode:
         """Load the scene and publish the robot description; raises ValueError for a bad scene."""
         scene = load_scene(settings.scene)
         scene = scene.with_external_commands() if settings.commanded else scene
+        clock_leads = _clock_leads(scene, settings)
         self._host, self._settings = host, settings
         self._discovered = time.monotonic() + _DISCOVERY
         sensed = is_sensed(scene)
         self._topics = PlantTopics(host.node, scene.joint_names, scene.actuated, settings.clock, sensed, host.notify)
         self._topics.publish_description(urdf_with_ros2_control(scene, host.node.get_namespace()))
         plant, largest = Plant(scene), largest_efforts(scene, settings.largest_effort)
-        clock_leads = _clock_leads(scene, settings)
         further = self._further_publishers(scene)
         held = HeldCommands(host.node, scene) if scene.sampled else None
         self._simulation = SimulationRun(
@@ -228,20 +228,22 @@ class PlantNode:
     def _make_scheduler(self) -> Scheduler:
         if self._settings.mode == RunMode.LOCKSTEP and self._simulation.scene.sampled:
             return Lockstep(self._host, self._simulation, self._settings)
-        if peer_names(self._settings.beside):
-            raise ValueError(f"parameter beside is {self._settings.beside!r}; only a crane in lockstep can have it")
         if self._settings.mode == RunMode.REALTIME:
             return Realtime(self._host, self._simulation, self._settings)
         return Scheduler(self._host, self._simulation)
 
 
 def _clock_leads(scene: Scene, settings: SimpleNamespace) -> bool:
-    """Return whether /clock is ahead of the states; raises ValueError, one line, where it cannot be."""
-    leads = settings.command_stamps == CommandStamps.ROS and settings.mode == RunMode.LOCKSTEP and scene.sampled
+    """Return whether /clock is ahead of the states; raises ValueError, one line, for what contradicts the scheduler."""
+    lockstep = settings.mode == RunMode.LOCKSTEP and scene.sampled
+    leads = settings.command_stamps == CommandStamps.ROS and lockstep
+    beside = f"parameter beside is {settings.beside!r}"
+    if peer_names(settings.beside) and not lockstep:
+        raise ValueError(f"{beside}; only a crane in lockstep can have it")
+    if leads and peer_names(settings.beside):
+        raise ValueError(f"{beside}; cranes on one clock need command_stamps 'state'")
     if leads and not settings.clock:
         raise ValueError("parameter command_stamps is 'ros'; lockstep by ROS time needs the parameter clock")
-    if leads and peer_names(settings.beside):
-        raise ValueError(f"parameter beside is {settings.beside!r}; cranes on one clock need command_stamps 'state'")
     return leads
 
 

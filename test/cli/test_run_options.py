@@ -29,11 +29,11 @@ LED = {"command_stamps": "ros", "no_controller": True}  # by the clock
         ({"live": True, "no_record": True}, "--live and --no-record: only one of the two is possible"),
         ({"beside": "east", "mode": "realtime"}, "--beside = east: only with lockstep"),
         (
-            {"beside": "east", "command_stamps": "ros", "no_controller": True},
+            LED | {"beside": "east"},
             "--beside = east: not with --command-stamps ros",
         ),
         (
-            {"no_clock": True, "command_stamps": "ros", "no_controller": True},
+            LED | {"no_clock": True},
             "--no-clock: not with --command-stamps ros",
         ),
         ({"command_stamps": "ros"}, "--command-stamps = ros: only with --no-controller"),

@@ -13,93 +13,87 @@ REST, LEVERS = (0.0, 0.0), (0.3, -0.9)
 SPEEDS = (0.3 * 0.3, -0.9 * 0.7)
 
 
-def moving_desk(assisted: bool = False) -> Desk:
-    """Return a desk that lets speeds through at 0 s."""
+FULL, NONE = SPEEDS, REST
+ON, OFF = Demand(LEVERS, True), Demand(LEVERS, False)  # levers are out, the dead man's switch held or open
+RESTING, OPEN = Demand(REST, True), Demand(REST, False)
+
+
+def desk_at_zero(assisted: bool = False) -> Desk:
+    """Return a desk with a heartbeat at 0 s."""
     desk = Desk(JOINTS, TIMEOUT, assisted)
     desk.heartbeat(0.0)
-    desk.take(Demand(REST, False), 0.0)
-    assert desk.take(Demand(LEVERS, True), 0.0) == SPEEDS and desk.mode == Mode.MOVING
     return desk
 
 
-def test_speeds_are_exact() -> None:
-    """A speed is the lever's part times the joint's largest speed, to the last bit."""
-    desk = moving_desk()
-    for part in (1.0, -1.0, 0.1, 1.0 / 3.0, -0.7):
-        assert desk.take(Demand((part, 0.0), True), 0.1) == (part * 0.3, 0.0)
+SCENARIOS: dict[str, list[tuple[Demand | str, float, tuple[float, ...], Mode]]] = {
+    "nothing moves unless the switch is held, and with it again the levers count at once": [
+        (OFF, 0.1, NONE, Mode.OPEN),
+        (ON, 0.2, FULL, Mode.MOVING),
+    ],
+    "a lost device stops, and levers are to rest when it is back": [
+        (ON, TIMEOUT, FULL, Mode.MOVING),
+        (ON, TIMEOUT + 0.001, NONE, Mode.DEVICE_LOST),
+        ("heartbeat", 1.0, NONE, Mode.DEVICE_LOST),
+        (ON, 1.0, NONE, Mode.INTERLOCKED),
+        (RESTING, 1.1, NONE, Mode.MOVING),
+        (ON, 1.2, FULL, Mode.MOVING),
+    ],
+    "a loss that the device reports does not wait for the time-out": [
+        ("lose", 0.0, NONE, Mode.MOVING),
+        (ON, 0.0, NONE, Mode.DEVICE_LOST),
+    ],
+    "a stop is latched: no lever, switch or loss ends it, and it outweighs a release": [
+        (ON._replace(stop=True), 0.1, NONE, Mode.STOPPED),
+        *((demand, 0.2, NONE, Mode.STOPPED) for demand in (ON, RESTING, OPEN)),
+        ("lose", 0.2, NONE, Mode.STOPPED),
+        (OPEN, 0.2, NONE, Mode.STOPPED),
+        ("heartbeat", 0.2, NONE, Mode.STOPPED),
+        (OPEN._replace(stop=True, release=True), 0.2, NONE, Mode.STOPPED),
+    ],
+    "a release counts only with the switch open and all levers at rest, and nothing moves by it": [
+        (OPEN._replace(stop=True), 0.1, NONE, Mode.STOPPED),
+        (RESTING._replace(release=True), 0.1, NONE, Mode.STOPPED),
+        (OFF._replace(release=True), 0.1, NONE, Mode.STOPPED),
+        (OPEN._replace(release=True), 0.1, NONE, Mode.OPEN),
+        (ON, 0.2, FULL, Mode.MOVING),
+    ],
+}
 
 
-def test_nothing_moves_unless_the_switch_is_held() -> None:
-    """Without the dead man's switch every speed is zero, and with it again the levers count at once."""
-    desk = moving_desk()
-    assert desk.take(Demand(LEVERS, False), 0.1) == REST and desk.mode == Mode.OPEN
-    assert desk.take(Demand(LEVERS, True), 0.2) == SPEEDS
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_interlocks(name: str) -> None:
+    """A desk that lets speeds through takes demands: each has its speeds and its mode."""
+    desk = desk_at_zero()
+    desk.take(OPEN, 0.0)
+    assert desk.take(ON, 0.0) == FULL and desk.mode == Mode.MOVING
+    for action, now, speeds, mode in SCENARIOS[name]:
+        if action == "heartbeat":
+            desk.heartbeat(now)
+        elif action == "lose":
+            desk.lose()
+        else:
+            assert isinstance(action, Demand) and desk.take(action, now) == speeds
+        assert desk.mode == mode
 
 
 def test_levers_begin_at_rest() -> None:
     """A lever that is out of its rest when the desk begins moves nothing until all levers have been at rest."""
-    desk = Desk(JOINTS, TIMEOUT)
-    desk.heartbeat(0.0)
-    assert desk.take(Demand(LEVERS, True), 0.0) == REST and desk.mode == Mode.INTERLOCKED
-    assert desk.take(Demand((0.3, 0.0), True), 0.1) == REST
-    assert desk.take(Demand(REST, True), 0.2) == REST
-    assert desk.take(Demand(LEVERS, True), 0.3) == SPEEDS
-
-
-def test_a_lost_device_stops() -> None:
-    """Without a heartbeat for longer than the time-out, speeds are zero; back again, levers are to rest first."""
-    desk = moving_desk()
-    assert desk.take(Demand(LEVERS, True), TIMEOUT) == SPEEDS
-    assert desk.take(Demand(LEVERS, True), TIMEOUT + 0.001) == REST and desk.mode == Mode.DEVICE_LOST
-    desk.heartbeat(1.0)
-    assert desk.take(Demand(LEVERS, True), 1.0) == REST and desk.mode == Mode.INTERLOCKED
-    desk.take(Demand(REST, True), 1.1)
-    assert desk.take(Demand(LEVERS, True), 1.2) == SPEEDS
-
-
-def test_a_device_that_is_gone_stops_at_once() -> None:
-    """A loss that the device reports does not wait for the time-out."""
-    desk = moving_desk()
-    desk.lose()
-    assert desk.take(Demand(LEVERS, True), 0.0) == REST and desk.mode == Mode.DEVICE_LOST
-
-
-def test_the_stop_is_latched() -> None:
-    """An emergency stop lasts after its button; no lever, switch or loss ends it, and stop outweighs release."""
-    desk = moving_desk()
-    assert desk.take(Demand(LEVERS, True, stop=True), 0.1) == REST and desk.stopped
-    for demand in (Demand(LEVERS, True), Demand(REST, True), Demand(REST, False)):
-        assert desk.take(demand, 0.2) == REST and desk.mode == Mode.STOPPED
-    desk.lose()
-    desk.take(Demand(REST, False), 0.2)
-    desk.heartbeat(0.2)
-    assert desk.take(Demand(REST, False, stop=True, release=True), 0.2) == REST and desk.stopped
-
-
-def test_a_release_is_deliberate() -> None:
-    """The release counts only with the switch open and all levers at rest; nothing moves by it."""
-    desk = moving_desk()
-    desk.take(Demand(REST, False, stop=True), 0.1)
-    for demand in (Demand(REST, True, release=True), Demand(LEVERS, False, release=True)):
-        desk.take(demand, 0.1)
-        assert desk.stopped
-    assert desk.take(Demand(REST, False, release=True), 0.1) == REST and not desk.stopped
-    assert desk.take(Demand(LEVERS, True), 0.2) == SPEEDS
+    desk = desk_at_zero()
+    assert desk.take(ON, 0.0) == NONE and desk.mode == Mode.INTERLOCKED
+    assert desk.take(Demand((0.3, 0.0), True), 0.1) == desk.take(RESTING, 0.2) == NONE
+    for part in (1.0, -1.0, 0.1, 1.0 / 3.0, -0.7):  # the lever's part of the largest speed, to the last bit
+        assert desk.take(Demand((part, 0.0), True), 0.3) == (part * 0.3, 0.0)
 
 
 def test_brakes_stay_on_until_a_lever_moves() -> None:
     """After the release of an emergency stop the brakes act until a lever counts; nothing else opens them."""
-    desk = moving_desk()
-    assert not desk.braked
-    desk.take(Demand(LEVERS, True, stop=True), 0.1)
-    assert desk.braked
-    desk.take(Demand(REST, False, release=True), 0.2)
-    for demand in (Demand(REST, False), Demand(REST, True), Demand(LEVERS, False)):
-        desk.take(demand, 0.3)
-        assert desk.braked and not desk.stopped
-    assert desk.take(Demand(LEVERS, True), 0.4) == SPEEDS and not desk.braked
-    desk.take(Demand(REST, False), 0.5)
-    assert not desk.braked
+    desk = desk_at_zero()
+    desk.take(OPEN, 0.0)
+    steps = [(ON, False), (ON._replace(stop=True), True), (OPEN._replace(release=True), True)]
+    steps += [(OPEN, True), (RESTING, True), (OFF, True), (ON, False), (OPEN, False)]
+    for k, (demand, braked) in enumerate(steps):
+        desk.take(demand, 0.05 * k)
+        assert desk.braked == braked, k
 
 
 def test_a_dragged_joint_is_named() -> None:
@@ -115,7 +109,7 @@ def test_a_dragged_joint_is_named() -> None:
 
 def test_assistance_is_switched_once_a_press() -> None:
     """Assistance changes when its button is pressed, not while it is held, and may be on from the start."""
-    desk = moving_desk(assisted=True)
+    desk = desk_at_zero(assisted=True)
     seen = []
     for pressed in (False, True, True, False, True, False):
         desk.take(Demand(LEVERS, True, assistance=pressed), 0.1)

@@ -41,13 +41,6 @@ def test_a_controller_of_plain_rclpy(domain_id: int) -> None:
     assert summary["min_rope_tension"] > 0.0  # in real time the first steps have no command
 
 
-@pytest.mark.slow
-def test_the_same_controller_in_real_time(domain_id: int) -> None:
-    """The same node commands the crane in real time."""
-    with started_example("my_controller.py", domain_id):
-        check_arrival(run(domain_id, mode="realtime", rate=2.0))
-
-
 def test_a_controller_that_sends_plain_arrays(domain_id: int) -> None:
     """Arrays of efforts, which have no names and stamps, command the crane in real time."""
     with started_example("my_array_controller.py", domain_id):

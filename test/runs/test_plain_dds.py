@@ -8,7 +8,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from example_helpers import EXAMPLES, check_arrival, check_lockstep, run, started_example
+from example_helpers import EXAMPLES, check_lockstep, run, started_example
 
 PYTHON = os.environ.get("CRANE_SIM_CYCLONE_PYTHON", sys.executable if find_spec("cyclonedds") else "")
 needs_python = pytest.mark.skipif(
@@ -49,11 +49,3 @@ def test_plain_dds_drives_the_crane(domain_id: int) -> None:
     with started_example("plain_dds.py", domain_id, PYTHON):
         summary = run(domain_id)
     check_lockstep(summary)
-
-
-@needs_python
-@pytest.mark.slow
-def test_plain_dds_in_real_time(domain_id: int) -> None:
-    """The same in real time, where a command may be late and the newest one holds."""
-    with started_example("plain_dds.py", domain_id, PYTHON):
-        check_arrival(run(domain_id, mode="realtime", rate=2.0))

@@ -8,7 +8,6 @@ import pytest
 from pd_law import PdLaw
 from process_helpers import started_program
 
-from crane_bench.soak.determinism import busy
 from crane_sim import Scene, load_scene, orchestration, simulate
 
 PROGRAM = Path(__file__).parents[1] / "programs" / "topic_hardware_interface.py"
@@ -61,22 +60,6 @@ def test_a_manager_that_starts_anew_goes_on(domain_id: int, ros_environment: dic
     summary = run_with(tmp_path, ros_environment, options, domain_id=domain_id, command_stamps="ros")
     assert "error" not in summary and summary["steps"] == SCENE.steps
     assert max(map(abs, summary["final_error"].values())) < ARRIVED
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("tag", ["actuated", "all"])
-@pytest.mark.parametrize("executor", ["single", "events"])
-def test_the_clock_leads_on_a_loaded_machine(
-    domain_id: int, ros_environment: dict[str, str], tmp_path: Path, executor: str, tag: str
-) -> None:
-    """Twenty runs with each executor and tag beside a busy process have the states of the law in one process."""
-    alone = simulate(SCENE, PdLaw(SCENE)).summary["state_sha256"]
-    with busy(1):
-        for run in range(20):
-            options = ("sim", tag, executor, "reliable")
-            summary = run_with(tmp_path, ros_environment, options, domain_id=domain_id, command_stamps="ros")
-            assert summary.get("state_sha256") == alone, (run, summary)
-            assert "error" not in summary and summary["commands"]["rejected"] == 0, (run, summary)
 
 
 @pytest.mark.long

@@ -59,11 +59,8 @@ def test_nodes_exit_when_their_supervisor_is_killed(tmp_path: Path) -> None:
 
 
 BAD_PARAMETERS = {
-    "mode:=fast": "parameter mode is 'fast'",
-    "rate:=0.0": "parameter rate is 0.0",
     "resends:=many": "parameter resends is 'many'",
     "control_fd:=none": "parameter control_fd is 'none'",
-    "on_silence:=wait": "parameter on_silence is 'wait'",
     "scene:=knukle_setpoint": "knukle_setpoint",
     "sceen:=knuckle_setpoint": "unknown parameter sceen",
     "mode:=realtime beside:=other": "parameter beside is 'other'; only a crane in lockstep can have it",
@@ -84,6 +81,5 @@ def test_bad_parameters_are_refused(ros_environment: dict[str, str]) -> None:
     """A node with an invalid parameter exits with code 2 and one line that names it."""
     ended = run_to_completion([sys.executable, "-c", FORKING, *BAD_PARAMETERS], env=ros_environment)
     assert ended.stdout.split() == ["2"] * len(BAD_PARAMETERS)
-    lines = [line for line in ended.stderr.splitlines() if "[INFO]" not in line]
-    for line, message in zip(lines, BAD_PARAMETERS.values(), strict=True):
+    for line, message in zip(ended.stderr.splitlines(), BAD_PARAMETERS.values(), strict=True):
         assert message in line

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from enum import IntEnum
+from importlib import import_module
 from typing import Any, cast
 
 from builtin_interfaces.msg import Time
@@ -10,6 +11,11 @@ from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPo
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import UInt8
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+try:
+    TFMessage: Any = import_module("tf2_msgs.msg").TFMessage
+except ImportError:  # no wheel has it; `./crane interfaces` builds it
+    TFMessage = None
 
 
 class SimulationState(IntEnum):
@@ -26,6 +32,7 @@ DEEP_STREAM_QOS = QoSProfile(depth=10_000)  # for publishers: a recorder that la
 LATCHED_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 CLOCK_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 SENSOR_QOS = qos_profile_sensor_data
+TRANSFORM_QOS = QoSProfile(depth=100)  # as tf2_ros has it
 
 NS_PER_S = 1_000_000_000
 LIVELINESS_LEASE = 2.0

@@ -16,7 +16,7 @@ from crane_sim.description import urdf
 from crane_sim.description.transforms import WORLD, Transform, TransformTree, base_transform
 from crane_sim.ros.common import messages
 from crane_sim.ros.common.choices import TransformScope
-from crane_sim.ros.common.transform_messages import DYNAMIC, STATIC, TFMessage
+from crane_sim.ros.common.messages import LATCHED_QOS, TRANSFORM_QOS, TFMessage
 from crane_sim.ros.plant.state_publisher import StatePublisher, set_quaternion, set_vector
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.base_state import base_state
@@ -35,12 +35,12 @@ class TransformTopics(StatePublisher):
 
     def __init__(self, node: Node, scene: Scene, settings: SimpleNamespace) -> None:
         """Create the publishers, and publish what never changes, latched; tf2_msgs is there."""
-        super().__init__(node.create_publisher(TFMessage, "/tf", DYNAMIC))
+        super().__init__(node.create_publisher(TFMessage, "/tf", TRANSFORM_QOS))
         self._tree = TransformTree(urdf(scene), scene.joint_names)
         self._all, self._prefix = settings.publish_tf == TransformScope.ALL, settings.frame_prefix
         self._moves = getattr(scene.model, "base", None) is not None
         self._every = max(1, round(1.0 / (settings.tf_rate * scene.period)))
-        self._static = node.create_publisher(TFMessage, "/tf_static", STATIC)
+        self._static = node.create_publisher(TFMessage, "/tf_static", LATCHED_QOS)
         if self._all and self._tree.fixed:
             self._static.publish(self._message(0, self._tree.fixed))
 

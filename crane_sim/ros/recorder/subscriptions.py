@@ -23,10 +23,9 @@ from trajectory_msgs.msg import JointTrajectory
 
 from crane_sim.recording.mcap.topic import Topic, has_stamp
 from crane_sim.ros.common import messages
-from crane_sim.ros.common.messages import SimulationState
+from crane_sim.ros.common.messages import SimulationState, TFMessage
 from crane_sim.ros.common.sender_subscription import MessageWithSender, SenderSubscription
 from crane_sim.ros.common.source_filter import PLANT, SourceFilter
-from crane_sim.ros.common.transform_messages import TFMessage
 
 Callback = Callable[[bytes], None]
 
