@@ -19,7 +19,7 @@ from crane_sim.description.workspace import estimate_bounding_box, validated_sce
 if TYPE_CHECKING:
     from crane_sim.description.workspace import BoundingBox
     from crane_sim.scenes.scene import Scene
-    from crane_sim.scenes.schema.overhead_groups import AxisGroup
+    from crane_sim.scenes.schema.axes import AxisGroup
 
 
 def add_overhead_crane(robot: ElementTree.Element, scene: Scene) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from crane_sim.description.solids import DARK, GREY, STEEL, YELLOW, Shape, tube
 from crane_sim.description.suspended import box_edges, contact_height, hung_length
 from crane_sim.description.workspace import axis_positions
-from crane_sim.scenes.schema.gantry import GantryFile
+from crane_sim.scenes.schema.supports import GantryGroups
 
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
@@ -62,7 +62,7 @@ def depth_of(scene: Scene) -> float:
 def portal_of(scene: Scene) -> Portal:
     """Return the structure of a scene's gantry: between its legs, and over all that the trolley reaches."""
     file = scene.file
-    assert isinstance(file, GantryFile)
+    assert isinstance(file, GantryGroups)
     depth, limits = depth_of(scene), scene.model.support.structure.trolley.limits
     places = [*axis_positions(scene, "trolley"), *(limits or ()), *(file.legs or ())]
     beyond = 0.15 * depth if file.legs else 0.4 * depth

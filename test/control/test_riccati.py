@@ -10,8 +10,7 @@ from crane_control import lqr
 from crane_control.riccati import solve_riccati
 from crane_sim import load_scene
 from crane_sim.files.errors import SceneError
-from crane_sim.scenes.many import load_scenes
-from crane_sim.scenes.scene import Scene
+from crane_sim.scenes.scene import Scene, load_scenes
 from crane_sim.simulation.columns import stack_columns
 
 PERIOD = 0.01  # s
