@@ -26,6 +26,10 @@ from crane_sim.files.types import type_adapter
 
 T = TypeVar("T")
 GROUP = "crane_sim.laws"
+COMMON = ("law", "period", "nominal")
+"""Keys of `control` that are no settings of a law."""
+SHARED = ("servo", "tracker_rate", "vision")
+"""Settings of measurement and drive that several laws share: another law that has them keeps them."""
 
 
 class ForeignSetting(SceneError):
@@ -79,6 +83,27 @@ def law_of(name: str) -> AboutLaw:
     module = import_module(entry.module)
     about = cleandoc(module.__doc__ or "").partition("\n\n")[0]
     return AboutLaw(about, getattr(module, "SETTINGS", {}))
+
+
+def has_setting(name: str, key: str) -> bool:
+    """Return whether a law has a setting, as its module's SETTINGS say."""
+    if is_own(name) or name not in law_names():
+        return False
+    settings = law_of(name).settings
+    return f"control.{key}" in settings or key in getattr(settings.get("control"), "_fields", ())
+
+
+def switch_law(document: dict[str, Any], changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
+    """Return (a scene's document without the settings of its law where `changes` by key select another, their keys).
+
+    Settings that laws share stay where the other law has them.
+    """
+    control, law = document.get("control"), changes.get("control.law")
+    if not isinstance(control, dict) or law is None or law == control.get("law"):
+        return document, []
+    kept = [key for key in SHARED if key in control and has_setting(str(law), key)]
+    ignored = [key for key in control if key not in (*COMMON, *kept)]
+    return document | {"control": {key: control[key] for key in control if key not in ignored}}, ignored
 
 
 def make_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:

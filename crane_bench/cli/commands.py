@@ -47,39 +47,51 @@ def docs(pages: tuple[str, ...], build: bool, serve: bool, folder: Path | None) 
 @click.command()
 @click.argument("scene", required=False)
 @click.option("--python", is_flag=True, help="The Python interface instead: functions, arguments, attributes.")
+@click.option("--schema", is_flag=True, help="The format as a JSON schema instead, by which editors complete keys.")
 @click.option("--ros2-control", is_flag=True, help="Of SCENE: its URDF with a <ros2_control> tag, and controllers.")
 @click.option("--sites", is_flag=True, help="Cranes of ports and sites instead: run them, write page and pictures.")
 @click.option("--scene", "names", multiple=True, metavar="NAME", help="Of --sites only this one; may be repeated.")
 @click.option("--save", "folder", metavar="FOLDER", help="Write the page or files there instead of printing them.")
 def describe(
-    scene: str | None, python: bool, ros2_control: bool, sites: bool, names: tuple[str, ...], folder: str | None
+    scene: str | None,
+    python: bool,
+    schema: bool,
+    ros2_control: bool,
+    sites: bool,
+    names: tuple[str, ...],
+    folder: str | None,
 ) -> None:
     """Describe the format of scene files: every key, its unit, default and meaning (Markdown); or SCENE.
 
     With SCENE and --ros2-control: what a stock ros2_control needs to drive this crane.
     """
-    from crane_bench.documentation import api_page, scene_format
+    from crane_bench.documentation import api_page, json_schema, scene_format
 
     if names and not sites:
         raise SceneError("crane describe --scene: belongs to --sites; leave it out, or add that")
     ensure_writable_folder(folder)
     if sites:
-        _describe_sites(folder, names, alone=scene is None and not (python or ros2_control))
+        _describe_sites(folder, names, alone=scene is None and not (python or schema or ros2_control))
         return
     if scene is None and ros2_control:
         raise SceneError("crane describe --ros2-control: needs SCENE")
-    if scene is not None and python:
-        raise SceneError(
-            f"crane describe {scene} --python: the Python interface is that of all scenes; leave out SCENE"
-        )
-    if scene is not None and ros2_control:
-        _describe_ros2_control(load_scene_with_options(scene), folder)
-    elif scene is not None:
-        _describe_scene(scene, folder)
-    elif folder is not None:
-        (api_page.save_api_page if python else scene_format.save_scene_format)(folder)
+    if python and schema or (scene is not None and (python or schema)):
+        raise SceneError("crane describe: --python and --schema are of all scenes; take one of SCENE and these")
+    if scene is not None:
+        if ros2_control:
+            _describe_ros2_control(load_scene_with_options(scene), folder)
+        else:
+            _describe_scene(scene, folder)
+        return
+    write, text = scene_format.save_scene_format, scene_format.scene_format
+    if python:
+        write, text = api_page.save_api_page, api_page.api_page
+    if schema:
+        write, text = json_schema.save_json_schema, json_schema.json_schema_text
+    if folder is None:
+        print(text(), end="")
     else:
-        print(api_page.api_page() if python else scene_format.scene_format(), end="")
+        write(folder)
 
 
 def _describe_sites(folder: str | None, names: tuple[str, ...], alone: bool) -> None:

@@ -86,9 +86,11 @@ def split_comment(comment: str) -> tuple[str, str]:
 
 
 def comments(group: Any) -> dict[str, str]:
-    """Return the comments behind the fields of a class and of its bases, by field."""
+    """Return the descriptions, or the comments behind the fields, of a class and of its bases, by field."""
     texts: dict[str, str] = {}
     for base in reversed(group.__mro__):
+        declared = vars(base).get("__pydantic_fields__", {})
+        texts |= {name: field.description for name, field in declared.items() if field.description}
         if base.__module__.startswith(("crane_sim", "crane_control")) or issubclass(base, BaseModel | tuple):
             texts |= _own_comments(base)
     return texts
@@ -98,7 +100,10 @@ def comments(group: Any) -> dict[str, str]:
 def _own_comments(group: type) -> dict[str, str]:
     if group in (BaseModel, tuple, object) or group.__module__ == "builtins":
         return {}
-    source = textwrap.dedent(inspect.getsource(group))
+    try:
+        source = textwrap.dedent(inspect.getsource(group))
+    except (OSError, TypeError):  # made by `create_model`: its fields have their descriptions
+        return {}
     tokens = list(tokenize.generate_tokens(io.StringIO(source).readline))
     lines = {token.start[0]: token.string.lstrip("# ") for token in tokens if token.type == tokenize.COMMENT}
     body = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.AnnAssign)]

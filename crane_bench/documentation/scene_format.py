@@ -28,6 +28,9 @@ refused in one line that names the key, its value and what is possible. A YAML f
 most {LARGEST_FILE / 1e6:g} MB and {MOST_VALUES:,} keys and values (those of an alias count wherever it stands), with
 groups nested {DEEPEST} deep; measured motions and tables are CSV files of any size.
 
+An editor completes and explains keys by the JSON schema `config/scene.schema.json` (`crane describe --schema` prints
+it), such as with a first line `# yaml-language-server: $schema=PATH/config/scene.schema.json`.
+
 In the tables `required` has no default, `–` means that a key may be left out, and `-` is a number without a unit.
 *joint's unit* and *effort's unit* are those of the joint, *parameter's unit* that of the key that is drawn,
 *input's unit* that of what an input drives, *state's unit* that of each component of the integrated state,

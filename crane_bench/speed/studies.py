@@ -22,8 +22,7 @@ from typing import Any
 import numpy as np
 
 from crane_bench.speed.measurement import describe_spread, machine, ratio
-from crane_sim.scenes.many import load_scenes
-from crane_sim.scenes.scene import Scene
+from crane_sim.scenes.scene import Scene, load_scenes
 from crane_sim.simulation.batch_metrics import allocate_arrays, run_all
 from crane_sim.simulation.columns import make_driven, stack_columns
 from crane_sim.stepping.batch import TimeGrid, simulate_range

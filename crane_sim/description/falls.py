@@ -31,7 +31,7 @@ from crane_sim.models.falls.crane import Falls, FallsCrane
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.scenes.scene import Scene
-from crane_sim.scenes.schema.gantry import GantryFile
+from crane_sim.scenes.schema.supports import GantryGroups
 
 Array = NDArray[np.float64]
 
@@ -214,7 +214,7 @@ def depth_of(scene: Scene) -> float:
 def portal_of(scene: Scene) -> Portal:
     """Return the structure of a scene's gantry: between its legs, and over all that the trolley reaches."""
     file = scene.file
-    assert isinstance(file, GantryFile)
+    assert isinstance(file, GantryGroups)
     depth, limits = depth_of(scene), scene.model.support.structure.trolley.limits
     places = [*axis_positions(scene, "trolley"), *(limits or ()), *(file.legs or ())]
     beyond = 0.15 * depth if file.legs else 0.4 * depth

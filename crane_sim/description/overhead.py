@@ -25,7 +25,7 @@ from crane_sim.description.solids import (
 )
 from crane_sim.description.workspace import BoundingBox, estimate_bounding_box, validated_scene_file
 from crane_sim.scenes.scene import Scene
-from crane_sim.scenes.schema.overhead_groups import AxisGroup
+from crane_sim.scenes.schema.axes import AxisGroup
 
 
 def add_overhead_crane(robot: Robot, scene: Scene) -> None:

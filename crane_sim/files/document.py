@@ -21,8 +21,6 @@ REAL = (
 
 A load on falls keeps `flexibility`: its place is among the joints, and below a bent structure is another one.
 """
-SHARED = ("servo", "tracker_rate", "vision")
-"""Settings of measurement and drive that several laws share: another law that has them keeps them."""
 
 
 def read(source: str | Path) -> dict[str, Any]:
@@ -93,17 +91,6 @@ def function_from(name: str, folder: Path) -> str:
     """Return the name of a law or function; of FILE.py:FUNCTION with the path, relative to a folder, made absolute."""
     file, colon, function = name.rpartition(":")
     return f"{folder / file}{colon}{function}" if file.endswith(".py") else name
-
-
-def switch_law(document: dict[str, Any], overrides: Mapping[str, Any]) -> list[str]:
-    """Remove the settings of the document's law if the overrides select another one; return their keys."""
-    control, law = document.get("control"), overrides.get("control.law")
-    if not isinstance(control, dict) or law is None or law == control.get("law"):
-        return []
-    ignored = [key for key in control if key not in ("law", "period", "nominal", *SHARED)]
-    for key in ignored:
-        del control[key]
-    return ignored
 
 
 def plain_copy(value: Any, copies: dict[int, tuple[Any, Any]] | None = None) -> Any:

@@ -1,114 +1,141 @@
-"""The kinds of crane, and the schema of the scene files of each."""
+"""The kinds of crane: which support, and what may hang below it; the schema of the scene files of each."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
-from crane_sim.files.errors import SceneError, fields_at
-from crane_sim.scenes.schema.bridge import BridgeFile
-from crane_sim.scenes.schema.gantry import GantryFile
-from crane_sim.scenes.schema.knuckle import KnuckleFile
-from crane_sim.scenes.schema.knuckle_falls import KnuckleFallsFile
-from crane_sim.scenes.schema.mobile import MobileFile
-from crane_sim.scenes.schema.mobile_falls import MobileFallsFile
+from pydantic import Field, create_model
+
+from crane_sim.files.types import Positive, Real, Tilt
+from crane_sim.scenes.schema.crane_file import CraneFile
+from crane_sim.scenes.schema.falls_file import FallsFile, HoistedFile, LoadStart, PointLoadStart, PortalStart
+from crane_sim.scenes.schema.groups import Channel, Group
+from crane_sim.scenes.schema.line_file import LineFile, LineStart
 from crane_sim.scenes.schema.overhead import OverheadFile
-from crane_sim.scenes.schema.pendulum import PendulumFile
-from crane_sim.scenes.schema.pendulum_falls import PendulumFallsFile
+from crane_sim.scenes.schema.reference import ReferenceGroup
+from crane_sim.scenes.schema.rigging import RopeStart
+from crane_sim.scenes.schema.rope_file import RopeFile
 from crane_sim.scenes.schema.scene_file import SceneFile
-from crane_sim.scenes.schema.tower import TowerFile
-from crane_sim.scenes.schema.tower_falls import TowerFallsFile
+from crane_sim.scenes.schema.supports import (
+    BridgeGroups,
+    GantryGroups,
+    KnuckleGroups,
+    MobileGroups,
+    PointGroups,
+    SupportGroups,
+    TowerGroups,
+)
+from crane_sim.trajectories.inputs import Constant
 
+ADDED = {"rope": {"rope": Positive, "swing_tangential": Tilt, "swing_radial": Tilt}, "hoist": {"hoist": Positive}}
+"""Joints of `initial.q` behind the support's, and the types of their positions, by the joint of the winch."""
+
+
+def in_words(kinds: dict[str, Any], per: str = "") -> str:
+    """Return the unit of most joints, with the names of all and other units, from the types of their positions."""
+    units = {name: f"{'m' if kind in (Positive, Real) else 'rad'}{per}" for name, kind in kinds.items()}
+    values = list(units.values())
+    most = max(values, key=values.count)
+    return f"{most}, {', '.join(name if unit == most else f'{name} [{unit}]' for name, unit in units.items())}"
+
+
+def start_of(support: type[SupportGroups], winch: str, base: type[Group]) -> type[Group]:
+    """Return the group `initial` of a crane whose joints have positions and velocities in their order."""
+    kinds = {joint.name: joint.kind for joint in support.joints} | ADDED[winch]
+    return create_model(
+        "Initial",
+        __base__=base,
+        __doc__=f"{base.__doc__}",
+        __module__=__name__,
+        q=(
+            tuple[*kinds.values()],  # type: ignore[misc]
+            Field(description=f"{in_words(kinds)}; angles may be text such as `30 deg`"),
+        ),
+        v=(
+            tuple[*(Real,) * len(kinds)],  # type: ignore[misc]
+            Field((0.0,) * len(kinds), description=f"{in_words(kinds, '/s')}"),
+        ),
+    )
+
+
+def reference_of(support: type[SupportGroups], winch: str) -> type[Group]:
+    """Return the group `reference` of a crane all of whose joints take commands."""
+    kinds = {joint.name: joint.kind for joint in support.joints} | {winch: Positive}
+    words = f"{in_words(kinds)} at the end; the last one is the length of rope or falls"
+    kind: Any = tuple[*kinds.values()] | None  # type: ignore[misc]
+    return create_model(
+        "Reference",
+        __base__=ReferenceGroup,
+        __doc__="Target of the actuated joints, and path of joints or payload; at least one of them.",
+        __module__=__name__,
+        q=(kind, Field(None, description=words)),
+    )
+
+
+def inputs_of(units: dict[str, str]) -> type[Group]:
+    """Return the group `inputs` of a crane, from the units of the efforts by joint."""
+    fields: dict[str, Any] = {
+        name: (Channel, Field(Constant(0.0), description=f"{unit}, over time")) for name, unit in units.items()
+    }
+    return create_model(
+        "Inputs",
+        __base__=Group,
+        __doc__="Open-loop inputs of the actuated joints; those left out are zero.",
+        __module__=__name__,
+        **fields,
+    )
+
+
+def file_of(
+    crane: str, support: type[SupportGroups], hanging: type[CraneFile], start: type[Group], *, optional: bool = False
+) -> type[SceneFile]:
+    """Return the schema of a kind of crane: a support, and what hangs below it.
+
+    Args:
+        crane: its name.
+        support, hanging: their groups.
+        start: the group `initial`, or its base where positions are in the order of the joints; `optional`: it may be
+            left out.
+    """
+    any_unit = "effort's unit"
+    units = dict.fromkeys(("tip_x", "tip_y", "tip_z"), any_unit)
+    if support is not PointGroups:
+        units = {joint.name: joint.effort_unit for joint in support.joints}
+    by_order = start in (RopeStart, LoadStart)
+    own = start_of(support, hanging.winch[0], start) if by_order else start
+    typed = by_order and not issubclass(support, BridgeGroups)
+    reference = reference_of(support, hanging.winch[0]) if typed else ReferenceGroup
+    inputs = inputs_of(units | dict.fromkeys(hanging.winch, any_unit))
+    fields: dict[str, Any] = {
+        "crane": (Literal[crane], Field(description="the kind of crane")),
+        "initial": (own, Field(own() if optional else ..., description="the state at t = 0")),
+        "reference": (reference | None, Field(None, description="where the crane should go")),
+        "inputs": (inputs | None, Field(None, description="efforts of the actuated joints where there is no law")),
+    }
+    bases: Any = (support, hanging)
+    schema: Any = create_model(
+        f"{crane.capitalize()}{hanging.__name__}",
+        __base__=bases,
+        __doc__=f"{support.__doc__} {hanging.__doc__}",
+        __module__=__name__,
+        **fields,
+    )
+    return schema
+
+
+_SUPPORTS: dict[str, type[SupportGroups]] = {"knuckle": KnuckleGroups, "tower": TowerGroups, "mobile": MobileGroups}
 SCHEMAS: dict[str, type[SceneFile]] = {
-    "knuckle": KnuckleFile,
-    "tower": TowerFile,
-    "mobile": MobileFile,
-    "bridge": BridgeFile,
-    "gantry": GantryFile,
+    **{crane: file_of(crane, support, RopeFile, RopeStart) for crane, support in _SUPPORTS.items()},
+    "bridge": file_of("bridge", BridgeGroups, RopeFile, RopeStart),
+    "gantry": file_of("gantry", GantryGroups, HoistedFile, PortalStart),
     "overhead": OverheadFile,
-    "pendulum": PendulumFile,
+    "pendulum": file_of("pendulum", PointGroups, LineFile, LineStart, optional=True),
 }
 """The kinds of crane, and the schema of their scene files."""
 
 FALLS_SCHEMAS: dict[str, type[SceneFile]] = {
-    "knuckle": KnuckleFallsFile,
-    "tower": TowerFallsFile,
-    "mobile": MobileFallsFile,
-    "pendulum": PendulumFallsFile,
+    **{crane: file_of(crane, support, HoistedFile, LoadStart) for crane, support in _SUPPORTS.items()},
+    "pendulum": file_of("pendulum", PointGroups, FallsFile, PointLoadStart),
 }
 """The same of those files that have `falls` in place of a rope."""
 
-REEVED = ("knuckle", "tower", "mobile", "bridge")
-"""Cranes whose rope can run over sheaves."""
-HOISTED = ("knuckle", "tower", "mobile", "gantry")
-"""Cranes that wind up falls by a winch, whose ropes can run over sheaves."""
-
-MOST_PLACES = 2
-"""Groups that a line on a key names, which other groups have."""
-
 ALL_SCHEMAS = SCHEMAS | {f"{crane} with falls": schema for crane, schema in FALLS_SCHEMAS.items()}
 """All schemas, by what a crane is called."""
-
-
-def schema_of(document: Mapping[str, Any]) -> type[SceneFile] | None:
-    """Return the schema of a document, None for an unknown crane; with `falls` that of the crane with falls."""
-    crane = str(document.get("crane"))
-    return (FALLS_SCHEMAS if document.get("falls") is not None and crane in FALLS_SCHEMAS else SCHEMAS).get(crane)
-
-
-def check_cable(document: Mapping[str, Any]) -> None:
-    """Raise SceneError for keys of a rope beside `falls`, and for keys of falls without them."""
-    crane, on_falls = str(document["crane"]), document.get("falls") is not None
-    _check_reeving(document, crane, on_falls)
-    if crane == "bridge" and on_falls:
-        raise SceneError("falls: belongs to crane: gantry, whose winch is `hoist`; here is crane: bridge")
-    if crane not in FALLS_SCHEMAS:
-        return
-    schemas = SCHEMAS[crane].model_fields, FALLS_SCHEMAS[crane].model_fields
-    known, others = schemas if not on_falls else schemas[::-1]
-    for key in (key for key, value in document.items() if value is not None and key in others.keys() - known.keys()):
-        why, what = ("stands beside falls", "one of both") if on_falls else ("belongs to falls, here are none", key)
-        raise SceneError(f"{key}: {why}; leave out {what}")
-
-
-def _check_reeving(document: Mapping[str, Any], crane: str, on_falls: bool) -> None:
-    """Raise SceneError for sheaves where no rope can be reeved."""
-    own = "hoist" if crane in HOISTED and (on_falls or crane == "gantry") else "rope" if crane in REEVED else ""
-    for group in ("rope", "hoist", "falls", "cable"):
-        value = document.get(group)
-        if not isinstance(value, Mapping) or value.get("reeving") is None or group == own:
-            continue
-        if own:
-            raise SceneError(f"{group}.reeving: of crane: {crane}{' on falls' * on_falls} it is {own}.reeving")
-        raise SceneError(
-            f"{group}.reeving: belongs to rope.reeving of crane: {', '.join(REEVED)}, whose rope a winch moves, and to "
-            f"hoist.reeving of falls below crane: {', '.join(HOISTED)}; here is crane: {crane}"
-        )
-
-
-def key_of_other_cranes(path: Sequence[str], crane: str) -> str:
-    """Return a line on an unknown key that other cranes have there, empty where none does."""
-    found, ropes = _cranes(path) if path else "", ", whose ropes are `falls`" if crane == "gantry" else ""
-    return f"{'.'.join(path)}: belongs to crane: {found}; here is crane: {crane}{ropes}" if found else ""
-
-
-def places_of(path: Sequence[str]) -> str:
-    """Return the end of a line on an unknown key: where cranes have it in a group, empty where none does."""
-    if len(path) != 1:
-        return ""
-    groups = dict.fromkeys(group for schema in ALL_SCHEMAS.values() for group in schema.model_fields)
-    elsewhere = ((f"{group}.{path[-1]}", _cranes((group, path[-1]))) for group in groups)
-    lines = [f"{key!r} of crane: {cranes}" for key, cranes in elsewhere if cranes]
-    return f"; possible: {'; '.join(lines[:MOST_PLACES])}" if lines else ""
-
-
-def _cranes(path: Sequence[str]) -> str:
-    """Return the cranes whose schema has a key at a path, in words; empty where none has."""
-    *group, key = path
-    cranes = [crane for crane, schema in SCHEMAS.items() if key in fields_at(schema, group)]
-    falls = [
-        crane for crane, schema in FALLS_SCHEMAS.items() if key in fields_at(schema, group) and crane not in cranes
-    ]
-    return (
-        ", ".join(cranes)
-        + (", with falls to " if cranes and falls else "with falls to " if falls else "")
-        + ", ".join(falls)
-    )

@@ -2,21 +2,20 @@
 
 import copy
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import yaml
-from pydantic import ValidationError
 
 from crane_sim import system
-from crane_sim.files.document import SHARED, nominal, plain_copy, read, set_value, switch_law, without_nulls
-from crane_sim.files.errors import PATH, SceneError, foreign_path, nearest, one_line, one_word, shorten
+from crane_sim.files.document import nominal, plain_copy, read, with_values
+from crane_sim.files.errors import PATH, SceneError, one_word, shorten
 from crane_sim.files.output import write_text
 from crane_sim.hardware.instruments import Instruments
-from crane_sim.laws import ForeignSetting, Law, check_commands, is_own, make_law
+from crane_sim.laws import Law, check_commands, is_own, make_laws, switch_law
 from crane_sim.scenes.extreme_numbers import refuse_extreme_numbers
 from crane_sim.scenes.hardware_settings import (
     CLOSE,
@@ -26,14 +25,18 @@ from crane_sim.scenes.hardware_settings import (
     varies_within_period,
 )
 from crane_sim.scenes.instrument_settings import instruments_of
-from crane_sim.scenes.registry import SCHEMAS, check_cable, key_of_other_cranes, places_of, schema_of
 from crane_sim.scenes.schema.integrator import check_fit, choose_method
 from crane_sim.scenes.schema.limits import TravelLimits
 from crane_sim.scenes.schema.reference import resolve_target
-from crane_sim.scenes.schema.scene_file import SceneFile
-from crane_sim.scenes.schema.uncertain import draw_parameters
+from crane_sim.scenes.schema.scene_file import Assembly, SceneFile
+from crane_sim.scenes.validation import read_file
 from crane_sim.trajectories.breakpoints import with_breakpoints
 
+OF_CRANE = (
+    *("joint_names", "joint_units", "actuated", "effort_units"),
+    *("limits", "initial_q", "initial_v", "trajectory"),
+)
+"""Fields of a scene that are those of its crane."""
 MAX_STEPS = 1e8  # control periods in a run
 DEFAULT_PERIOD = 0.01  # s, between published states, unless the law has a period
 
@@ -163,184 +166,195 @@ def load_scene(source: SceneSource, overrides: Mapping[str, Any] | None = None, 
     """
     if overrides is not None and not isinstance(overrides, Mapping):
         raise SceneError(f"overrides = {shorten(overrides)}: must map dotted keys of the scene to values")
-    changes = plain_copy(overrides or {})  # two keys may overlap: the caller's groups stay as they are
-    if isinstance(source, Scene):
-        if not changes:
-            return source
-    try:
-        document = document_of(source)
-        control, ignored = copy.deepcopy(document.get("control")), switch_law(document, changes)
-        for key, value in changes.items():
-            set_value(document, key, value)
-    except RecursionError:
-        raise SceneError("scene: has too many nested groups") from None
-    try:
-        return _build_switched(document, control, ignored, changes, own_law)
-    except (SceneError, RecursionError) as error:
-        raise with_scene_name(document, error) from None
+    if isinstance(source, Scene) and not overrides:
+        return source
+    (found,) = load_scenes(source, [overrides or {}], own_law)
+    if isinstance(found, SceneError):
+        raise found from None
+    return found
 
 
-def document_of(source: SceneSource) -> dict[str, Any]:
-    """Return a copy of the document that `load_scene` reads."""
-    if isinstance(source, Scene):
-        source = source.document
-    return plain_copy(source) if isinstance(source, Mapping) else read(source)
+def load_scenes(
+    source: SceneSource, changes: Sequence[Mapping[str, Any]], own_law: bool = True
+) -> list[Scene | SceneError]:
+    """Return for each of many changes of a scene what `load_scene` returns, or the error that it raises.
 
-
-def with_scene_name(document: Mapping[str, Any], error: Exception) -> SceneError:
-    """Return an error of a document with the name of its scene."""
-    return SceneError(f"scene {_name(document)}: {error}")
-
-
-def _name(document: Mapping[str, Any]) -> str:
-    return one_word(document.get("name", "given as a dict"))
-
-
-def _build_switched(
-    document: dict[str, Any], control: Any, ignored: list[str], changes: Mapping[str, Any], own_law: bool
-) -> Scene:
-    """Return the scene with a note of what was left out of its original `control` group when its law was switched.
-
-    These are the keys in `ignored`, and those that laws share, unless the new law has them or `changes` set them; the
-    latter are removed from `document` and added to `ignored`.
-    """
-    law, changed = changes.get("control.law"), {".".join(str(key).split(".")[:2]) for key in changes}
-    switched = isinstance(control, dict) and law is not None and law != control.get("law")
-    shared = [key for key in SHARED if switched and key in control and f"control.{key}" not in changed]
-    while True:
-        try:
-            scene = _build_scene(document, own_law)
-            break
-        except ForeignSetting as error:
-            if error.key not in shared:
-                raise
-            shared.remove(error.key)
-            ignored.append(error.key)
-            del document["control"][error.key]
-    return note_left_out(scene, ignored, control)
-
-
-def note_left_out(scene: Scene, ignored: Sequence[str], control: Any) -> Scene:
-    """Return the scene with a note on the settings of its original `control` group that were left out."""
-    if not ignored:
-        return scene
-    return replace(
-        scene, notes={**scene.notes, "left_out": f"{', '.join(map(str, ignored))} of law {control.get('law')!r}"}
-    )
-
-
-class Draft(NamedTuple):
-    """A checked document whose law is yet to be made."""
-
-    file: SceneFile  # defaults included and uncertain parameters drawn
-    notes: dict[str, Any]
-    crane: Any  # parameters, without the integral of work
-    clock: tuple[float, float, dict[str, Any]]  # as of `_clock`
-    fields: dict[str, Any]  # of the scene, which depend on the file alone
-    document: dict[str, Any]
-
-
-def draft_scene(document: dict[str, Any], period: float | None = None) -> Draft:
-    """Return a document checked, with the control period [s] of another one where that is given."""
-    file, notes = _read_file(document)
-    with refuse_extreme_numbers(document):
-        crane = file.model()  # first: it rejects scenes of which nothing else can be computed
-        return Draft(file, notes, crane, _clock(file, period), _file_fields(file, document), document)
-
-
-def finish_scene(draft: Draft, law: Law | None) -> Scene:
-    """Return the scene of a draft with its law.
+    The source is read once, and laws of the same name are designed together.
 
     Raises:
-        SceneError: law, method and devices do not fit one another.
+        SceneError: there is no such scene.
     """
-    file, notes, crane, (period, duration, rounded), fields, document = draft
-    control, continuous = file.control, _is_continuous(file)
-    _check_continuous(file, law)
-    sampled = control is not None and not continuous
+    document = source.document if isinstance(source, Scene) else source
+    try:
+        document = plain_copy(document) if isinstance(document, Mapping) else read(document)
+    except RecursionError:
+        raise SceneError("scene: has too many nested groups") from None
+    changed = [_changed_document(document, each) for each in changes]
+    found = [_attempt(each, _build_scene, each) for each, _ in changed]
+    for law, numbers in _by_law(found, own_law).items():
+        _add_laws(law, found, numbers)
+    control = document.get("control")
+    return [_note_left_out(scene, keys, control) for scene, (_, keys) in zip(found, changed, strict=True)]
+
+
+def _changed_document(document: dict[str, Any], changes: Mapping[str, Any]) -> tuple[Any, Sequence[str]]:
+    """Return (a document with changes, the settings of its law that they leave out); or (an error, none)."""
+    try:
+        switched, ignored = switch_law(document, changes)
+        return with_values(switched, changes), ignored
+    except SceneError as error:
+        return _with_name(document, error), ()
+    except RecursionError:
+        return SceneError("scene: has too many nested groups"), ()
+
+
+def _attempt(document: Any, function: Callable[..., Any], *args: Any) -> Any:
+    """Return what a function returns, or its error with the name of the document's scene; a document's error as is."""
+    if isinstance(document, SceneError):
+        return document
+    try:
+        return function(*args)
+    except (SceneError, RecursionError) as error:
+        return _with_name(document, error)
+
+
+def _with_name(document: Mapping[str, Any], error: Exception) -> SceneError:
+    return SceneError(f"scene {one_word(document.get('name', 'given as a dict'))}: {error}")
+
+
+def _by_law(found: Sequence[Scene | SceneError], own_law: bool) -> dict[str, list[int]]:
+    """Return the numbers of the scenes by the name of the law that each takes; without `own_law` installed ones."""
+    groups: dict[str, list[int]] = {}
+    for i, scene in enumerate(found):
+        name = scene.law_name if isinstance(scene, Scene) else None
+        if name is not None and (own_law or not is_own(name)):
+            groups.setdefault(name, []).append(i)
+    return groups
+
+
+def _add_laws(name: str, found: list[Any], numbers: Iterable[int]) -> None:
+    """Give the scenes of these numbers their law, or put its error in their place."""
+    scenes = {i: found[i] for i in numbers}
+    nominals = {i: _attempt(scene.document, _nominal_scene, scene) for i, scene in scenes.items()}
+    sound = [i for i, scene in nominals.items() if isinstance(scene, Scene)]
+    settings = [scenes[i].file.control.model_extra or {} for i in sound]
+    laws = make_laws(name, settings, [nominals[i] for i in sound]) if sound else ()
+    found_laws = dict(zip(sound, laws, strict=True))
+    for i, scene in scenes.items():
+        law = found_laws.get(i, nominals[i])
+        if isinstance(law, SceneError):
+            found[i] = law if i not in found_laws else _with_name(scene.document, law)
+        else:
+            found[i] = _attempt(scene.document, _with_law, scene, law)
+
+
+def _with_law(scene: Scene, law: Law) -> Scene:
+    """Return a scene with its law; SceneError: the equations, or its drives, do not take it."""
+    name = str(scene.law_name)
+    if not scene.sampled and not system.effort.has_implementation(type(law)):
+        line = f"{shorten(name, PATH)} is a sampled law: give a period, in seconds"
+        raise SceneError(f"control.period = 'continuous': {line}")
+    check_commands(name, law, scene.actuated, scene.commands)
+    return replace(scene, law=law, source=None if scene.sampled else _source(law, scene.method, scene.model))
+
+
+def _source(source: Any, method: Any, model: Any) -> Any:
+    """Return a source of efforts; its steps end at its kinks where a method chooses them by their error."""
+    return with_breakpoints(source, model) if hasattr(method, "rtol") else source
+
+
+def _note_left_out(scene: Any, ignored: Sequence[str], control: Any) -> Any:
+    """Return the scene with a note on the settings of its original `control` group that were left out."""
+    if not ignored or isinstance(scene, SceneError):
+        return scene
+    left_out = f"{', '.join(map(str, ignored))} of law {control.get('law')!r}"
+    return replace(scene, notes={**scene.notes, "left_out": left_out})
+
+
+def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene:
+    """Return the scene of a document without its law.
+
+    Args:
+        document: of the scene.
+        period: the control period [s] of another scene, None: its own.
+    """
+    file, drawn = read_file(document)
     with refuse_extreme_numbers(document):
-        source = law if continuous else None if control is not None else file.open_loop()
-        method, reason = choose_method(file.integrator, file.method_requirements(sampled), crane)
-    devices, noted = _devices(file, period, law)
-    is_held = sampled or type(source) is tuple
-    model = system.with_meter(crane, is_held and not varies_within_period(devices["hardware"], duration))
-    check_fit(method, model, continuous)
+        crane = file.build()
+        method, reason = choose_method(file.integrator, crane.requirements, crane.model)
+    reference = resolve_target(crane.target, crane.trajectory)
+    check_limits(crane, reference)
+    period, duration, rounded = _clock(file, period)
+    devices, noted = _devices(file, period)
+    motion = _motion(file, crane, method, varies_within_period(devices["hardware"], duration))
+    notes = (crane.notes, drawn, {"method": reason} if reason else {}, rounded, noted)
     return Scene(
-        **fields,
-        model=model,
+        name=file.name or "unnamed",
+        crane=document["crane"],
+        seed=file.seed,
+        description=file.description,
         duration=duration,
         period=period,
-        method=method,
-        law=law,
-        sampled=sampled,
-        source=with_breakpoints(source, model) if hasattr(method, "rtol") and not sampled else source,
-        notes=_join_notes(notes, {"method": reason} if reason else {}, rounded, noted, _load_notes(draft)),
+        reference=reference,
+        notes=_join_notes(*notes, _load_notes(file, crane, duration)),
         document=document,
         file=file,
+        **{name: getattr(crane, name) for name in OF_CRANE},
+        **motion,
         **devices,
     )
 
 
-def _check_continuous(file: SceneFile, law: Law | None) -> None:
-    """Raise SceneError where the equations should evaluate a law that they cannot."""
-    if file.control is None or law is None or not _is_continuous(file):
-        return
-    if not system.effort.has_implementation(type(law)):
-        line = f"{shorten(file.control.law, PATH)} is a sampled law: give a period, in seconds"
-        raise SceneError(f"control.period = 'continuous': {line}")
+def _motion(file: SceneFile, crane: Assembly, method: Any, varies: bool) -> dict[str, Any]:
+    """Return the fields of a scene on what is integrated, and what drives it; its law is yet to be added.
+
+    Args:
+        file, crane: of the scene.
+        method: settings of the integrator.
+        varies: whether held commands give efforts that change within a period.
+    """
+    control = file.control
+    continuous = control is not None and control.period == "continuous"
+    sampled = control is not None and not continuous
+    is_held = sampled or (control is None and type(crane.open_loop) is tuple)
+    model = system.with_meter(crane.model, is_held and not varies)
+    check_fit(method, model, continuous)
+    source = None if control is not None else _source(crane.open_loop, method, model)
+    law = {"law": None, "law_name": control and control.law, "sampled": sampled}
+    return law | {"model": model, "method": method, "source": source}
 
 
-def _build_scene(document: dict[str, Any], own_law: bool) -> Scene:
-    """Return the scene of a document; arguments of `load_scene`."""
-    draft = draft_scene(document)
-    control = draft.file.control
-    if control is None or (is_own(control.law) and not own_law):
-        return finish_scene(draft, None)
-    return finish_scene(draft, make_law(control.law, *law_parts(draft)))
-
-
-def _devices(file: SceneFile, period: float, law: Law | None) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return (the fields of a scene on hardware and instruments, notes on both); drives take what the law commands."""
-    (hardware, noted), (instruments, also_noted) = equipment_of(file, period), instruments_of(file, period)
-    if law is not None and file.control is not None:
-        check_commands(file.control.law, law, file.actuated, commands_of(hardware, len(file.actuated)))
+def _devices(file: SceneFile, period: float) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return (the fields of a scene on hardware and instruments, notes on both)."""
+    hardware, noted = equipment_of(file, period)
+    instruments, also_noted = instruments_of(file, period)
     return {"hardware": hardware, "instruments": instruments}, _join_notes(noted, also_noted)
 
 
-def _read_file(document: dict[str, Any]) -> tuple[SceneFile, dict[str, Any]]:
-    """Return (a document's file with its uncertain parameters drawn, its notes and one on what was drawn)."""
-    certain, drawn = draw_parameters(document)
+def _nominal_scene(scene: Scene) -> Scene:
+    """Return the nominal scene of a scene's law: commanded as the real one, with its first joints.
+
+    Raises:
+        SceneError: the scene has a law and inputs, or the nominal scene is invalid.
+    """
+    control = scene.file.control
+    assert control is not None
+    if scene.document.get("inputs") is not None:
+        raise SceneError("inputs: a scene with a control law takes none (leave out one of inputs, control)")
+    document = nominal(dict(scene.document), control.nominal)
+    if scene.sampled and not control.nominal and scene.document.keys() - document.keys() == {"control"}:
+        file = scene.file.model_copy(update={"control": None})
+        return replace(scene, law_name=None, file=file, document=document, source=file.open_loop())
     try:
-        file = _validate(certain)
+        own = _build_scene(document, scene.period)
     except SceneError as error:
-        key = next((key for key in drawn if str(error).startswith(key)), None)
-        if key is None:
-            raise
-        raise SceneError(f"{error} (drawn by uncertain.{key})") from None
-    return file, dict(file.notes) | ({"drawn": drawn} if drawn else {})
-
-
-def _file_fields(file: SceneFile, document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of a scene that depend on its file alone."""
-    trajectory = file.trajectory()
-    reference = resolve_target(file.target, trajectory)
-    check_limits(file, reference)
-    return {
-        "name": file.name or "unnamed",
-        "crane": document["crane"],
-        "law_name": file.control and file.control.law,
-        "description": file.description,
-        "seed": file.seed,
-        "joint_names": file.joint_names,
-        "joint_units": file.joint_units,
-        "actuated": file.actuated,
-        "effort_units": file.effort_units,
-        "limits": file.limits,
-        "initial_q": file.initial_q,
-        "initial_v": file.initial_v,
-        "trajectory": trajectory,
-        "reference": reference,
-    }
+        raise SceneError(f"control.nominal: {error}") from None
+    if own.actuated != scene.actuated or own.joint_names != scene.joint_names[: len(own.joint_names)]:
+        raise SceneError(
+            f"control.nominal: its joints {own.joint_names}, actuated {own.actuated}, must be the first ones of "
+            f"the crane's {scene.joint_names}, actuated {scene.actuated}"
+        )
+    return replace(own, sampled=scene.sampled)
 
 
 def _join_notes(*notes: Mapping[str, Any]) -> dict[str, Any]:
@@ -351,20 +365,17 @@ def _join_notes(*notes: Mapping[str, Any]) -> dict[str, Any]:
     return joined
 
 
-def _load_notes(draft: Draft) -> dict[str, Any]:
-    """Return notes on base motion, wind and changes of the payload."""
-    file, crane, (_, duration, _) = draft.file, draft.crane, draft.clock
-    motion, wind = file.base_motion, getattr(crane, "wind", None)
-    of_base = motion.notes(crane.base, file.duration) if motion is not None else {}
+def _load_notes(file: SceneFile, crane: Assembly, duration: float) -> dict[str, Any]:
+    """Return notes on base motion, wind, and changes of the payload that a run of `duration` [s] does not reach."""
+    motion, wind = file.base_motion, getattr(crane.model, "wind", None)
+    of_base = motion.notes(crane.model.base, file.duration) if motion is not None else {}
     of_wind = file.wind.notes(wind, file.seed) if file.wind is not None and wind is not None else {}
-    return _join_notes(of_base, of_wind, _late_events(file, duration))
-
-
-def _late_events(file: SceneFile, duration: float) -> dict[str, Any]:
-    """Return warnings of changes of the payload that the run does not reach."""
-    late = [(i, event.at) for i, event in enumerate(getattr(file, "events", ())) if event.at >= duration]
-    lines = [f"events[{i}].at = {at:g}: not reached, the run ends at {duration:g} s" for i, at in late]
-    return {"warnings": lines} if lines else {}
+    lines = [
+        f"events[{i}].at = {event.at:g}: not reached, the run ends at {duration:g} s"
+        for i, event in enumerate(getattr(file, "events", ()))
+        if event.at >= duration
+    ]
+    return _join_notes(of_base, of_wind, {"warnings": lines} if lines else {})
 
 
 def _clock(file: SceneFile, period: float | None) -> tuple[float, float, dict[str, Any]]:
@@ -377,10 +388,6 @@ def _clock(file: SceneFile, period: float | None) -> tuple[float, float, dict[st
     return period, steps * period, {"rounded": [f"duration: {duration:.9g} s is taken as {steps * period:.9g} s"]}
 
 
-def _is_continuous(file: SceneFile) -> bool:
-    return file.control is not None and file.control.period == "continuous"
-
-
 def _period(file: SceneFile) -> float:
     control = file.control
     period = float(DEFAULT_PERIOD if control is None or control.period == "continuous" else control.period)
@@ -389,79 +396,17 @@ def _period(file: SceneFile) -> float:
     return period
 
 
-def _validate(document: dict[str, Any]) -> SceneFile:
-    if "crane" not in document:
-        known = {key for schema in SCHEMAS.values() for key in schema.model_fields}
-        suggestion = nearest("crane", [key for key in document if key not in known])
-        what = (
-            f"unknown key {suggestion!r}, did you mean 'crane'? (crane: "
-            if suggestion
-            else "crane: is missing (possible: "
-        )
-        raise SceneError(f"{what}{', '.join(SCHEMAS)})")
-    schema = schema_of(document)
-    if schema is None:
-        raise SceneError(f"crane = {shorten(document['crane'])}: possible: {', '.join(SCHEMAS)}")
-    check_cable(document)
-    try:
-        return schema.model_validate(without_nulls(document))
-    except ValidationError as error:
-        path = foreign_path(error)
-        line = key_of_other_cranes(path, document["crane"]) or one_line(error, schema) + places_of(path)
-        raise SceneError(line) from None
-
-
-def law_parts(draft: Draft) -> tuple[Mapping[str, Any], Scene]:
-    """Return (settings of a draft's law, its nominal scene: commanded as the real one, with its first joints).
-
-    Raises:
-        SceneError: the scene has a law and inputs, or the nominal scene is invalid.
-    """
-    control = draft.file.control
-    assert control is not None
-    if draft.document.get("inputs") is not None:
-        raise SceneError("inputs: a scene with a control law takes none (leave out one of inputs, control)")
-    try:
-        scene = finish_scene(_nominal_draft(draft), None)
-    except SceneError as error:
-        raise SceneError(f"control.nominal: {error}") from None
-    file = draft.file
-    if scene.actuated != file.actuated or scene.joint_names != file.joint_names[: len(scene.joint_names)]:
-        raise SceneError(
-            f"control.nominal: its joints {scene.joint_names}, actuated {scene.actuated}, must be the first ones of "
-            f"the crane's {file.joint_names}, actuated {file.actuated}"
-        )
-    return control.model_extra or {}, replace(scene, sampled=control.period != "continuous")
-
-
-def _nominal_draft(draft: Draft) -> Draft:
-    """Return the draft of the law's nominal scene; where that only lacks the law, it is this draft without it."""
-    file, control = draft.file, draft.file.control
-    assert control is not None
-    document = nominal(draft.document, control.nominal)
-    if control.nominal or _is_continuous(file) or draft.document.keys() - document.keys() != {"control"}:
-        return draft_scene(document, _period(file))
-    return draft._replace(
-        file=file.model_copy(update={"control": None}), fields=draft.fields | {"law_name": None}, document=document
-    )
-
-
-def check_limits(file: SceneFile, target: Sequence[float] | None) -> None:
-    """Raise SceneError when a scene starts, or should end, outside its travel limits.
-
-    Args:
-        file: the scene's file.
-        target: of the actuated joints (nu,), None without a target.
-    """
-    for limit in file.limits:
-        i, key = file.joint_names.index(limit.joint), f"{limit.key} = {[limit.low, limit.high]}"
-        start, unit = file.initial_q[i], file.joint_units[i]
+def check_limits(crane: Assembly, target: Sequence[float] | None) -> None:
+    """Raise SceneError when a crane starts, or should end at a target (nu,), outside its travel limits."""
+    for limit in crane.limits:
+        i, key = crane.joint_names.index(limit.joint), f"{limit.key} = {[limit.low, limit.high]}"
+        start, unit = crane.initial_q[i], crane.joint_units[i]
         if not limit.low < limit.high:
             raise SceneError(f"{key}: must increase")
         if not limit.low <= start <= limit.high:
             raise SceneError(f"{key}: the {limit.joint} starts outside of them, at {start:g} {unit}")
-        if target is None or limit.joint not in file.actuated:
+        if target is None or limit.joint not in crane.actuated:
             continue
-        k = file.actuated.index(limit.joint)
+        k = crane.actuated.index(limit.joint)
         if not limit.low <= target[k] <= limit.high:
             raise SceneError(f"reference: the {limit.joint} should end at {target[k]:g} {unit}, outside of {key}")

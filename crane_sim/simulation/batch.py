@@ -27,8 +27,7 @@ from crane_sim.integrators import Status
 from crane_sim.integrators.dop853 import RK8
 from crane_sim.integrators.rk4 import RK4
 from crane_sim.numerics.lanes import LANES
-from crane_sim.scenes.many import load_scenes
-from crane_sim.scenes.scene import Scene, SceneSource
+from crane_sim.scenes.scene import Scene, SceneSource, load_scenes
 from crane_sim.simulation.batch_metrics import (
     RunEnd,
     allocate_arrays,

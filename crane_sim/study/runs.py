@@ -6,8 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from crane_sim.files.errors import SceneError
-from crane_sim.scenes.many import load_scenes
-from crane_sim.scenes.scene import Scene
+from crane_sim.scenes.scene import Scene, load_scenes
 from crane_sim.simulation.batch_metrics import Attempt, Measure, RunEnd, attempt_run, run_all, run_alone
 from crane_sim.simulation.flat_summary import cell_of
 from crane_sim.simulation.rollout import Rollout

@@ -19,9 +19,10 @@ from pydantic import (
     model_validator,
 )
 
-from crane_sim.files.document import function_from, plain_copy, read, read_groups, switch_law, with_values
+from crane_sim.files.document import function_from, plain_copy, read, read_groups, with_values
 from crane_sim.files.errors import RenameWarning, SceneError, no_group, one_line, shorten
 from crane_sim.files.types import Name, Positive, Seed, reject_bool
+from crane_sim.laws import switch_law
 from crane_sim.scenes.schema.uncertain import DISTRIBUTIONS, Distribution
 
 DEPRECATED_KEYS = {"figures": "metrics"}
@@ -277,9 +278,8 @@ def varied_document(study: Study) -> dict[str, Any]:
 
 def changed_document(document: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
     """Return a scene's document with changes by dotted key; raises SceneError where one has no place."""
-    changed = copy.deepcopy(dict(document))
-    switch_law(changed, changes)
-    return with_values(changed, changes)
+    switched, _ = switch_law(copy.deepcopy(dict(document)), changes)
+    return with_values(switched, changes)
 
 
 def scene_document(study: Study) -> dict[str, Any]:

@@ -34,7 +34,7 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
 
 def required(scene: crane_sim.Scene) -> float:
     """Return the largest frequency or rate [rad/s] that a scene's method has to bear."""
-    frequency = scene.file.method_requirements(sampled=False).frequency
+    frequency = scene.file.requirements().frequency
     assert frequency is not None
     return frequency
 

@@ -11,7 +11,7 @@ import crane_sim
 from crane_sim.cli import report
 from crane_sim.models.supports.knuckle_boom import Rod
 from crane_sim.scenes.scene import load_scene
-from crane_sim.scenes.schema.knuckle_checks import check_rods
+from crane_sim.scenes.schema.rods import check_rods
 from crane_sim.trajectories.waves import BREAKING_STEEPNESS, Sea, max_observed_steepness, steepness
 
 PLANE = {

@@ -186,6 +186,6 @@ def test_a_law_without_compiled_form_is_rejected(monkeypatch: pytest.MonkeyPatch
         def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
             return (0.0,)
 
-    monkeypatch.setattr("crane_sim.scenes.many.make_laws", lambda name, settings, nominals: [Still()] * len(nominals))
+    monkeypatch.setattr("crane_sim.scenes.scene.make_laws", lambda name, settings, nominals: [Still()] * len(nominals))
     with pytest.raises(SceneError, match="control.law = 'energy': has no compiled form"):
         simulate_batch("overhead_energy", MASSES)

@@ -8,7 +8,6 @@ from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.supports.support import Support, own_count
 from crane_sim.models.supports.swaying_tower import SwayingTower
-from crane_sim.models.supports.tower_crane import LockedSlew
 from crane_sim.scenes.schema.friction_checks import check_friction
 from crane_sim.scenes.schema.motors import reflected_inertia
 
@@ -19,44 +18,42 @@ def has_strength(friction: Mapping[str, Friction], lugre: Mapping[str, LuGre]) -
     return any(check_friction(f"{key}.{name}", part) for key, group in groups.items() for name, part in group.items())
 
 
-def with_friction_and_motors(structure: Any, file: Any, joints: Sequence[tuple[str, str, str]]) -> Support:
+def with_friction_and_motors(structure: Any, file: Any, joints: Sequence[str]) -> Support:
     """Return the support with friction and motors of its joints.
 
     Args:
         structure: of the crane's support.
         file: the scene's, with `friction`, `lugre` and `backlash` by joint.
-        joints: of the support, each (name, unit of its position, unit of its effort).
+        joints: of the support.
 
     Raises:
         SceneError: a joint is locked, its motor stands on a mast that bends, or its friction or motor is given twice.
     """
-    names = [name for name, _, _ in joints]
-    frictions = tuple(_friction_of(name, file) for name in names)
-    _check_locked(structure, file)
-    motors = tuple(_motor_of(name, file) for name in names)
+    for name in (name for name in joints if file.is_locked(name)):
+        _check_locked(name, file)
+    frictions = tuple(_friction_of(name, file) for name in joints)
+    motors = tuple(_motor_of(name, file) for name in joints)
     if isinstance(structure, SwayingTower) and any(motors):
-        name = names[next(i for i, inertia in enumerate(motors) if inertia)]
+        name = joints[next(i for i, inertia in enumerate(motors) if inertia)]
         raise SceneError(
             f"flexibility.mast: stands beside actuators.{name}.motor.inertia, which would turn with the mast, too; "
             "leave out one of both"
         )
     support = Support(structure)
-    bending: tuple[Any, ...] = (None,) * (own_count(support) - len(names))
+    bending = own_count(support) - len(joints)
     return support._replace(
-        motors=(*motors, *(0.0 for _ in bending)) if any(motors) else None,
-        frictions=(*frictions, *bending) if any(part is not None for part in frictions) else None,
+        motors=(*motors, *(0.0,) * bending) if any(motors) else None,
+        frictions=(*frictions, *(None,) * bending) if any(part is not None for part in frictions) else None,
     )
 
 
-def _check_locked(support: Any, file: Any) -> None:
-    """Reject friction and motors of a slew that is locked."""
-    locked = isinstance(getattr(support, "slew", None), LockedSlew)
-    for key in ("friction", "lugre"):
-        for name in getattr(file, key):
-            if name == "slew" and locked:
-                raise SceneError(f"{key}.slew: belongs to a joint that a drive moves, slew.drive is 'locked'")
-    if locked and reflected_inertia(file, "slew") > 0.0:
-        raise SceneError("actuators.slew.motor.inertia: belongs to a joint that it moves, slew.drive is 'locked'")
+def _check_locked(name: str, file: Any) -> None:
+    """Reject friction, play and motors of a joint that is locked."""
+    for key in ("friction", "lugre", "backlash"):
+        if name in getattr(file, key):
+            raise SceneError(f"{key}.{name}: belongs to a joint that a drive moves, {name}.drive is 'locked'")
+    if reflected_inertia(file, name) > 0.0:
+        raise SceneError(f"actuators.{name}.motor.inertia: belongs to a joint that it moves, {name}.drive is 'locked'")
 
 
 def _friction_of(name: str, file: Any) -> Friction | LuGre | None:

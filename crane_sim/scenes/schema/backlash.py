@@ -9,7 +9,6 @@ from crane_sim.files.errors import SceneError, unknown_key
 from crane_sim.files.types import NonNegative, Positive, Real
 from crane_sim.models.supports import backlash as drives_with_play
 from crane_sim.models.supports.support import Support, own_count
-from crane_sim.models.supports.tower_crane import LockedSlew
 from crane_sim.scenes.schema.groups import Group
 
 MAX_DRIVES = 16
@@ -32,7 +31,6 @@ class Drive(Group):
 
 JointDrives = Annotated[tuple[Drive, ...], Field(min_length=1, max_length=MAX_DRIVES)]
 Backlash = Mapping[str, Sequence[Drive]]
-SupportJoints = Sequence[tuple[str, str, str]]
 
 
 def check_joint_names(group: Any, names: Sequence[str]) -> Any:
@@ -47,18 +45,29 @@ def check_joint_names(group: Any, names: Sequence[str]) -> Any:
     return group
 
 
-def _ordered(backlash: Backlash, joints: SupportJoints) -> list[tuple[int, str, Drive]]:
-    """Return (index of the joint, name of the drive, drive) in the order of the joints."""
+def drives_of(backlash: Backlash, joints: Sequence[Any]) -> list[tuple[int, str, Drive]]:
+    """Return (index of the joint, name of the drive, drive) in the order of a support's joints."""
     return [
-        (i, f"{name}_drive_{k}", drive)
-        for i, (name, _, _) in enumerate(joints)
-        for k, drive in enumerate(backlash.get(name, ()), 1)
+        (i, f"{joint.name}_drive_{k}", drive)
+        for i, joint in enumerate(joints)
+        for k, drive in enumerate(backlash.get(joint.name, ()), 1)
     ]
 
 
-def drive_names(backlash: Backlash, joints: SupportJoints) -> tuple[str, ...]:
+def drive_names(backlash: Backlash, joints: Sequence[Any]) -> tuple[str, ...]:
     """Return the names of the drives' positions, which are joints as well."""
-    return tuple(name for _, name, _ in _ordered(backlash, joints))
+    return tuple(name for _, name, _ in drives_of(backlash, joints))
+
+
+def drive_units(backlash: Backlash, joints: Sequence[Any]) -> tuple[str, ...]:
+    """Return the units of the drives' positions."""
+    return tuple(joints[i].unit for i, _, _ in drives_of(backlash, joints))
+
+
+def drives_at_start(backlash: Backlash, joints: Sequence[Any], q: Any, v: Any) -> tuple[Any, Any]:
+    """Return (positions, velocities) of the drives at t = 0, the joints being at q and moving at v."""
+    drives = drives_of(backlash, joints)
+    return tuple(q[i] + drive.offset for i, _, drive in drives), tuple(v[i] for i, _, _ in drives)
 
 
 def shaft_frequency(backlash: Backlash) -> float:
@@ -75,44 +84,27 @@ def shaft_frequency(backlash: Backlash) -> float:
 
 def _largest_ratio(drives: Sequence[Drive], key: str) -> float:
     """Return max(k / m) + Σ k / M of a joint's drives, k being the key of their shafts."""
-    ratios, total = (
-        [getattr(drive, key) / drive.inertia for drive in drives],
-        sum(getattr(each, key) for each in drives),
-    )
-    return max(ratios) + total / max(drive.inertia for drive in drives)
+    total = sum(getattr(drive, key) for drive in drives)
+    own = max(getattr(drive, key) / drive.inertia for drive in drives)
+    return own + total / max(drive.inertia for drive in drives)
 
 
-def drive_units(backlash: Backlash, joints: SupportJoints) -> tuple[str, ...]:
-    """Return the units of the drives' positions."""
-    return tuple(joints[i][1] for i, _, _ in _ordered(backlash, joints))
-
-
-def initial_drive_state(backlash: Backlash, joints: SupportJoints, q: Any, v: Any) -> tuple[Any, Any]:
-    """Return (positions, velocities) of the drives at t = 0, the joints being at q and moving at v."""
-    drives = _ordered(backlash, joints)
-    return tuple(q[i] + drive.offset for i, _, drive in drives), tuple(v[i] for i, _, _ in drives)
-
-
-def add_backlash(support: Support, backlash: Backlash, joints: SupportJoints) -> Support:
+def add_backlash(support: Support, backlash: Backlash, joints: Sequence[str]) -> Support:
     """Return the support with its drives that have play, as it is without any.
 
     Raises:
-        SceneError: a joint is locked, or a drive starts in its joint's flank.
+        SceneError: a drive starts in its joint's flank.
     """
-    names, drives = [name for name, _, _ in joints], _ordered(backlash, joints)
-    for name in backlash:
-        if name == "slew" and isinstance(getattr(support.structure, "slew", None), LockedSlew):
-            raise SceneError("backlash.slew: belongs to a joint that a drive moves, slew.drive is 'locked'")
-    for name, joint in backlash.items():
-        for k, drive in enumerate(joint):
+    for name, drives in backlash.items():
+        for k, drive in enumerate(drives):
             half = 0.5 * drive.play
             if abs(drive.offset) > half:
                 key = f"backlash.{name}[{k}].offset = {drive.offset:g}"
                 raise SceneError(f"{key}: must be within half of the play, {half:g}")
-    if not drives:
+    if not any(backlash.values()):
         return support
     rows: list[tuple[drives_with_play.Drive, ...]] = [()] * own_count(support)
-    for i, name in enumerate(names):
+    for i, name in enumerate(joints):
         own = backlash.get(name, ())
         total = sum(drive.share for drive in own)
         rows[i] = tuple(drives_with_play.Drive(d.inertia, d.share / total, d.play, d.stiffness, d.damping) for d in own)

@@ -1,17 +1,15 @@
 """The group `flexibility` of a scene file: a tower crane's jib or a mobile crane's boom that bends."""
 
-from collections.abc import Mapping
-from math import cos, inf, sin, sqrt
+from math import cos, sin, sqrt
 from typing import Any, Self
 
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import Angle, NonNegative, Positive
 from crane_sim.models.supports.flexible import Compliance, FlexibleSupport
-from crane_sim.models.supports.swaying_tower import SwayingTower
 from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
 from crane_sim.models.supports.tower_crane import LockedSlew, TowerCrane
 from crane_sim.scenes.schema.groups import Group
-from crane_sim.scenes.schema.mast import LARGEST, sway_frequency, swaying_tower
+from crane_sim.scenes.schema.mast import LARGEST, swaying_tower
 
 DEFLECTION = "_deflection"  # last part of the name of a mode's joint
 MAST_JOINTS = "mast_x" + DEFLECTION, "mast_y" + DEFLECTION  # angles about the axes of the base
@@ -80,11 +78,6 @@ class JibFlexibility(BoomFlexibility):
         return super().modes if self.mast is None else dict.fromkeys(MAST_JOINTS, self.mast)
 
 
-def modes_of(flexibility: BoomFlexibility | None) -> Mapping[str, Bending]:
-    """Return the modes by the name of their joint, none of a rigid structure."""
-    return flexibility.modes if flexibility is not None else {}
-
-
 def outer_inertias(outer: TelescopicBoom, elevation: float, length: float) -> tuple[float, float]:
     """Return the inertia [kg m²] of what bends about the slewing axis, and about the root's transverse axis."""
     (ahead, _), first, second, c = outer.superstructure.foot, outer.base_section, outer.telescope, cos(elevation)
@@ -94,31 +87,6 @@ def outer_inertias(outer: TelescopicBoom, elevation: float, length: float) -> tu
     )
     about_z = sum(m * (ahead + s * c) ** 2 + inertia * c * c for m, s, inertia in parts)
     return about_z, sum(m * s * s + inertia for m, s, inertia in parts)
-
-
-def inner_inertias(support: FlexibleSupport, place: Any) -> tuple[float, float]:
-    """Return the inertia [kg m²] of what turns with the drives about the slewing axis, and about the root's axis."""
-    inertias = outer_inertias(support.inner, *place)
-    across = inf if isinstance(support.support, TowerCrane) else inertias[1]
-    return inertias[0] + support.inner.superstructure.inertia, across
-
-
-def structure_frequency(support: Any, place: Any) -> float:
-    """Return a bound [rad/s] of the frequencies of a support's modes at (elevation, length), 0 of a rigid one.
-
-    ω² = k (1 / I_i + 1 / I_o) of a spring between inner and outer body, whose damper may be faster still, 2 ζ ω.
-    """
-    if isinstance(support, SwayingTower):
-        return sway_frequency(support, place[1])
-    if not isinstance(support, FlexibleSupport):
-        return 0.0
-    inner, bends = inner_inertias(support, place), outer_inertias(support.outer, *place)
-    rates = [0.0]
-    for mode, a, b in zip((support.lateral, support.vertical), inner, bends, strict=True):
-        if mode is not None:
-            inverse = 1.0 / a + 1.0 / b
-            rates.append(max(sqrt(mode.stiffness * inverse), mode.damping * inverse))
-    return max(rates)
 
 
 def _bend(rigid: Any, bodies: tuple[TelescopicBoom, TelescopicBoom], flexibility: Any, place: Any) -> Any:
@@ -198,7 +166,7 @@ def deflections(support: Any, flexibility: BoomFlexibility | None, place: Any, g
         SceneError: it bends too far.
     """
     angles = []
-    for name, mode in modes_of(flexibility).items():
+    for name, mode in (flexibility.modes if flexibility is not None else {}).items():
         angle = mode.deflection
         if angle is None:
             angle = _angle_at_rest(support.outer, mode, place, gravity, hung) if name[0] == "v" else mode.rest

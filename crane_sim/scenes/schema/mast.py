@@ -56,23 +56,6 @@ def tilt_inertia(tower: SwayingTower, radius: float) -> float:
     return sum(m * (x * x + tower.height**2) for m, x in rows)
 
 
-def sway_frequency(tower: SwayingTower, radius: float) -> float:
-    """Return a bound [rad/s] of the frequencies of the mast's modes, whose damper may be faster still.
-
-    Across the jib the slew is free, so that only what a turn about the mast leaves is moved.
-    """
-    mass, first, second = compute_moments(tower, radius)
-    moved = tower.height**2 * (mass - first * first / second)
-    return max(sqrt(tower.stiffness / moved), tower.damping / moved)
-
-
-def trolley_place(tower: SwayingTower, slew: float, radius: float, angles: Any) -> tuple[float, float, float]:
-    """Return the trolley's position (3,) [m] from the base's origin, with the mast at these angles [rad]."""
-    (a, b), x, y, h = angles, radius * cos(slew), radius * sin(slew), tower.height
-    ahead, up = cos(b) * x + sin(b) * h, cos(b) * h - sin(b) * x
-    return ahead, cos(a) * y - sin(a) * up, sin(a) * y + cos(a) * up - h
-
-
 def angles_at_rest(tower: SwayingTower, slew: float, radius: float, gravity: float, hung: float) -> tuple[float, float]:
     """Return the angles [rad] at which the springs balance all weights; hung: mass [kg] of all that hangs.
 

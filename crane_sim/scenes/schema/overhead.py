@@ -11,13 +11,12 @@ from crane_sim.scenes.schema.overhead_cable import OverheadCrane, hoist_at_start
 from crane_sim.scenes.schema.overhead_checks import check_groups, check_start
 from crane_sim.scenes.schema.overhead_models import (
     crane_of,
-    method_requirements_of,
+    requirements_of,
     stretched_lengths,
 )
 from crane_sim.scenes.schema.overhead_stiffness import axis_mass, bending_error, massless_axes
-from crane_sim.scenes.schema.reference import compile_path, target_of
+from crane_sim.scenes.schema.reference import target_of
 from crane_sim.trajectories.inputs import Inputs as Channels
-from crane_sim.trajectories.trajectory import Trajectory
 
 
 class OverheadFile(OverheadCrane):
@@ -108,10 +107,6 @@ class OverheadFile(OverheadCrane):
             notes["rounded"] = [f"{name}.mass: 0 kg is taken as {axis_mass(self, name):.3g} kg" for name in massless]
         return notes
 
-    def trajectory(self) -> Trajectory | None:
-        """Return the compiled path, None where the scene has none."""
-        return compile_path(self.reference, self)
-
     def rest_positions(self, target: tuple[float, ...]) -> tuple[float, ...] | None:
         """Return the joint positions (nq,) of an elastic cable at rest at a target (nu,), None of one that is rigid.
 
@@ -125,9 +120,9 @@ class OverheadFile(OverheadCrane):
         depths = accumulate(stretched_lengths(self, (*wound, *self.parts.lengths[len(wound) :])))
         return (*above, *wound, *(x for depth in depths for x in (*above, -depth)))
 
-    def method_requirements(self, sampled: bool) -> MethodRequirements:
+    def requirements(self) -> MethodRequirements:
         """Return the scene's requirements on its integration method."""
-        return method_requirements_of(self, sampled)
+        return requirements_of(self)
 
     def model(self) -> Any:
         """Return the parameters of the crane.

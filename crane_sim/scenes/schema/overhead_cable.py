@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from crane_sim.files.errors import SceneError, shorten
+from crane_sim.scenes.schema.axes import start_of
 from crane_sim.scenes.schema.overhead_groups import OverheadGroups
-from crane_sim.trajectories.profiles import Shape
 
 Vector = tuple[float, ...]
 STRAIGHT_MASS_RATIO = 1e3  # payload / heaviest node above it, from which model: auto takes a rod for a straight cable
@@ -151,7 +151,7 @@ def compute_initial_state(file: "OverheadCrane") -> tuple[Vector, Vector]:
         velocities.append(start.vy)
     for i, axis in enumerate((file.trolley, file.bridge)[: len(positions)]):
         if axis is not None and axis.motion is not None:
-            positions[i], velocities[i] = initial_motion(axis.motion)
+            positions[i], velocities[i] = start_of(axis.motion)
     if file.hoist is not None:
         length, rate = hoist_at_start(file)
         positions.append(length)
@@ -164,17 +164,8 @@ def hoist_at_start(file: "OverheadCrane") -> tuple[float, float]:
     """Return the length [m] of the first link of a crane with a hoist, and its rate [m/s], at t = 0."""
     profile = file.hoist and file.hoist.profile
     if profile is not None:
-        return initial_motion(profile)
+        return start_of(profile)
     return file.initial.length or file.parts.lengths[0], file.initial.length_rate
-
-
-def initial_motion(shape: Shape) -> tuple[float, float]:
-    """Return position and velocity at t = 0."""
-    motion = shape.motion()
-    piece = max(0, int(np.searchsorted(motion.starts, 0.0, side="right")) - 1)
-    polynomial, s = np.polynomial.Polynomial(motion.coefficients[piece]), -motion.starts[piece]
-    rate = motion.amplitude * motion.frequency * np.cos(motion.phase)
-    return float(polynomial(s) + motion.amplitude * np.sin(motion.phase)), float(polynomial.deriv()(s) + rate)
 
 
 def _link_states(file: "OverheadCrane", top: list[float], rates: list[float]) -> tuple[Vector, Vector]:

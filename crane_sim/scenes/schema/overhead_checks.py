@@ -1,13 +1,9 @@
 """Cross-field validation of overhead scenes: groups that contradict each other, or would be ignored."""
 
-from typing import Any
-
-import numpy as np
-
 from crane_sim.files.errors import SceneError
+from crane_sim.scenes.schema.axes import AxisGroup, check_finite, check_mass
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
 from crane_sim.scenes.schema.overhead_drives import drum_friction
-from crane_sim.scenes.schema.overhead_groups import AxisGroup
 from crane_sim.scenes.schema.overhead_models import check_straight
 
 LENGTH_TOLERANCE = 1e-9  # relative; largest difference of the first link's length from the start of its hoist's profile
@@ -68,23 +64,6 @@ def _check_axis(file: OverheadCrane, name: str, group: AxisGroup) -> None:
         if drive == "prescribed" and key in start.model_fields_set:
             raise SceneError(f"initial.{key} = {getattr(start, key)}: a prescribed {name} starts as {name}.motion does")
     check_finite(f"{name}.motion", group.motion)
-
-
-def check_mass(name: str, group: AxisGroup, carried: bool) -> None:
-    """Raise SceneError when an axis has a mass that nothing moves; carried: whether a force moves it across."""
-    if group.mass is not None and group.drive != "force" and not carried:
-        drive = group.drive
-        raise SceneError(f"{name}.mass = {group.mass}: nothing moves it; it belongs to a drive by force, not {drive!r}")
-
-
-def check_finite(name: str, shape: Any) -> None:
-    """Raise SceneError when a motion's values are too large."""
-    if shape is None:
-        return
-    with np.errstate(all="ignore"):
-        finite = np.all(np.isfinite(shape.motion().coefficients))
-    if not finite:
-        raise SceneError(f"{name}: its values are too large for numbers of the machine")
 
 
 def _check_cable(file: OverheadCrane) -> None:

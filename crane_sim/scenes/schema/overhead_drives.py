@@ -9,12 +9,11 @@ from crane_sim.models.supports.hoist import ForceHoist, Hoist, MasslessHoist, Pr
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.supports.rails import Axis, FixedAxis, ForceAxis, PrescribedAxis
 from crane_sim.models.supports.support import Support
+from crane_sim.scenes.schema.axes import AxisGroup, check_shape
 from crane_sim.scenes.schema.friction_checks import check_friction
 from crane_sim.scenes.schema.motors import reflected_inertia
 from crane_sim.scenes.schema.overhead_cable import OverheadCrane
-from crane_sim.scenes.schema.overhead_groups import AxisGroup
 from crane_sim.scenes.schema.overhead_stiffness import axis_mass
-from crane_sim.trajectories.profiles import Shape
 
 
 def support_of(file: OverheadCrane) -> Support:
@@ -103,14 +102,6 @@ def axis_motor(file: OverheadCrane, name: str) -> float:
     if reflected > 0.0 and file.base_motion is not None and on_rails:
         raise SceneError(f"actuators.{name}.motor.inertia: belongs to a base that rests, here is base_motion")
     return reflected
-
-
-def check_shape(name: str, shape: Shape | None, drive: str) -> None:
-    """Raise SceneError when a prescribed drive has no motion over time, or another one has one."""
-    if shape is None and drive == "prescribed":
-        raise SceneError(f"{name}: is missing, a prescribed drive needs one")
-    if shape is not None and drive != "prescribed":
-        raise SceneError(f"{name}: belongs to a prescribed drive, here it is {drive!r}")
 
 
 def hoist_of(file: OverheadCrane) -> Hoist | None:

@@ -9,17 +9,12 @@ from crane_sim.models.effects import PayloadDrag
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.models.wind_load import Windage
+from crane_sim.scenes.schema.axes import LARGEST, AxisGroup, Size, SizeOrZero
 from crane_sim.scenes.schema.exchange import Velocity
 from crane_sim.scenes.schema.groups import BY_SPEED, Channel, Group, PayloadForceGroup, Profile
 from crane_sim.scenes.schema.reference import ReferenceGroup
 from crane_sim.scenes.schema.scene_file import SceneFile
 from crane_sim.trajectories.inputs import Constant
-
-
-def _check_size(value: float) -> float:
-    if value != 0.0 and not SMALLEST <= abs(value) <= LARGEST:
-        raise ValueError(f"must be 0 or of a size of {SMALLEST:g} to {LARGEST:g}")
-    return value
 
 
 def _check_bound(value: float) -> float:
@@ -28,9 +23,6 @@ def _check_bound(value: float) -> float:
     return value
 
 
-SMALLEST, LARGEST = 1e-12, 1e12  # of masses, lengths, stiffness: products of several stay numbers of the machine
-Size = Annotated[Positive, AfterValidator(_check_size)]
-SizeOrZero = Annotated[NonNegative, AfterValidator(_check_size)]
 BoundedReal = Annotated[Real, AfterValidator(_check_bound)]
 MAX_LINKS = 500
 LinkCount = Annotated[int, BeforeValidator(reject_bool), Field(ge=1, le=MAX_LINKS)]
@@ -40,20 +32,7 @@ Masses = Annotated[tuple[SizeOrZero, ...], *_Some]
 Vector = tuple[BoundedReal, BoundedReal, BoundedReal]
 
 
-AxisDrive = Annotated[Literal["force", "prescribed", "fixed"], BY_SPEED]
 HoistDrive = Annotated[Literal["prescribed", "force"], BY_SPEED]
-
-
-class AxisGroup(Group):
-    """Motion of the trolley (along x) or the bridge (along y)."""
-
-    drive: AxisDrive = "force"  # by a force, which needs a `mass`; by a given `motion`;
-    # or not at all
-    mass: SizeOrZero | None = None  # kg, of a drive by force; of a bridge: without its trolley; 0 in all, above rigid
-    # links, is taken as 1e-10 of the payload's mass (`rounded`): what hangs below a massless trolley falls freely until
-    # it is below it, and bounces
-    motion: Profile = None  # m, position over time, of a prescribed drive
-    limits: tuple[Real, Real] | None = None  # m, ends of the rail; a run ends where one is reached; left out: none
 
 
 class CableGroup(Group):

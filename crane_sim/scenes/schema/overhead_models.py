@@ -144,7 +144,7 @@ def _elastic_crane(file: OverheadCrane) -> ElasticCrane | SpringCrane:
     springs, parts = springs_of(file, hoist), _hanging_parts(file)
     alone = len(springs.masses) == 1 and file.dimensions == 2 and hoist is None
     plain = all(parts[name] is None for name in ("forces", "stops", "base", "wind", "drag", "force"))
-    if alone and plain and not implicit(file.integrator, method_requirements_of(file, sampled=False)):
+    if alone and plain and not implicit(file.integrator, requirements_of(file)):
         cable = (springs.masses, springs.lengths, springs.stiffness, springs.damping)
         return SpringCrane(axis_of(file, "trolley"), Spring(*(float(part[0]) for part in cable)), file.gravity)
     return ElasticCrane(support_of(file), springs, hoist=hoist, gravity=file.gravity, **parts)
@@ -312,9 +312,9 @@ def check_straight(file: OverheadCrane) -> None:
         raise SceneError("cable.model = 'straight': needs a base that rests; with base_motion take model: rigid")
 
 
-def method_requirements_of(file: OverheadCrane, sampled: bool) -> MethodRequirements:
+def requirements_of(file: OverheadCrane) -> MethodRequirements:
     """Return the scene's requirements on its integration method."""
-    smooth = not (sampled or file.payload_drag) and make_event_limits(file) is None
+    smooth = not file.payload_drag and make_event_limits(file) is None
     continuous = file.control is not None and file.control.period == "continuous"
     frequency = stiffest(file) if needs_frequency(file.integrator) else None
     swing_angle = file.duration * sqrt(file.gravity / sum(file.parts.lengths))

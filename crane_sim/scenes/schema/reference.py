@@ -1,7 +1,7 @@
 """The group `reference` of a scene file: target of the actuated joints, and the path to it."""
 
 from math import sqrt
-from typing import Annotated, Any, Literal, Protocol, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import BeforeValidator, TypeAdapter, model_validator
@@ -103,27 +103,8 @@ def resolve_target(target: tuple[float, ...] | None, path: Trajectory | None) ->
     return target
 
 
-class PathContext(Protocol):
-    """Properties of a scene's file that a path depends on."""
-
-    @property
-    def actuated(self) -> tuple[str, ...]:
-        """Joints that take commands."""
-        ...
-
-    @property
-    def gravity(self) -> float:
-        """Acceleration of free fall [m/s²]."""
-        ...
-
-    @property
-    def rope_length(self) -> float:
-        """Length of the rope at t = 0 [m]."""
-        ...
-
-
-def compile_path(reference: ReferenceGroup | None, file: PathContext) -> Trajectory | None:
-    """Return the compiled path of a scene, None where it has none.
+def compile_path(reference: ReferenceGroup | None, file: Any) -> Trajectory | None:
+    """Return the compiled path of a scene's file, None where it has none.
 
     Raises:
         SceneError: the path's coordinates do not match the crane's, or there is no such motion.
@@ -145,7 +126,7 @@ def compile_path(reference: ReferenceGroup | None, file: PathContext) -> Traject
     return compile_trajectory(pieces, group.of == "joints")
 
 
-def _pieces(group: PathGroup, file: PathContext) -> PiecewisePolynomial:
+def _pieces(group: PathGroup, file: Any) -> PiecewisePolynomial:
     """Return the motion, with input shaping if there is some."""
     pieces = _reordered_pieces(group, file.actuated if group.of == "joints" else COORDINATES)
     if group.shaping is None:
@@ -165,7 +146,7 @@ def _reordered_pieces(group: PathGroup, names: tuple[str, ...]) -> PiecewisePoly
     return reorder(pieces, [order.index(name) for name in names[:n]])
 
 
-def _frequency(shaping: Shaping, file: PathContext) -> float:
+def _frequency(shaping: Shaping, file: Any) -> float:
     """Return the frequency of the swing [rad/s]; `auto` is small swings of a point load on the scene's whole rope."""
     if shaping.frequency != "auto":
         return shaping.frequency

@@ -15,8 +15,8 @@ from crane_sim.models.suspended.torsion import Torsion
 from crane_sim.models.wind_load import Windage
 from crane_sim.scenes.schema.groups import Group
 from crane_sim.scenes.schema.hardware import PayloadChange
-from crane_sim.scenes.schema.knuckle_checks import ROUNDING
 from crane_sim.scenes.schema.motors import reflected_inertia
+from crane_sim.scenes.schema.rods import ROUNDING
 
 Vector = tuple[Real, Real, Real]
 Quaternion = tuple[Real, Real, Real, Real]
@@ -109,6 +109,12 @@ class RiggingStart(Group):
             return self
         a, b, c, d = self.orientation
         return self.model_copy(update={"orientation": (-a, -b, -c, -d)})
+
+
+class RopeStart(Group):
+    """Joint coordinates at t = 0, in joint order."""
+
+    rigging: RiggingStart | None = None  # further links, and the payload's attitude
 
 
 def chain_of(rope_length: float, links: Sequence[Link], payload: float) -> Chain:

@@ -1,9 +1,9 @@
-"""Base class of scene files: groups of any crane, and the interface between schemas and `scenes/scene.py`."""
+"""A scene file: the groups of any crane, and what it describes, an assembly."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 from crane_sim.files.types import Name, Positive, Seed
 from crane_sim.integrators.dop853 import DOP853
@@ -14,6 +14,7 @@ from crane_sim.scenes.schema.hardware import HardwareGroups
 from crane_sim.scenes.schema.instruments import CameraGroup, ImuGroup
 from crane_sim.scenes.schema.integrator import MethodRequirements
 from crane_sim.scenes.schema.limits import TravelLimits
+from crane_sim.scenes.schema.reference import compile_path
 from crane_sim.scenes.schema.uncertain import Distribution
 from crane_sim.scenes.schema.wind import WindGroup, blows
 from crane_sim.trajectories.inputs import Inputs
@@ -21,12 +22,26 @@ from crane_sim.trajectories.trajectory import Trajectory
 from crane_sim.trajectories.wind import Wind
 
 
-class SceneFile(HardwareGroups, ABC):
-    """A scene file: a schema, one subclass for each kind of crane, adds its groups and implements the abstract members.
+class Assembly(NamedTuple):
+    """What a scene file describes: nq joints in their order, nu of them actuated."""
 
-    A schema also has `crane: Literal["NAME"]`, its name in `scenes.registry.SCHEMAS`. Joints, and the
-    actuated ones among them, are in the order of `joint_names`; nq is their number, nu that of the actuated ones.
-    """
+    model: Any  # parameters of the crane, whose type chooses the equations (`crane_sim.system`)
+    joint_names: tuple[str, ...]  # (nq,)
+    joint_units: tuple[str, ...]  # (nq,) m, rad, or 1 for a component of a direction
+    actuated: tuple[str, ...]  # (nu,) joints that take commands
+    effort_units: tuple[str, ...]  # (nu,)
+    initial_q: tuple[float, ...]  # (nq,) at t = 0
+    initial_v: tuple[float, ...]  # (nq,) at t = 0
+    limits: tuple[TravelLimits, ...]  # of the joints that have some
+    target: tuple[float, ...] | None  # (nu,) None without `reference.q`
+    trajectory: Trajectory | None  # the compiled path, None without `reference.path`
+    open_loop: Inputs | tuple[float, ...]  # efforts without a law: functions of time, or held ones (nu,)
+    requirements: MethodRequirements  # on the method of a scene that is not sampled
+    notes: dict[str, Any]  # settings chosen automatically, entries of the summary
+
+
+class SceneFile(HardwareGroups, ABC):
+    """The groups of any crane; a crane's file has also `crane: Literal["NAME"]` and its own groups."""
 
     name: Name = ""  # of the scene, in one line; left out: the file's
     description: str = ""  # a line for the catalogue
@@ -41,6 +56,33 @@ class SceneFile(HardwareGroups, ABC):
     control: Control | None = None  # the law; left out: open loop
     integrator: Method = DOP853()  # method and its accuracy
 
+    def build(self) -> Assembly:
+        """Return what the file describes.
+
+        Raises:
+            SceneError: groups contradict each other; one line that names the key.
+        """
+        model = self.model()  # first: it rejects files of which nothing else can be computed
+        return Assembly(
+            model=model,
+            joint_names=self.joint_names,
+            joint_units=self.joint_units,
+            actuated=self.actuated,
+            effort_units=self.effort_units,
+            initial_q=self.initial_q,
+            initial_v=self.initial_v,
+            limits=self.limits,
+            target=self.target,
+            trajectory=compile_path(getattr(self, "reference", None), self),
+            open_loop=self.open_loop() if self.control is None else (),
+            requirements=self.requirements(),
+            notes=self.notes,
+        )
+
+    @abstractmethod
+    def model(self) -> Any:
+        """Return the parameters of the crane."""
+
     @property
     @abstractmethod
     def joint_names(self) -> tuple[str, ...]:
@@ -49,12 +91,12 @@ class SceneFile(HardwareGroups, ABC):
     @property
     @abstractmethod
     def joint_units(self) -> tuple[str, ...]:
-        """Units of the joints' positions (nq,): m, rad, or 1 for a component of a direction."""
+        """Units of the joints' positions (nq,)."""
 
     @property
+    @abstractmethod
     def actuated(self) -> tuple[str, ...]:
-        """Joints that take commands (nu,): unless a schema says otherwise the first ones of `joint_names`."""
-        return self.joint_names[: len(self.effort_units)]
+        """Joints that take commands (nu,)."""
 
     @property
     @abstractmethod
@@ -64,20 +106,30 @@ class SceneFile(HardwareGroups, ABC):
     @property
     @abstractmethod
     def initial_q(self) -> tuple[float, ...]:
-        """Joint positions at t = 0 (nq,).
-
-        Raises:
-            SceneError: they do not fit the crane.
-        """
+        """Joint positions at t = 0 (nq,)."""
 
     @property
     @abstractmethod
     def initial_v(self) -> tuple[float, ...]:
-        """Joint velocities at t = 0 (nq,).
+        """Joint velocities at t = 0 (nq,)."""
 
-        Raises:
-            SceneError: they do not fit the crane.
-        """
+    @property
+    @abstractmethod
+    def limits(self) -> tuple[TravelLimits, ...]:
+        """Travel limits of the joints that have some."""
+
+    @property
+    @abstractmethod
+    def target(self) -> tuple[float, ...] | None:
+        """Target of the actuated joints (nu,), None without `reference.q`."""
+
+    @abstractmethod
+    def open_loop(self) -> Inputs | tuple[float, ...]:
+        """Return the efforts where there is no law."""
+
+    @abstractmethod
+    def requirements(self) -> MethodRequirements:
+        """Return the scene's requirements on its integrator, where nothing is sampled."""
 
     @property
     @abstractmethod
@@ -91,17 +143,8 @@ class SceneFile(HardwareGroups, ABC):
 
     @property
     @abstractmethod
-    def limits(self) -> tuple[TravelLimits, ...]:
-        """Travel limits of the joints that have some."""
-
-    @property
-    @abstractmethod
-    def target(self) -> tuple[float, ...] | None:
-        """Target of the actuated joints (nu,), None without `reference.q`.
-
-        Raises:
-            SceneError: it has another number of values.
-        """
+    def payload_height(self) -> float:
+        """Height of the payload above the base's origin at t = 0 [m]."""
 
     @property
     @abstractmethod
@@ -109,17 +152,18 @@ class SceneFile(HardwareGroups, ABC):
         """Windages of the bodies by key of the file, None where a body has none."""
 
     @property
-    @abstractmethod
-    def payload_height(self) -> float:
-        """Height of the payload above the base's origin at t = 0 [m]."""
+    def lowest_pressure(self) -> float:
+        """Height [m] above the base's origin below which no wind presses on what moves up and down."""
+        return -inf
+
+    @property
+    def notes(self) -> dict[str, Any]:
+        """Settings chosen automatically, entries of the summary."""
+        return {}
 
     @property
     def is_windy(self) -> bool:
-        """Whether a wind presses on a body.
-
-        Raises:
-            SceneError: groups contradict each other.
-        """
+        """Whether a wind presses on a body; SceneError: groups contradict each other."""
         return blows(self.wind, self.windages, getattr(self, "payload_drag", None) is not None)
 
     @property
@@ -129,44 +173,26 @@ class SceneFile(HardwareGroups, ABC):
             return False
         return self.wind.origin_height + self.lowest_pressure <= self.wind.profile.lowest
 
-    @property
-    def lowest_pressure(self) -> float:
-        """Height [m] above the base's origin below which no wind presses on what moves up and down."""
-        return -inf
-
     def airflow(self) -> Wind | None:
-        """Return the wind, None where none presses on a body.
-
-        Raises:
-            SceneError: groups contradict each other.
-        """
+        """Return the wind, None where none presses on a body; SceneError: groups contradict each other."""
         if not self.is_windy or self.wind is None:
             return None
         self.wind.check_ground(self.payload_height)
         return self.wind.wind(self.seed, self.duration, self.is_in_kinked_wind)
 
-    @property
-    def notes(self) -> dict[str, Any]:
-        """Settings chosen automatically, entries of the summary."""
-        return {}
-
-    @abstractmethod
-    def trajectory(self) -> Trajectory | None:
-        """Return the compiled path of `reference.path`, None where it is left out.
-
-        Raises:
-            SceneError: there is no such motion, or it does not fit the crane.
-        """
+    def base(self) -> Any:
+        """Return the motion of the base, None where it rests."""
+        return self.base_motion.base(self.seed, self.duration) if self.base_motion is not None else None
 
     def rest_positions(self, target: tuple[float, ...]) -> tuple[float, ...] | None:
         """Return the joint positions (nq,) of the crane at rest at a target of the actuated joints (nu,).
 
-        None where they are known without the schema: the cable hangs straight down.
+        None where they are known without the file: the cable hangs straight down.
         """
         return None
 
     def resting_joints(self, target: tuple[float, ...]) -> Mapping[str, float]:
-        """Return the positions of joints, by name, that the schema knows of the crane at rest at a target (nu,).
+        """Return the positions of joints, by name, that the file knows of the crane at rest at a target (nu,).
 
         All other joints are at the target, or the cable hangs straight down.
 
@@ -175,23 +201,3 @@ class SceneFile(HardwareGroups, ABC):
         """
         rest = self.rest_positions(target)
         return {} if rest is None else dict(zip(self.joint_names, rest, strict=True))
-
-    @abstractmethod
-    def method_requirements(self, sampled: bool) -> MethodRequirements:
-        """Return the scene's requirements on its integrator; `sampled`: efforts are held between commands."""
-
-    @abstractmethod
-    def model(self) -> Any:
-        """Return the parameters of the crane, whose type chooses the equations (`crane_sim.system`).
-
-        Raises:
-            SceneError: groups contradict each other.
-        """
-
-    @abstractmethod
-    def open_loop(self) -> Inputs | tuple[float, ...]:
-        """Return the efforts where there is no law: functions of time, or held ones (nu,) where `inputs` is left out.
-
-        Raises:
-            SceneError: an input drives nothing.
-        """

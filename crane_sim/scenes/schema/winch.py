@@ -27,12 +27,10 @@ class Winch(Group):
     slack: Literal["allow", "stop"] = "allow"  # stop: a run ends where the rope would push
 
     @property
-    def effort_unit(self) -> tuple[str, ...]:
-        """Unit of the winch's command, a tuple, empty for a locked one."""
-        if self.drive == "locked":
-            return ()
+    def effort_unit(self) -> str:
+        """Unit of the winch's command, empty for a locked one."""
         imposed = "m/s²" if self.time_constant is None else "m/s"
-        return (imposed if self.drive == "rate" else "N m" if self.drive == "torque" else "N",)
+        return {"force": "N", "torque": "N m", "locked": "", "rate": imposed}[self.drive]
 
     def check(self, start: float, rate: float, joint: int) -> None:
         """Raise SceneError for keys that belong to another drive, and for a start that the drive cannot have.

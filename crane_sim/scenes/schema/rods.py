@@ -1,4 +1,4 @@
-"""Validation of a knuckle-boom crane: inertias that no body has, singular inertia matrices, friction of joints."""
+"""Boom and jib of a knuckle-boom crane: inertias that no body has, singular inertia matrices, friction of joints."""
 
 from collections.abc import Mapping
 
@@ -36,7 +36,7 @@ def _check_mass(boom: Rod, jib: Rod) -> None:
         )
 
 
-def validate_friction(friction: Mapping[str, Friction], lugre: Mapping[str, LuGre], drive: str) -> JointFriction | None:
+def joint_friction(friction: Mapping[str, Friction], lugre: Mapping[str, LuGre], drive: str) -> JointFriction | None:
     """Return the friction of the joints of a crane with one rope, None where no joint has any.
 
     Args:
