@@ -8,8 +8,7 @@ import pytest
 from crane_control import lqr
 from crane_sim import load_scene
 from crane_sim.files.errors import SceneError
-from crane_sim.scenes.scene import load_scenes
-from crane_sim.scenes.scene import Scene
+from crane_sim.scenes.scene import Scene, load_scenes
 from crane_sim.simulation.columns import stack_columns
 
 LQR: dict[str, Any] = {"control.law": "lqr"}
