@@ -37,7 +37,15 @@ setup(
     ],
     python_requires=">=3.11",
     install_requires=[
-        *("setuptools", "numpy>=2", "scipy", "threadpoolctl", "llvmlite", "pydantic", "pyyaml", "rich", "click")
+        "setuptools",
+        "numpy>=2",
+        "scipy",
+        "threadpoolctl",
+        "llvmlite",
+        "pydantic",
+        "pyyaml",
+        "rich",
+        "click",
     ],
     extras_require={
         "ros": [
