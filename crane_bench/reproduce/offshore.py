@@ -5,7 +5,7 @@ random features or camera noise a number is the median over seeds, beside the ex
 """
 
 from collections.abc import Iterator
-from importlib.resources import files
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,7 +51,7 @@ def _experiment(column: dict[str, Any]) -> Experiment:
     return Experiment(**column | {"printed": Column(mse, mae), "seeded": tuple(column.get("seeded", ()))})
 
 
-_TABLES = parse_yaml(files("crane_bench.reproduce").joinpath("offshore.yaml").read_text(encoding="utf-8"))
+_TABLES = parse_yaml(Path(__file__).with_name("offshore.yaml").read_text(encoding="utf-8"))
 PAIRS = [[_experiment(column) for column in pair] for pair in _TABLES["pairs"]]
 """The columns of each table: the law before, and the paper's."""
 OTHERWISE = [_experiment(column) for column in _TABLES["otherwise"]]

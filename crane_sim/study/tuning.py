@@ -183,17 +183,22 @@ def _locked(folder: Path, study: Study) -> Iterator[None]:
         yield
 
 
+def _open_search(optuna: Any, study: Study, folder: Path) -> Any:
+    """Return the search in a folder, with the trials that are there."""
+    file = folder.absolute() / JOURNAL  # the text of Optuna's lock, a symbolic link, which would dangle else
+    _drop_unfinished_line(file)
+    journal = optuna.storages.JournalStorage(optuna.storages.journal.JournalFileBackend(str(file)))
+    directions = ["minimize"] * len(study.tune.objectives) if study.tune else []
+    options = {"study_name": study.name or "tune", "load_if_exists": True, "directions": directions}
+    return optuna.create_study(storage=journal, **options)
+
+
 def _search(
     optuna: Any, study: Study, training: Study, folder: Path, pool: Workers, on_progress: Callable[[int, int], None]
 ) -> Any:
     """Return the search after its trials; those that are in the folder are not run again."""
-    settings = study.tune
+    settings, search = study.tune, _open_search(optuna, study, folder)
     assert settings is not None
-    file = folder.absolute() / JOURNAL  # the text of Optuna's lock, a symbolic link, which would dangle else
-    _drop_unfinished_line(file)
-    journal = optuna.storages.JournalStorage(optuna.storages.journal.JournalFileBackend(str(file)))
-    n, name = len(settings.objectives), study.name or "tune"
-    search = optuna.create_study(storage=journal, study_name=name, load_if_exists=True, directions=["minimize"] * n)
     if not _count_finished(search) and not any(trial.state.name == "WAITING" for trial in search.trials):
         search.enqueue_trial(_own_gains(training, settings))
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from math import cos, sin, sqrt
 from types import SimpleNamespace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -40,7 +40,7 @@ class Scipy:
 
         def execute(method: str, rtol: float, repeats: int) -> RunResult:
             span = (0.0, problem.duration)
-            options = {"rtol": rtol, "atol": 0.01 * rtol}
+            options: dict[str, Any] = {"rtol": rtol, "atol": 0.01 * rtol}
             (*_, solution) = [solve_ivp(slope, span, start, method, span[1:], **options) for _ in range(repeats)]
             payload, tension = outputs(solution.y[:, -1]) if solution.success else (np.full(3, np.nan), None)
             return RunResult(payload, solution.nfev, None, tension)
