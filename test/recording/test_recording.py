@@ -38,7 +38,6 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     session.write_rows(rows[:500])
     session.write_rows(rows[500:])
     session.add_speed(STEPS, 12.5)
-    session.add_note(STEPS, "the end")
     summary = {"scene": SCENE.name, "steps": STEPS, "final_error": {"slew": 0.25}, "settling_time": {"slew": None}}
     added = session.finish(summary)
     q, v, u = (np.array([row[i] for row in rows]) for i in (1, 2, 3))

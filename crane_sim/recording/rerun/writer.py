@@ -127,10 +127,6 @@ class RunWriter:
             self._widen_span(channel.entity, values[np.isfinite(values)])
         return written
 
-    def add_note(self, step: int, text: str) -> None:
-        """Add a line to the recording's log at the start of a step."""
-        self._log(step, "log/recorder", rr.TextLog(text, level="INFO"))
-
     def add_speed(self, step: int, real_time_factor: float) -> None:
         """Add the simulated seconds per second before the start of a step."""
         self._log(step, SPEED, rr.Scalars(real_time_factor))
