@@ -42,7 +42,6 @@ _NATIVE: dict[str, Callable[[Any, Any], Any]] = {
 _NUMBERS: Any = (Value, float, int, np.number, np.bool_)
 _SCALARS: Any = np.generic
 _WORDS: Any = np.uint64
-_FLAGS: Any = (bool, np.bool_)
 _MIRRORED = {"greater": "less", "greater_equal": "less_equal"}
 _COMPARISONS = {"less", "less_equal", "equal", "unequal"}
 _CONVERSIONS = {
