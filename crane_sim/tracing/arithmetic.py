@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from crane_sim.tracing.graph import Graph, Kind, TraceError, Value, kind_of
-from crane_sim.tracing.operations import graph_of
 
 _LIBRARY: Any = ctypes.CDLL("libm.so.6")
 RANK = {Kind.ARRAY: -1, Kind.BOOLEAN: 0, Kind.INTEGER: 1, Kind.WORD: 2, Kind.REAL: 3}
@@ -43,7 +42,6 @@ _NATIVE: dict[str, Callable[[Any, Any], Any]] = {
 _NUMBERS: Any = (Value, float, int, np.number, np.bool_)
 _SCALARS: Any = np.generic
 _WORDS: Any = np.uint64
-_FLAGS: Any = (bool, np.bool_)
 _MIRRORED = {"greater": "less", "greater_equal": "less_equal"}
 _COMPARISONS = {"less", "less_equal", "equal", "unequal"}
 _CONVERSIONS = {
@@ -63,6 +61,14 @@ _OPERATORS = {
     **dict(shift_right=">>", shift_left="<<", equal="a comparison", unequal="a comparison"),
     **dict(less="a comparison", less_equal="a comparison", greater="a comparison", greater_equal="a comparison"),
 }
+
+
+def graph_of(*numbers: Any) -> Graph | None:
+    """Return the graph that the first value among numbers belongs to, None where all are known."""
+    for x in numbers:  # no generator: this is called for each operation
+        if isinstance(x, Value):
+            return x.graph
+    return None
 
 
 def is_number(x: Any) -> bool:
@@ -382,3 +388,17 @@ def call_function(name: str, *numbers: Any) -> Any:
     if graph is None:
         return _call_native(name, numbers)
     return graph.append(name, tuple(convert(graph, x, Kind.REAL).number for x in numbers), (Kind.REAL,))[0]
+
+
+def _operator(operation: str) -> Callable[[Any, Any], Any]:
+    return lambda a, b: combine(operation, a, b)
+
+
+for _name, _operation in {"add": "add", "sub": "subtract", "mul": "multiply", "truediv": "divide"}.items():
+    setattr(Value, f"__{_name}__", _operator(_operation))
+    setattr(Value, f"__r{_name}__", lambda b, a, _operation=_operation: combine(_operation, a, b))
+for _name, _operation in {"lt": "less", "gt": "greater"}.items():
+    setattr(Value, f"__{_name}__", _operator(_operation))
+Value.__eq__ = lambda a, b: combine("equal", a, b) if is_number(b) else NotImplemented
+Value.__neg__ = negate  # type: ignore[attr-defined]
+"""What the rules of derivatives are written with; the interpreter calls the functions themselves."""

@@ -11,7 +11,7 @@ from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol
 from crane_sim.tracing.graph import Graph, Value
 from crane_sim.tracing.instructions import Kind
 from crane_sim.tracing.loops import UNROLLED
-from crane_sim.tracing.operations import fma
+from crane_sim.tracing.operations import fma, select, sqrt, to_integer
 from crane_sim.tracing.operators import items_of
 from crane_sim.tracing.ranges import SimdRange
 from crane_sim.tracing.trace_error import TraceError
@@ -220,8 +220,12 @@ def _to_tuple(graph: Graph, tree: Any = ()) -> Any:
     return tuple(items_of(tree))
 
 
-def _fma(graph: Graph, a: Any, b: Any, c: Any) -> Any:
-    return arithmetic.call_function("fma", a, b, c)
+def _select(graph: Graph, condition: Any, a: Any, b: Any) -> Any:
+    return arithmetic.choose(condition, a, b)
+
+
+def _to_integer(graph: Graph, x: Any) -> Any:
+    return arithmetic.convert(graph, x, Kind.INTEGER) if isinstance(x, Value) else to_integer(x)
 
 
 def _simd_range(graph: Graph, *bounds: Any) -> range | SimdRange:
@@ -287,7 +291,10 @@ HANDLERS: dict[Any, Callable[..., Any]] = {
     tuple: _to_tuple,
     list: _to_tuple,
     print: _print,
-    fma: _fma,
+    fma: _function("fma"),
+    sqrt: _function("sqrt"),
+    select: _select,
+    to_integer: _to_integer,
     simd_range: _simd_range,
     local_array: _local_array,
     use_wide_vectors: _use_wide_vectors,

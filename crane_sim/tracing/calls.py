@@ -157,8 +157,10 @@ class Calls:
                 continue
             inner, self.functions = self.functions, outer
             graph.close()
+            variant = getattr(source.function, "without_lanes", None)
+            other = self._trace(source_of(variant), names, rebuild, kinds, inlined).function if variant else None
             name = f"{source.name.strip('<>')}.{next(_NUMBERS)}"
-            return Traced(Function(name, source.function, graph, block, None, inlined), result, inner)
+            return Traced(Function(name, source.function, graph, block, inlined, other), result, inner)
 
     def _keep(self, whole: Any, traced: Traced) -> None:
         if all(_is_of_packages(function.__code__.co_filename) for function in traced.functions):
@@ -226,7 +228,7 @@ def trace_on_arrays(function: types.FunctionType, sizes: tuple[int | None, ...])
         return ()
 
     kinds = tuple(Kind.REAL if n is None else Kind.ARRAY for n in sizes)
-    return Function("entry", function, graph, graph.trace_block(run_on, kinds), None, False)
+    return Function("entry", function, graph, graph.trace_block(run_on, kinds), False)
 
 
 def resolve(function: Any, arguments: list[Any]) -> tuple[Any, bool]:

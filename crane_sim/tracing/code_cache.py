@@ -150,7 +150,8 @@ def _state_of(x: Any) -> str:
     if not file or SOURCES_AT_IMPORT.includes(file):
         return f"{module.__name__} {name}"
     defaults = tuple(getattr(x, "_field_defaults", {}).values()) or getattr(x, "__defaults__", None)
-    return f"{module.__name__} {name} {_digest_of(file)} {_state_of(defaults)}"
+    line = getattr(getattr(x, "__code__", None), "co_firstlineno", 0)  # a condition may decide which of two it is
+    return f"{module.__name__} {name}:{line} {_digest_of(file)} {_state_of(defaults)}"
 
 
 def _digest_of(file: str) -> str:

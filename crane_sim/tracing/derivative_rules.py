@@ -7,51 +7,41 @@ of it, such as |v| v, has a derivative there. So has |x| at 0, the mean of both 
 from collections.abc import Callable
 from typing import Any
 
-from crane_sim.tracing.graph import Value, unary
-from crane_sim.tracing.operations import power, select, sqrt
+from crane_sim.tracing.arithmetic import call_function, choose
 
 Slope = Callable[..., Any]
 """Of the result and the operands."""
 
 
-def _function(name: str, x: Value) -> Value:
-    return unary(name, x)
-
-
-def _copy_sign(size: Any, x: Value) -> Value:
-    graph = x.graph
-    return graph.append("copy_sign", (graph.lift(size).number, x.number), (x.kind,))[0]
-
-
-def _inverse(x: Value) -> Value:
+def _inverse(x: Any) -> Any:
     """Return 1 / x, 0 of 0."""
-    return select(x == 0.0, 0.0, 1.0 / select(x == 0.0, 1.0, x))
+    return choose(x == 0.0, 0.0, 1.0 / choose(x == 0.0, 1.0, x))
 
 
 def _one(*_: Any) -> float:
     return 1.0
 
 
-def _of_absolute(_: Value, x: Value) -> Value:
-    return select(x == 0.0, 0.0, _copy_sign(1.0, x))
+def _of_absolute(_: Any, x: Any) -> Any:
+    return choose(x == 0.0, 0.0, call_function("copy_sign", 1.0, x))
 
 
-def _of_power(_: Value, x: Value, exponent: Value) -> Value:
-    slope = exponent * power(select(x == 0.0, 1.0, x), exponent - 1.0)
-    at_zero = select(exponent == 1.0, 1.0, 0.0)  # an infinite slope counts as 0
-    return select(x == 0.0, at_zero, slope)
+def _of_power(_: Any, x: Any, exponent: Any) -> Any:
+    slope = exponent * call_function("power", choose(x == 0.0, 1.0, x), exponent - 1.0)
+    at_zero = choose(exponent == 1.0, 1.0, 0.0)  # an infinite slope counts as 0
+    return choose(x == 0.0, at_zero, slope)
 
 
-def _of_exponent(r: Value, x: Value, _: Value) -> Value:
-    return select(x > 0.0, r * _function("log", select(x > 0.0, x, 1.0)), 0.0)
+def _of_exponent(r: Any, x: Any, _: Any) -> Any:
+    return choose(x > 0.0, r * call_function("log", choose(x > 0.0, x, 1.0)), 0.0)
 
 
-def _whole_quotient(r: Value, x: Value, y: Value) -> Value:
-    return _function("round", (r - x) / y)
+def _whole_quotient(r: Any, x: Any, y: Any) -> Any:
+    return call_function("round", (r - x) / y)
 
 
-def _of_first_sign(_: Value, x: Value, y: Value) -> Value:
-    return _copy_sign(1.0, x) * _copy_sign(1.0, y)
+def _of_first_sign(_: Any, x: Any, y: Any) -> Any:
+    return call_function("copy_sign", 1.0, x) * call_function("copy_sign", 1.0, y)
 
 
 RULES: dict[str, tuple[Slope, ...]] = {
@@ -66,14 +56,14 @@ RULES: dict[str, tuple[Slope, ...]] = {
     "sqrt": (lambda r, x: 0.5 * _inverse(r),),
     "exp": (lambda r, x: r,),
     "log": (lambda r, x: 1.0 / x,),
-    "sin": (lambda r, x: _function("cos", x),),
-    "cos": (lambda r, x: -_function("sin", x),),
+    "sin": (lambda r, x: call_function("cos", x),),
+    "cos": (lambda r, x: -call_function("sin", x),),
     "tan": (lambda r, x: 1.0 + r * r,),
-    "asin": (lambda r, x: _inverse(sqrt((1.0 - x) * (1.0 + x))),),
-    "acos": (lambda r, x: -_inverse(sqrt((1.0 - x) * (1.0 + x))),),
+    "asin": (lambda r, x: _inverse(call_function("sqrt", (1.0 - x) * (1.0 + x))),),
+    "acos": (lambda r, x: -_inverse(call_function("sqrt", (1.0 - x) * (1.0 + x))),),
     "atan": (lambda r, x: 1.0 / (1.0 + x * x),),
-    "sinh": (lambda r, x: _function("cosh", x),),
-    "cosh": (lambda r, x: _function("sinh", x),),
+    "sinh": (lambda r, x: call_function("cosh", x),),
+    "cosh": (lambda r, x: call_function("sinh", x),),
     "tanh": (lambda r, x: (1.0 - r) * (1.0 + r),),
     "hypot": (lambda r, x, y: x * _inverse(r), lambda r, x, y: y * _inverse(r)),
     "atan2": (lambda r, y, x: x * _inverse(x * x + y * y), lambda r, y, x: -y * _inverse(x * x + y * y)),

@@ -59,7 +59,7 @@ def compile_entry(function: types.FunctionType, key: Any) -> tuple[Code, set[typ
 
     block = graph.trace_block(run, (Kind.ARRAY,))
     graph.has_allocations = True
-    entry = Function("entry", function, graph, block, None, False)
+    entry = Function("entry", function, graph, block, False)
     optimisation = getattr(function, "optimisation", Optimisation.FULL)
     text, loops = module_texts(entry) if optimisation is Optimisation.FULL else (module_text(entry), "")
     machine_code = compile_text(text + _RUN, optimisation, loops)

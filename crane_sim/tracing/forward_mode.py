@@ -11,8 +11,8 @@ from collections.abc import Iterable
 from itertools import count
 from typing import Any, NamedTuple
 
+from crane_sim.tracing.arithmetic import combine
 from crane_sim.tracing.derivative_rules import FLAT, RULES
-from crane_sim.tracing.elementary import SINCOS
 from crane_sim.tracing.function import Function
 from crane_sim.tracing.graph import Graph, OpenBlock, Value, numbers_of
 from crane_sim.tracing.instructions import DIRECTIONS, Block, Instruction, Kind
@@ -99,7 +99,7 @@ class ForwardMode:
                     raise TraceError("a number that moves is stored where constants are kept") from error
                 origins |= error.origins
         name = f"{function.name}.derivative{next(_NUMBERS)}"
-        return Transformed(Function(name, function.python, graph, block, None, function.inlined), moves)
+        return Transformed(Function(name, function.python, graph, block, function.inlined), moves)
 
 
 class _Transformation:
@@ -214,7 +214,7 @@ class _Transformation:
         (number,), size, tangent = instruction.results, self._duals[instruction.arguments[0]].value, None
         self._graph.has_allocations = True
         if number in self._active:
-            tangent = self._append("allocate", (size * DIRECTIONS,), Kind.ARRAY)
+            tangent = self._append("allocate", (combine("multiply", size, DIRECTIONS),), Kind.ARRAY)
         self._new_address(number, self._append("allocate", (size,), Kind.ARRAY), tangent)
 
     def _transform_table(self, instruction: Instruction) -> None:
@@ -224,7 +224,7 @@ class _Transformation:
         (number,), (base, *distance) = instruction.results, instruction.arguments
         tangent = self._duals[base].tangent
         if tangent is not None:
-            steps = [self._duals[i].value * DIRECTIONS for i in distance]
+            steps = [combine("multiply", self._duals[i].value, DIRECTIONS) for i in distance]
             tangent = self._append("move", (tangent, *steps), Kind.ARRAY, DIRECTIONS * instruction.literal)
         self._duals[number] = Dual(self._copy(instruction).value, tangent)
         if base in self._origins:
@@ -276,8 +276,8 @@ class _Transformation:
         callee: Function = instruction.literal
         operands = [self._duals[number] for number in instruction.arguments]
         self._graph.has_allocations |= callee.graph.has_allocations
-        if callee.name == SINCOS.name:
-            self._transform_sincos(instruction)
+        if hasattr(callee.python, "slopes"):
+            self._transform_smooth(instruction)
             return
         moved = tuple(dual.tangent is not None for dual in operands)
         needed = frozenset(i for i, number in enumerate(instruction.results) if number in self._active)
@@ -304,11 +304,12 @@ class _Transformation:
                 if i in error.indices and number in self._origins
             ) from error  # fmt: skip
 
-    def _transform_sincos(self, instruction: Instruction) -> None:
-        (angle,) = (self._duals[number] for number in instruction.arguments)
-        sine, cosine = SINCOS(angle.value)
-        for number, value, slope in zip(instruction.results, (sine, cosine), (cosine, -sine), strict=True):
-            tangent = None if angle.tangent is None else self._weighted_sum([(slope, angle.tangent)])
+    def _transform_smooth(self, instruction: Instruction) -> None:
+        """Note the derivatives of a function of one real that has the slopes of its results."""
+        (x,), callee = (self._duals[number] for number in instruction.arguments), instruction.literal
+        values = self._graph.append("call", (x.value.number,), callee.result_kinds, callee)
+        for number, value, slope in zip(instruction.results, values, callee.python.slopes(*values), strict=True):
+            tangent = None if x.tangent is None else self._weighted_sum([(slope, x.tangent)])
             self._duals[number] = Dual(value, tangent)
 
     # branches and loops

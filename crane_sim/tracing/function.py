@@ -1,27 +1,22 @@
-"""Traced functions, and calls of one from another."""
+"""Traced functions, and which of them call which."""
 
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
-from crane_sim.tracing.graph import Graph, Value, kind_of, numbers_of
+from crane_sim.tracing.graph import Graph
 from crane_sim.tracing.instructions import Block, Kind
-from crane_sim.tracing.operations import graph_of
 from crane_sim.tracing.trace_error import TraceError
-from crane_sim.tracing.trees import flatten, unflatten
 
 
 class Function(NamedTuple):
-    """A function as a list of instructions, and the Python function that it was traced from.
+    """A function as a list of instructions, and the Python function that it was traced from."""
 
-    Called with floats and arrays it computes; called with values of another traced function it becomes a call there.
-    """
-
-    name: str  # of letters, digits and underscores
+    name: str
     python: Callable[..., Any]
     graph: Graph
     block: Block
-    result: Any  # a tree like what it returns
     inlined: bool  # into what calls it
+    without_lanes: Any = None  # a function with the same results, where no loop around it becomes lanes
 
     @property
     def parameter_kinds(self) -> tuple[Kind, ...]:
@@ -32,36 +27,6 @@ class Function(NamedTuple):
     def result_kinds(self) -> tuple[Kind, ...]:
         """Return the kinds of what it returns, leaf by leaf."""
         return tuple(self.graph.kinds[number] for number in self.block.results)
-
-    def __call__(self, *arguments: Any) -> Any:
-        """Compute, or note a call."""
-        graph = graph_of(*arguments)
-        if graph is None:
-            return self.python(*arguments)
-        if len(arguments) != len(self.block.parameters):
-            raise TraceError(f"{self.name} takes {len(self.block.parameters)} arguments, not {len(arguments)}")
-        values = [graph.lift(x, kind) for x, kind in zip(arguments, self.parameter_kinds, strict=True)]
-        results = graph.append("call", numbers_of(tuple(values)), self.result_kinds, self)
-        return unflatten(self.result, iter(results))
-
-
-def trace(function: Callable[..., Any], kinds: tuple[Kind, ...], name: str = "", inlined: bool = False) -> Function:
-    """Return a function traced with symbols of these kinds.
-
-    Raises:
-        TraceError: it does with a number what only a float can do, such as a condition on it; or its name is none.
-    """
-    name = name or function.__name__
-    if not (name.isascii() and name.isidentifier()):
-        raise TraceError(f"{name} is no name of a function in C: letters, digits and underscores")
-    graph, trees = Graph(), []
-
-    def values(*symbols: Value) -> tuple[Value, ...]:
-        trees.append(function(*symbols))
-        return tuple(graph.lift(leaf, kind_of(leaf)) for leaf in flatten(trees[0]))
-
-    block = graph.trace_block(values, kinds)
-    return Function(name, function, graph, block, trees[0], inlined)
 
 
 def functions_with_callees(

@@ -1,8 +1,4 @@
-"""A traced computation: instructions in single-assignment form, and the symbols that note them.
-
-A literal zero is structural: 0 x is 0 and x + 0 is x, as if x were finite. So what a model lacks, given as the literal
-0, leaves nothing in the code; a float run computes the same numbers, up to the sign of zeros.
-"""
+"""A traced computation: instructions in single-assignment form, and the symbols that name their results."""
 
 from collections.abc import Callable
 from contextlib import contextmanager
@@ -10,10 +6,7 @@ from typing import Any, NamedTuple
 
 from crane_sim.tracing.instructions import (
     COMMUTATIVE,
-    COMPARISONS,
-    FOLDED,
     IMPURE,
-    OPERANDS,
     Block,
     Instruction,
     Kind,
@@ -45,7 +38,6 @@ class Graph:
     def __init__(self) -> None:
         """Begin with an empty block."""
         self.kinds: list[Kind] = []
-        self.constants: dict[int, Number] = {}
         self._blocks: list[list[Instruction]] = [[]]
         self._known: list[dict[Any, tuple[int, ...]]] = [{}]
         self._owners: list[int] = []  # number of the block that has a value
@@ -60,7 +52,7 @@ class Graph:
 
     def close(self) -> None:
         """Forget what only further recording needs: most of what a trace takes in memory."""
-        results = self._blocks, self._known, self._owners, self.taken_apart, self.constants
+        results = self._blocks, self._known, self._owners, self.taken_apart
         for each in results:
             each.clear()
 
@@ -87,7 +79,6 @@ class Graph:
         """Return a constant."""
         literal = _PYTHON_TYPES[kind](number)
         (value,) = self.append("constant", (), (kind,), literal)
-        self.constants[value.number] = literal
         if kind is Kind.INTEGER:
             self.least[value.number] = int(number)
         return value
@@ -98,7 +89,7 @@ class Graph:
         Raises:
             TraceError: it is not defined for a value, or a value is of a block that has ended.
         """
-        self.check_operands(operation, arguments)
+        self.check_defined(operation, arguments)
         if operation in COMMUTATIVE:
             arguments = tuple(sorted(arguments))
         key = operation, arguments, repr(literal) if operation == "constant" else literal, kinds
@@ -118,21 +109,18 @@ class Graph:
         owners, opened = self._owners, self._open
         return all([owners[value.number] in opened for value in values])
 
-    def check_operands(self, operation: str, arguments: tuple[int, ...]) -> None:
-        """Raise a TraceError where an operation may not have these arguments."""
-        allowed = OPERANDS.get(operation)
+    def check_defined(self, operation: str, arguments: tuple[int, ...]) -> None:
+        """Raise a TraceError where an argument may not exist."""
         for number in arguments:
             if self._owners[number] not in self._open:
                 raise TraceError(f"{operation}: a value of a branch or loop is used outside, where it may not exist")
-            if allowed and self.kinds[number] not in allowed:
-                raise TraceError(f"{operation} is not defined for {self.kinds[number].name}")
 
     def trace_block(self, function: Callable[..., tuple["Value", ...]], kinds: tuple[Kind, ...] = ()) -> Block:
         """Return the block of what a function of values of these kinds computes."""
         with self._inner_block() as instructions:
             parameters = tuple(self.new_value(kind) for kind in kinds)
             results = numbers_of(function(*parameters))
-            self.check_operands("result", results)
+            self.check_defined("result", results)
         return Block(instructions, numbers_of(parameters), results)
 
     def new_block(self) -> "OpenBlock":
@@ -186,10 +174,11 @@ def numbers_of(values: tuple["Value", ...]) -> tuple[int, ...]:
 
 
 class Value:
-    """A symbol: what an instruction will have computed. Arithmetic on it notes instructions."""
+    """A symbol: what an instruction will have computed; its operators are of `arithmetic`."""
 
     __slots__ = ("graph", "number")
     __array_ufunc__ = None  # NumPy's floats leave arithmetic to this class
+    __hash__ = None  # type: ignore[assignment]  # equality is an instruction
 
     def __init__(self, graph: Graph, number: int) -> None:
         """Name the value of this number."""
@@ -200,77 +189,11 @@ class Value:
         """Return what the value is."""
         return self.graph.kinds[self.number]
 
-    @property
-    def literal(self) -> Number | None:
-        """Return the number that a constant is, None for what is computed."""
-        return self.graph.constants.get(self.number)
-
-    def __add__(self, other: Any) -> "Value":
-        return _binary("add", self, other)
-
-    def __radd__(self, other: Any) -> "Value":
-        return _binary("add", other, self)
-
-    def __sub__(self, other: Any) -> "Value":
-        return _binary("subtract", self, other)
-
-    def __rsub__(self, other: Any) -> "Value":
-        return _binary("subtract", other, self)
-
-    def __mul__(self, other: Any) -> "Value":
-        return _binary("multiply", self, other)
-
-    def __rmul__(self, other: Any) -> "Value":
-        return _binary("multiply", other, self)
-
-    def __truediv__(self, other: Any) -> "Value":
-        return _binary("divide", self, other)
-
-    def __rtruediv__(self, other: Any) -> "Value":
-        return _binary("divide", other, self)
-
-    def __and__(self, other: Any) -> "Value":
-        return _binary("both", self, other)
-
-    def __rand__(self, other: Any) -> "Value":
-        return _binary("both", other, self)
-
-    def __lt__(self, other: Any) -> "Value":
-        return _binary("less", self, other)
-
-    def __le__(self, other: Any) -> "Value":
-        return _binary("less_equal", self, other)
-
-    def __gt__(self, other: Any) -> "Value":
-        return _binary("less", other, self)
-
-    def __ge__(self, other: Any) -> "Value":
-        return _binary("less_equal", other, self)
-
-    def __eq__(self, other: Any) -> Any:
-        return _binary("equal", self, other) if _is_number(other) else NotImplemented
-
-    def __ne__(self, other: Any) -> Any:
-        return _binary("unequal", self, other) if _is_number(other) else NotImplemented
-
-    __hash__ = None  # type: ignore[assignment]  # equality is an instruction
-
-    def __neg__(self) -> "Value":
-        return unary("negate", self)
-
-    def __abs__(self) -> "Value":
-        return unary("absolute", self)
-
-    def __pow__(self, exponent: int) -> "Value":
-        if exponent != 2:
-            raise TraceError(f"a power of {exponent}: write it as products")
-        return self * self
-
     def __bool__(self) -> bool:
-        raise TraceError("a condition on a traced number: use `select`, or `branch`")
+        raise TraceError("a condition on a traced number")
 
     def __float__(self) -> float:
-        raise TraceError("a traced number is no float: use the functions of `tracing.operations`")
+        raise TraceError("a traced number is no float")
 
     __index__ = __int__ = __float__  # type: ignore[assignment]
 
@@ -282,74 +205,3 @@ def kind_of(number: Any) -> Kind:
     if isinstance(number, bool):
         return Kind.BOOLEAN
     return Kind.INTEGER if hasattr(number, "__index__") else Kind.REAL
-
-
-def unary(operation: str, value: Value) -> Value:
-    """Return the result of an operation on one value, of its kind."""
-    value.graph.check_operands(operation, (value.number,))
-    if value.literal is not None and operation in FOLDED:
-        return value.graph.constant(FOLDED[operation](value.literal), value.kind)
-    return value.graph.append(operation, (value.number,), (value.kind,))[0]
-
-
-def _is_number(x: Any) -> bool:
-    return isinstance(x, Value | float | int)
-
-
-def _binary(operation: str, a: Any, b: Any) -> Any:
-    if not (_is_number(a) and _is_number(b)):
-        return NotImplemented
-    model = a if isinstance(a, Value) else b
-    x, y = model.graph.lift(a, model.kind), model.graph.lift(b, model.kind)
-    model.graph.check_operands(operation, (x.number, y.number))
-    simple = _fold(operation, x, y)
-    if simple is None and operation in _SIMPLER:
-        simple = _SIMPLER[operation](x, y)
-    if simple is not None:
-        return simple
-    kind = Kind.BOOLEAN if operation in COMPARISONS else x.kind
-    return model.graph.append(operation, (x.number, y.number), (kind,))[0]
-
-
-def _fold(operation: str, x: Value, y: Value) -> Value | None:
-    if x.literal is None or y.literal is None or (operation == "divide" and y.literal == 0.0):
-        return None
-    kind = Kind.BOOLEAN if operation in COMPARISONS else x.kind
-    return x.graph.constant(FOLDED[operation](x.literal, y.literal), kind)
-
-
-def _simpler_sum(x: Value, y: Value) -> Value | None:
-    if x.literal == 0.0:
-        return y
-    return x if y.literal == 0.0 else None
-
-
-def _simpler_difference(x: Value, y: Value) -> Value | None:
-    if y.literal == 0.0:
-        return x
-    return -y if x.literal == 0.0 else None
-
-
-def _simpler_product(x: Value, y: Value) -> Value | None:
-    for a, b in ((x, y), (y, x)):
-        if a.literal == 0.0:
-            return a
-        if a.literal == 1.0:
-            return b
-        if a.literal == -1.0:
-            return -b
-    return None
-
-
-def _simpler_quotient(x: Value, y: Value) -> Value | None:
-    if x.literal == 0.0:
-        return x
-    return x if y.literal == 1.0 else None
-
-
-_SIMPLER: dict[str, Callable[[Value, Value], Value | None]] = {
-    "add": _simpler_sum,
-    "subtract": _simpler_difference,
-    "multiply": _simpler_product,
-    "divide": _simpler_quotient,
-}

@@ -3,7 +3,6 @@
 import itertools
 from collections import Counter
 
-from crane_sim.tracing.elementary import OFTEN_SMALL_SINCOS, SINCOS
 from crane_sim.tracing.function import Function, callees, functions_with_callees
 from crane_sim.tracing.llvm_control import FunctionText, Places, declaration, result_definition
 from crane_sim.tracing.llvm_types import declarations
@@ -24,7 +23,7 @@ def module_texts(entry: Function) -> tuple[str, str]:
     loops = functions_with_callees(*with_lanes, follows=_is_with_loops)
     outer = [f for loop in loops for f in callees(loop.block) if not _is_with_loops(f)]
     rest = functions_with_callees(entry, *outer, follows=lambda f: not f.graph.simd_loops)
-    rest = [OFTEN_SMALL_SINCOS if f is SINCOS else f for f in rest]
+    rest = [f.without_lanes._replace(name=f.name) if f.without_lanes else f for f in rest]
     inner = [f for f in loops if f.graph.simd_loops]
     places = shared_places(entry)
     main = _module(rest, {entry.name, *(f.name for f in outer)}, inner, places)

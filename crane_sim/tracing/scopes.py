@@ -41,6 +41,7 @@ class Source:
             and all(map(_is_straight, self.body[:-1]))
             and isinstance(self.body[-1], ast.Return)
             and "local_array" not in code.co_names  # which is in the frame of a function of its own
+            and not hasattr(function, "slopes")  # which are of a call's results
         )
 
     def bind(self, arguments: list[Any], keywords: dict[str, Any]) -> dict[str, Any]:

@@ -26,7 +26,7 @@ def shared_places(entry: Function) -> dict[str, dict[int, Place]]:
         for call in _calls_in(function.block):
             callee: Function = call.literal
             pairs = zip(callee.block.parameters, call.arguments, strict=True)
-            firsts = [(parameter, source_of.get(number, number)) for parameter, number in pairs]
+            firsts = [(parameter, _first(source_of, number)) for parameter, number in pairs]
             passed = {parameter: places[first] for parameter, first in firsts if first in places}
             before = found.get(callee.name, passed)
             found[callee.name] = {number: place for number, place in passed.items() if before.get(number) == place}
@@ -50,6 +50,10 @@ def _calls_in(block: Block) -> Iterator[Instruction]:
                 yield from _calls_in(inner)
 
 
+def _first(sources: Sources, number: int) -> int:
+    return sources.get(number, number)
+
+
 def _sources_in(block: Block, known: dict[str, Sources]) -> Sources:
     """Return the sources of values of a block: what loops, branches and functions pass on."""
     sources: Sources = {}
@@ -60,8 +64,8 @@ def _sources_in(block: Block, known: dict[str, Sources]) -> Sources:
             then, otherwise = instruction.literal
             sources |= _sources_in(then, known) | _sources_in(otherwise, known)
             for result, a, b in zip(instruction.results, then.results, otherwise.results, strict=True):
-                if sources.get(a, a) == sources.get(b, b):
-                    sources[result] = sources.get(a, a)
+                if _first(sources, a) == _first(sources, b):
+                    sources[result] = _first(sources, a)
         elif instruction.operation == "loop":
             sources |= _kept_by_loop(instruction, known, sources)
     return sources
@@ -70,9 +74,9 @@ def _sources_in(block: Block, known: dict[str, Sources]) -> Sources:
 def _passed_on(call: Instruction, inner: Sources, sources: Sources) -> Sources:
     callee: Function = call.literal
     arguments = dict(zip(callee.block.parameters, call.arguments, strict=True))
-    firsts = [(result, inner.get(number, number))
+    firsts = [(result, _first(inner, number))
               for result, number in zip(call.results, callee.block.results, strict=True)]  # fmt: skip
-    return {result: sources.get(arguments[first], arguments[first]) for result, first in firsts if first in arguments}
+    return {result: _first(sources, arguments[first]) for result, first in firsts if first in arguments}
 
 
 def _kept_by_loop(loop: Instruction, known: dict[str, Sources], sources: Sources) -> Sources:
@@ -80,7 +84,7 @@ def _kept_by_loop(loop: Instruction, known: dict[str, Sources], sources: Sources
     inner = _sources_in(proceed, known) | _sources_in(body, known)
     states = zip(loop.results, loop.arguments, proceed.parameters, body.parameters, body.results, strict=True)
     for result, start, first, parameter, following in states:
-        if inner.get(following, following) == parameter:
-            source = sources.get(start, start)
+        if _first(inner, following) == parameter:
+            source = _first(sources, start)
             inner |= {result: source, first: source, parameter: source}
-    return {number: inner.get(source, source) for number, source in inner.items()}
+    return {number: _first(inner, source) for number, source in inner.items()}

@@ -6,8 +6,8 @@ import mpmath
 import numpy as np
 from traced_evaluation import COMPARISONS, FLOATS, Memory, Numbers, evaluate, trace_tree
 
+from crane_sim.numerics.elementary import sincos
 from crane_sim.tracing.arguments import describe, kinds_of
-from crane_sim.tracing.elementary import SINCOS
 from crane_sim.tracing.instructions import Kind
 
 DIGITS = 60
@@ -36,7 +36,7 @@ EXACT = Numbers(
         "fmod": lambda x, y: x - y * _truncate(x / y),
         "fma": lambda a, b, c: a * b + c,
     },
-    {SINCOS.name: lambda x: (mpmath.sin(x), mpmath.cos(x))},
+    {sincos: lambda x: (mpmath.sin(x), mpmath.cos(x))},
 )
 """Reals of `DIGITS` digits."""
 

@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from crane_sim.numerics.elementary import sincos
 from crane_sim.tracing.arguments import kinds_of, rebuild_symbols
 from crane_sim.tracing.calls import Calls
-from crane_sim.tracing.elementary import SINCOS
 from crane_sim.tracing.function import Function
 from crane_sim.tracing.graph import Graph, Value
 from crane_sim.tracing.instructions import DIRECTIONS, Block, Instruction, Kind
@@ -34,13 +34,13 @@ class Numbers(NamedTuple):
     Attributes:
         lift: a float as a real.
         operations: by name, of reals.
-        functions: by name, in place of the instructions of traced functions.
+        functions: by those in Python, in place of the instructions of traced functions.
         exact: reals are floats, and memory has them as such.
     """
 
     lift: Callable[[float], Any]
     operations: dict[str, Callable[..., Any]]
-    functions: dict[str, Callable[..., tuple[Any, ...]]] = {}
+    functions: dict[Any, Callable[..., tuple[Any, ...]]] = {}
     exact: bool = False
 
 
@@ -101,7 +101,7 @@ def trace_tree(key: Any, compute: Callable[[Calls, Graph, Any], Any]) -> TracedT
         return tuple(stored)
 
     block = graph.trace_block(run, tuple(kinds_of(key)))
-    return TracedTree(Function("tree", compute, graph, block, None, False), structure[0])
+    return TracedTree(Function("tree", compute, graph, block, False), structure[0])
 
 
 def evaluate(function: Function, arguments: list[Any], numbers: Numbers, memory: Memory) -> tuple[Any, ...]:
@@ -123,8 +123,8 @@ class _Evaluation:
 
     def call(self, function: Function, arguments: list[Any]) -> tuple[Any, ...]:
         """Return what a function returns."""
-        if function.name in self._numbers.functions:
-            return self._numbers.functions[function.name](*arguments)
+        if function.python in self._numbers.functions:
+            return self._numbers.functions[function.python](*arguments)
         before, self._kinds = self._kinds, function.graph.kinds
         values = dict(zip(function.block.parameters, arguments, strict=True))
         results = self._run(function.block, values)
@@ -254,7 +254,7 @@ FLOATS = Numbers(
         **{name: _library(name, 2) for name in ("atan2", "hypot", "fmod")},
         **{"round": _library("rint", 1), "power": _library("pow", 2), "fma": _library("fma", 3)},
     },
-    {SINCOS.name: SINCOS.python},
+    {sincos: sincos},
     exact=True,
 )
 """Floats, with the bits of machine code."""

@@ -210,3 +210,19 @@ def test_code_of_a_file_that_was_edited_in_between_is_not_kept(tmp_path: Path) -
     first, second = "print(law(1.0, Gains(1.0))); ", "print(law(1.0, Gains(1)))"  # another structure: compiled anew
     assert run_law(tmp_path / "cache", begin + first + edit + second) == ["3.0", "3.0"]
     assert run_law(tmp_path / "cache", begin + second) == ["5.0"]
+
+
+def test_which_of_two_functions_a_name_is_decides_on_the_code(tmp_path: Path) -> None:
+    """A function that a condition defines in one of two ways is not taken as it was compiled under the other one."""
+    (tmp_path / "either.py").write_text(
+        "import sys\nif sys.argv[1] == 'twice':\n    def scale(x):\n        return 2.0 * x\n"
+        "else:\n    def scale(x):\n        return 3.0 * x\n"
+    )
+    (tmp_path / "caller.py").write_text(
+        "from either import scale\nfrom crane_sim.numerics.jit import entry_point\n"
+        "@entry_point\ndef call(x):\n    return scale(x)\n"
+    )
+    head = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); "
+    for word, result in (("twice", "3.0"), ("thrice", "4.5")):
+        code = f"{head}sys.argv = ['', {word!r}]; from caller import call; print(call(1.5))"
+        assert run_law(tmp_path / "cache", code) == [result]
