@@ -75,8 +75,11 @@ def describe(
         return
     if scene is None and ros2_control:
         raise SceneError("crane describe --ros2-control: needs SCENE")
-    if python and schema or (scene is not None and (python or schema)):
-        raise SceneError("crane describe: --python and --schema are of all scenes; take one of SCENE and these")
+    if python and schema:
+        raise SceneError("crane describe --python --schema: take one of the two")
+    for option, given, what in (("--python", python, "Python interface"), ("--schema", schema, "JSON schema")):
+        if given and scene is not None:
+            raise SceneError(f"crane describe {scene} {option}: the {what} is that of all scenes; leave out SCENE")
     if scene is not None:
         if ros2_control:
             _describe_ros2_control(load_scene_with_options(scene), folder)

@@ -49,8 +49,12 @@ def json_schema() -> dict[str, Any]:
 
 
 def json_schema_text() -> str:
-    """Return the schema as text."""
-    return json.dumps(json_schema(), ensure_ascii=False, indent=1) + "\n"
+    """Return the schema as text, a definition a line."""
+    schema = json_schema()
+    definitions = schema.pop("$defs").items()
+    rows = ",\n".join(f"{json.dumps(name)}: {json.dumps(part, ensure_ascii=False)}" for name, part in definitions)
+    head = json.dumps(schema, ensure_ascii=False).removesuffix("}")
+    return f'{head}, "$defs": {{\n{rows}\n}}}}\n'
 
 
 def save_json_schema(folder: str) -> None:

@@ -129,7 +129,7 @@ class DrivenSupport(SupportGroups):
 
     friction_joints: ClassVar[tuple[str, ...]] = ()  # that can have friction beside the support's
     friction: dict[str, Friction] = {}  # by joint of the support: its dry friction; the winch of a `rope` has
-    # `rope.friction`, a rope alone above a point mass also `friction.rope`
+    # `rope.friction`, that of a knuckle boom's rope with a point mass `rope` here
     lugre: dict[str, LuGre] = {}  # by joint of the support: dry friction by bristles; a joint has this or `friction`
     backlash: dict[str, JointDrives] = {}  # by joint of the support: its drives, one or several side by side, which
     # have play; joints that are left out have none
