@@ -1,1 +1,4 @@
-"""The laboratory: what measures and proves the simulator, its laws and its documentation. The product imports none."""
+"""The laboratory: what measures and proves the simulator, laws and documentation.
+
+The product imports none of it.
+"""

@@ -1,4 +1,6 @@
-"""The law called `adaptive`: Cartesian tracking that learns the disturbance (Smith & Egeland, eq. 81-99).
+"""The law `adaptive`: Cartesian tracking that learns the disturbance.
+
+It is by Smith & Egeland, eq. 81-99.
 
 The disturbance is taken for a function of what the payload does, α·ψ(x) for each axis with random features ψ. With
 e the error of the payload, Q = ½ (kp + (kc + c) c) |e|² + c e·e' + ½ |e'|², kc = kd - c, and F the dead zone, the law
@@ -90,7 +92,10 @@ def initial_weights(d: int) -> Weights:
 
 
 def learning_factor(zone, q):
-    """Return F(Q), eq. 97: factor of the learning rate at an error of size Q [m²/s²]; 1 without a dead zone."""
+    """Return F(Q), eq. 97, the factor of the learning rate at an error of size Q [m²/s²].
+
+    It is 1 without a dead zone.
+    """
     return 1.0 if zone is None else min(max((q - zone.cutoff) / (2.0 * zone.smoothing), 0.0), 1.0)
 
 

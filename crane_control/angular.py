@@ -1,4 +1,6 @@
-"""The law called `angular`: damping of the swing angles, tracking by the suspension point (Smith & Egeland, section 5).
+"""The law `angular`: swing damping and tip tracking (Smith & Egeland, section 5).
+
+It damps the swing angles and tracks by the suspension point.
 
 The paper does not print the damping law; this one was inferred from the gains that it prints. φx, φy are the swing
 angles about the base's x and y, L the cable's length, yd the reference of the payload:
@@ -24,7 +26,7 @@ MIN_HEIGHT_RATIO = 1e-6  # of the rope's length: least height difference of its 
 
 
 class Settings(NamedTuple):
-    """Gains, by default those of the paper's tables 3 and 4; for the pendulum and the knuckle boom."""
+    """Gains, by default of the paper's tables 3 and 4; for the pendulum and the knuckle boom."""
 
     damping: NonNegative = 1.118  # 1/s, of the swing angles
     kp: NonNegative = 0.313  # 1/s², of the suspension point
@@ -49,12 +51,14 @@ class AngularLaw(NamedTuple):
     servo: Any  # of the suspension point, a `tracking.tip_servo.TipServo`
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the effort commands (nu,) at time t [s], joint positions q (nq,) and velocities v (nq,)."""
+        """Return effort commands (nu,) at t [s], joint positions q and velocities v (nq,)."""
         return system.compute_command(self, t, q, v)
 
 
 def compute_damping(length, damping, n, dn):
-    """Return the damping accelerations (2,) of the tip for the unit vector n (3,) to the payload and its rate dn (3,).
+    """Return the damping accelerations (2,) of the tip.
+
+    n (3,) is the unit vector to the payload and dn (3,) its rate.
 
     Not finite where the cable lies along the base's x, or is horizontal: the angles are not defined there.
     """
@@ -74,7 +78,10 @@ def compute_tracking(law, goal, tip, dtip, i):
 
 @system.command.register(AngularLaw)
 def angular_command(law, t, q, v):
-    """Return the efforts (nu,) that damp the swing angles and move the suspension point along the reference."""
+    """Return the efforts (nu,) that damp the swing and move the tip along the reference.
+
+    The tip is the suspension point.
+    """
     goal, cable = reference_at(law.trajectory, t), law.servo.cable_state(law.length, q, v)
     ax, ay = compute_damping(law.length, law.damping, cable.n, cable.dn)
     a = (

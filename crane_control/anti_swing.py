@@ -1,4 +1,6 @@
-"""Speeds for drives that follow them: an operator's, shaped against swing, or to a target, with feedback of the swing.
+"""Speeds for drives that follow them: an operator's, shaped against swing, or to a target.
+
+Those to a target have feedback of the swing.
 
 Below a joint that moves the suspension point at the commanded speed v, the payload swings by l a'' + g a = -v' (a: its
 angle, positive where it is ahead; l: the rope's length). With v = v_0 + k a, k = 2 z sqrt(g l), the swing is damped:
@@ -28,7 +30,7 @@ CUTOFF = 1e-4  # -, of singular values: above the rounding of directions that ar
 
 
 class Settings(NamedTuple):
-    """Speeds of all actuated joints, for drives with `drive: velocity` and winches with `drive: rate`."""
+    """Speeds of all actuated joints, for `drive: velocity` and winches with `drive: rate`."""
 
     speeds: dict[str, Table] | None = None  # by joint: the operator's, in the joint's unit/s; left out: to
     # `reference.q`; joints that are not named stand still
@@ -105,7 +107,9 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> AntiSwingLaw:
 
 
 def swing_gains(scene: Scene) -> tuple[float, npt.NDArray[np.float64]]:
-    """Return (l [m], angles of the swing ahead of each actuated joint by joint positions (nu, nq) in small motions).
+    """Return (l [m], angles of the swing ahead of each joint by positions (nu, nq)).
+
+    The joints are the actuated ones; the motions are small.
 
     The angle of a joint that turns is counted as the distance that it moves the tip: it is divided by the radius.
 
@@ -132,7 +136,10 @@ class SwingGeometry(NamedTuple):
 
 
 def swing_geometry(scene: Scene, t: float = 0.0) -> SwingGeometry:
-    """Return the geometry of a scene's swing at its initial posture, the load hanging, at t [s], by differences."""
+    """Return the swing's geometry at a scene's initial posture at t [s], by differences.
+
+    The load hangs at rest.
+    """
     n, nu = len(scene.joint_names), len(scene.actuated)
     actuated = [scene.joint_names.index(name) for name in scene.actuated]
     hanging = np.array(scene.initial_q)
@@ -158,7 +165,7 @@ def gravity(scene: Scene) -> float:
 
 
 def _tables(options: Settings, scene: Scene) -> list[Table]:
-    """Return the operator's speeds of all actuated joints, empty where there is a target instead."""
+    """Return the operator's speeds of all actuated joints; none where there is a target."""
     if options.speeds is None:
         if scene.reference is None:
             raise SceneError("control.speeds: is missing, and so is reference.q: give one of them")

@@ -1,4 +1,6 @@
-"""Assistance for an operator: zero-vibration (ZV) shaping of velocity commands during operation, and swing feedback.
+"""Assistance for an operator: zero-vibration (ZV) shaping of velocity commands, swing feedback.
+
+Commands are shaped during operation.
 
 The feedback is that of the law `anti_swing`: the speed k φ, φ the angle by which the payload is ahead of the plumb line
 in the direction in which the joint moves its suspension point. It gives the swing the characteristic polynomial
@@ -46,7 +48,10 @@ class Assistance:
             raise SceneError("assistance: no actuated joint moves a point below which the load swings")
 
     def record_command(self, t: float, speeds: Sequence[float]) -> None:
-        """Record the operator's speeds (nu,), held from t [s] on; to be called while assistance is off, too."""
+        """Record the operator's speeds (nu,), held from t [s] on.
+
+        It is to be called while assistance is off, too.
+        """
         if t < self._newest:  # the plant was reset
             self.forget_commands()
             self._next_update = 0.0
@@ -61,7 +66,7 @@ class Assistance:
         self._past.clear()
 
     def compute_velocity_command(self, t: float, q: Sequence[float]) -> tuple[float, ...]:
-        """Return the velocity command (nu,) at joint positions q (nq,), from the commands recorded up to t [s]."""
+        """Return the velocity command (nu,) at q (nq,), from the commands recorded up to t [s]."""
         if t >= self._next_update:
             self._next_update = t + _UPDATE_PERIOD
             self._update_gains(t, q)
@@ -71,7 +76,7 @@ class Assistance:
         return tuple((shaped + self._feedback @ self._offset(t, q)).tolist())
 
     def _offset(self, t: float, q: Sequence[float]) -> np.ndarray:
-        """Return the horizontal offset (2,) [m] of the payload from the plumb line through its suspension point."""
+        """Return the horizontal offset (2,) [m] of the payload from its suspension point."""
         derived = derive_instant(self._scene, t, q, (0.0,) * len(q))
         return (derived.payload - derived.tip)[0, :2]
 
@@ -83,7 +88,7 @@ class Assistance:
         return (0.0,) * len(self._scene.actuated)
 
     def _update_gains(self, t: float, q: Sequence[float]) -> None:
-        """Update the shaper and the gains of the feedback for the posture at t [s] and joint positions q (nq,)."""
+        """Update shaper and feedback gains for the posture at t [s], joint positions q (nq,)."""
         length, ahead, _ = swing_geometry(replace(self._scene, initial_q=tuple(q)), t)
         frequency = sqrt(self._gravity / length)
         self._weights, self._delays = impulses("zv", frequency, DAMPING)

@@ -1,4 +1,7 @@
-"""The law called `cartesian`: the payload of a driven suspension point follows a path (Smith & Egeland, eq. 64-74)."""
+"""The law `cartesian`: the payload of a driven suspension point follows a path.
+
+It is by Smith & Egeland, eq. 64-74.
+"""
 
 from collections.abc import Callable, Mapping
 from math import sqrt
@@ -31,7 +34,7 @@ class CartesianLaw(NamedTuple):
     servo: Any  # of the suspension point, a `tracking.tip_servo.TipServo`
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the effort commands (nu,) at time t [s], joint positions q (nq,) and velocities v (nq,)."""
+        """Return effort commands (nu,) at t [s], joint positions q and velocities v (nq,)."""
         return system.compute_command(self, t, q, v)
 
     def with_initial_state(self) -> "CartesianLaw":

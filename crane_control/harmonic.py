@@ -1,4 +1,6 @@
-"""The law called `harmonic`: Cartesian tracking with an observer of a disturbance at an unknown frequency.
+"""The law `harmonic`: Cartesian tracking with an observer of a disturbance.
+
+The frequency of the disturbance is unknown.
 
 For each horizontal axis an extended Kalman filter estimates [y, y', d, d', θ, b, λ]: the payload's position y [m], the
 oscillating disturbance d [m/s²] and the square θ [1/s²] of its angular frequency, a bias b [m/s²], and the ratio λ of
@@ -91,7 +93,10 @@ class HarmonicObserver(NamedTuple):
 
 
 def compute_compensation(observer, t, x):
-    """Return (u [m/s²], its rate [m/s³], d + b within the ramp [m/s²]) of one axis in state x (7,) at t [s]."""
+    """Return (u [m/s²], its rate [m/s³], d + b [m/s²]) of one axis in state x (7,) at t [s].
+
+    d + b is that within the ramp.
+    """
     w, lead = sqrt(x[THETA]), observer.lead
     c, s = cos(w * lead), sin(w * lead)
     factor, factor_rate = compute_ramp(observer.ramp, t)
@@ -105,7 +110,7 @@ def compute_compensation(observer, t, x):
 
 @routine
 def update_filter(observer, pendulum, sample, measurement):
-    """Predict the filter's state up to the time of a Sample, and correct it by the Measurement at that time."""
+    """Predict the filter's state up to the time of a Sample; correct it by its Measurement."""
     ekf = observer.ekf
     x, last_time, last_tip = ekf.state.x, ekf.state.last_time, ekf.state.last_tip
     if last_time[0] < 0.0:
@@ -137,7 +142,9 @@ def _initial_theta(frequency: float | None, omega_sq: float) -> float:
 
 
 def make_observer(settings: ObserverSettings, tracker: Tracker, lag: float) -> HarmonicObserver:
-    """Return the observer of a tracker whose suspension point lags `lag` seconds behind its setpoint.
+    """Return the observer of a tracker whose tip lags `lag` seconds behind its setpoint.
+
+    The tip is the suspension point.
 
     Raises:
         SceneError: the base's acceleration is fed forward: it would be compensated twice; or the frequency is out of

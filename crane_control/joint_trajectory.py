@@ -1,4 +1,4 @@
-"""Drives that follow speeds or positions are led along a path of the joints: the scene's, or one that is received.
+"""Drives by speed or position, led along a path of the joints: the scene's, or a received one.
 
 A drive that takes a position is commanded the path's, x*. One that takes a speed is commanded v* + h (x* - x): the
 deviation of a joint that follows its speed exactly decays as exp(-h t). Without a path the joints
@@ -20,7 +20,10 @@ from crane_sim.trajectories.trajectory import Trajectory, compile_trajectory, re
 
 
 class Settings(NamedTuple):
-    """Cranes whose drives (`actuators.JOINT.drive`) all take speeds, or positions; winches of `drive: rate` too."""
+    """Cranes whose drives all take speeds or positions, winches with `drive: rate` too.
+
+    A drive is `actuators.JOINT.drive`.
+    """
 
     drive: Literal["velocity", "position"] = "velocity"  # what the drives take
     position_gain: NonNegative = 1.0  # 1/s, h: speed for a deviation from the path, of drives that take speeds

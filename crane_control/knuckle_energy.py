@@ -57,12 +57,18 @@ class EnergyLaw(NamedTuple):
         return compute_control_action(self.parameters, q, v)
 
     def lyapunov(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float]:
-        """Return (V [J], dV/dt [W]) as `laws.EnergyShaping` says; dV/dt includes the power of base and forces."""
+        """Return (V [J], dV/dt [W]) as `laws.EnergyShaping` says.
+
+        dV/dt includes the power of base and forces.
+        """
         return compute_lyapunov(self, float(t), q, v)
 
 
 def saturated_spring(error_saturation, error):
-    """Return (force, energy) of a spring, each divided by its stiffness; linear where error_saturation is None."""
+    """Return (force, energy) of a spring, each divided by its stiffness.
+
+    It is linear where error_saturation is None.
+    """
     if error_saturation is None:
         return error, 0.5 * error**2
     root = sqrt(1.0 + (error / error_saturation) ** 2)

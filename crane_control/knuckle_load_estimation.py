@@ -1,4 +1,4 @@
-"""The energy law for the knuckle crane with a payload of unknown mass, which it estimates from the rope's tension.
+"""The energy law of the knuckle crane for an unknown payload mass, estimated from the tension.
 
 Vertical motion of the payload: m (z'' + g) = -T n_z, with n the unit vector from tip to payload, z its height, and T
 the tension, computed from the winch's effort. Two low-pass filters with the same rate λ, a of z'' + g and f of -T n_z,
@@ -83,7 +83,7 @@ def make_estimator_state(nominal: Crane) -> MassEstimatorState:
 
 @routine
 def update_estimate(law, t, q, v):
-    """Filter acceleration and tension since the previous command, and return the estimated mass [kg]."""
+    """Filter acceleration and tension since the last command; return the estimated mass [kg]."""
     p, (filters, previous, winch_effort, mass) = law.nominal, law.estimator
     x = system.state(p, t, q, v)
     rope_state = rope_kinematics(p.support.forward_kinematics(x[0]), x[1])
@@ -120,7 +120,9 @@ def mass_estimating_command(law, t, q, v):
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw | MassEstimatingEnergyLaw:
-    """Return the energy law for its nominal scene, one that estimates the payload's mass if `adaptation` is given.
+    """Return the energy law for its nominal scene.
+
+    It estimates the payload's mass if `adaptation` is given.
 
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.

@@ -65,7 +65,10 @@ class LqrLaw(NamedTuple):
 
 
 def add_path_feedback(trajectory, effort, gain, target, t):
-    """Return the effort with the feedback on a trajectory's deviation from the target at t [s]; none without one."""
+    """Return the effort with the feedback on the trajectory at t [s]; as it is without one.
+
+    It is on the trajectory's deviation from the target.
+    """
     if trajectory is None:
         return effort
     (x, rate, _), n = reference_at(trajectory, t), len(target)
@@ -102,12 +105,14 @@ def feedback_demand(u, p, t, x):
 @system.effort.register(LqrLaw)
 @routine
 def feedback_effort(u, p, t, x):
-    """Return the demand of the law within what the actuators give; not inlined: called once per stage."""
+    """Return the law's demand within the actuators' limits; not inlined: one call per stage."""
     return system.saturate(p, feedback_demand(u, p, t, x))
 
 
 class Settings(NamedTuple):
-    """Weights; for any crane. It goes to `reference.q` or follows a `reference.path` of joints (`overhead_shaped`).
+    """Weights, for any crane; the law goes to `reference.q` or follows a `reference.path`.
+
+    The path is one of joints (`overhead_shaped`).
 
     The gain is that of the discrete Riccati equation, for efforts that are held for a period (zero-order hold), with
     the same weights: at 10 ms 1 to 6 % beside the gain of the continuous one, which `period: continuous` has.
@@ -174,7 +179,9 @@ def _options_of(settings: Mapping[str, Any], scene: Scene) -> Settings | SceneEr
 
 
 def _design(options: Settings, scene: Scene, rest: tuple[Array, Array], a: Array, b: Array) -> LqrLaw | SceneError:
-    """Return the law of a scene about rest (positions (nq,), efforts (nu,)), or the error that it has no regulator.
+    """Return the law of a scene about rest, or the error that it has no regulator.
+
+    Rest is (positions (nq,), efforts (nu,)).
 
     a, b are the linear equations of its n free deviations, (2 n, 2 n) and (2 n, nu); what nothing accelerates is left
     out.
@@ -198,7 +205,10 @@ def _design(options: Settings, scene: Scene, rest: tuple[Array, Array], a: Array
 
 
 def _weights(options: Settings, scene: Scene, accelerations: Array) -> tuple[Array, Array]:
-    """Return the weights q (2 nq,) and r (nu,), with the accelerations (nu,) of a unit of each effort."""
+    """Return the weights q (2 nq,) and r (nu,).
+
+    `accelerations` (nu,) are those by a unit of each effort.
+    """
     q = _scale_weights(scene.joint_units) if options.q is None else np.array(options.q)
     r = accelerations**2 if options.r is None else np.array(options.r)
     return q, r

@@ -1,4 +1,4 @@
-"""Energy-based law for the overhead crane: damping of the swing by a trolley of small apparent mass.
+"""Energy-based law for the overhead crane: swing damping by a trolley of small apparent mass.
 
 Damping of the trolley alone hardly damps the swing below a heavy trolley, on which the rope's force has little effect.
 So the law shapes kinetic energy too: with the force T sin α of the rope on the trolley, computed from measured joints,
@@ -57,11 +57,11 @@ class FixedLength(NamedTuple):
         return self.length, 0.0, 2
 
     def control(self, q, v, weight):
-        """Return (efforts of the hoist, inverse mass [1/kg], bias acceleration [m/s²], terms in (V, dV/dt))."""
+        """Return (hoist's efforts, inverse mass [1/kg], bias [m/s²], terms in (V, dV/dt))."""
         return (), 0.0, 0.0, (0.0, 0.0)
 
     def friction_force(self, length_rate, efforts, tension, share):
-        """Return the friction [N] on the hoist, against `length_rate`, or at rest as much as it bears.
+        """Return the hoist's friction [N] against `length_rate`; at rest, what it bears.
 
         The rope's tension is `tension` without it, and rises by `share` of it.
         """
@@ -69,7 +69,7 @@ class FixedLength(NamedTuple):
 
 
 class HoistControl(NamedTuple):
-    """Control of a force-driven hoist that winds the rope; its methods are those of `FixedLength`."""
+    """Control of a force-driven hoist that winds the rope, with the methods of `FixedLength`."""
 
     kp: float  # N/m
     kd: float  # N s/m
@@ -126,7 +126,10 @@ def trolley_force(law, q, v):
 
 
 def computed_tension(law, q, v, force):
-    """Return (T [N] under the law without friction, sin α, the efforts of the hoist, its inverse mass [1/kg])."""
+    """Return (tension T [N], sin α, efforts of the hoist, its inverse mass [1/kg]).
+
+    T is that under the law without friction.
+    """
     length, _, n = law.rope.state(q, v)
     swing, swing_rate = nominal_coordinate(q, n - 1, n), nominal_coordinate(v, n - 1, n)
     s, m, mu = sin(swing), law.payload_mass, law.apparent_mass
@@ -164,7 +167,7 @@ def friction_at_rest(friction, force):
 
 
 def compute_friction_loss(law, q, v):
-    """Return the power [W] by which friction on rail and hoist lowers V at joint positions and velocities (nq,)."""
+    """Return the power [W] by which friction on rail and hoist lowers V at q, v (nq,)."""
     tension, s, efforts, inverse_mass = computed_tension(law, q, v, trolley_force(law, q, v))
     ratio, (_, length_rate, _) = law.apparent_mass / law.trolley_mass, law.rope.state(q, v)
     on_rail = friction_force(law.friction, v[0])
@@ -191,7 +194,10 @@ def compute_lyapunov(law, q, v):
 
 
 class Settings(NamedTuple):
-    """Gains of trolley and hoist; the law goes to `reference.q` on one link in the plane; m: payload, l: length."""
+    """Gains of trolley and hoist; the law goes to `reference.q` on one link in the plane.
+
+    In the formulas m is the payload's mass and l the length.
+    """
 
     kp: Gains | None = None  # N/m, of trolley and hoist; left out: m ω²/4 and (m + J) ω², ω² = g / l, J the
     # hoist's reflected mass

@@ -2,7 +2,7 @@
 
 
 def nominal_coordinate(values, i, n):
-    """Return nominal joint coordinate i of n, where the crane's own are `values`, at least n of them.
+    """Return nominal joint coordinate i of n from the crane's own `values`, at least n of them.
 
     The last one is the mean of the crane's remaining ones: of the swing angles of a cable. For links of equal length
     that is, to first order, the payload's direction seen from the trolley. The mean hardly contains the cable's bending

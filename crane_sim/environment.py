@@ -1,4 +1,4 @@
-"""What surrounds a process: variables, limits and folders; which variables nodes get, and what is unusual.
+"""What surrounds a process: variables, limits and folders; which nodes get, what is unusual.
 
 Nothing heavy is imported here: a command checks its memory before it imports what needs more.
 """
@@ -38,7 +38,7 @@ class Unusual(NamedTuple):
 
 
 def admitted(variables: Mapping[str, str]) -> dict[str, str]:
-    """Return the variables that nodes get: those that they do not read, and of the others those of a list."""
+    """Return the variables that nodes get: those that they do not read, and those of a list."""
     return {name: value for name, value in variables.items() if not _is_kept_from_nodes(name)}
 
 
@@ -47,7 +47,7 @@ def _is_kept_from_nodes(name: str) -> bool:
 
 
 def own_ros() -> dict[str, list[str]]:
-    """Return the folders of the ROS that is installed beside this package, by variable; none where there is none."""
+    """Return the folders of the ROS beside this package by variable; none where there is none."""
     if not Path(sys.prefix, "lib", "librcl.so").exists():
         return {}
     packages = Path(sysconfig.get_path("purelib"))
@@ -60,7 +60,7 @@ def own_ros() -> dict[str, list[str]]:
 
 
 def memory_shortage() -> str:
-    """Return one line where this process may not have the memory that the simulator needs, else an empty one."""
+    """Return one line where the process may lack the memory that the simulator needs, or ""."""
     for limit, what, option in (
         (resource.RLIMIT_AS, "address space", "-v"),
         (resource.RLIMIT_DATA, "data", "-d"),
@@ -80,7 +80,7 @@ def find_unusual() -> list[Unusual]:
 
 
 def describe_unusual() -> str:
-    """Return a clause on what is unusual, for the end of a line on a failed start; empty where nothing is."""
+    """Return a clause on what is unusual, for a line on a failed start; empty for nothing."""
     names = ", ".join(dict.fromkeys(unusual.name for unusual in find_unusual()))
     return f"; unusual here: {names} (crane doctor)" if names else ""
 

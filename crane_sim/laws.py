@@ -36,20 +36,22 @@ class ForeignSetting(SceneError):
     """A setting that a law does not have."""
 
     def __init__(self, key: str, known: Sequence[str], law: str = "") -> None:
-        """Name the key, the keys that the law called `law` has, and which of them was perhaps meant."""
+        """Name the key, the keys that law `law` has, and which one was perhaps meant."""
         super().__init__(f"control: {unknown_key(key, known, of=f'for law {law!r}' if law else '')}")
         self.key, self.known = key, known
 
 
 class Law(Protocol):
-    """Commands from time and joint coordinates. A NamedTuple with a registered `system.command` runs compiled.
+    """Commands from time and joint coordinates; a law may be compiled.
+
+    A NamedTuple with a registered `system.command` runs compiled.
 
     They are efforts unless the law's class has an attribute `commands`: "velocity" or "position", or one of these and
     "effort" for each actuated joint, for drives that are commanded so (`actuators.JOINT.drive`).
     """
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the effort commands (nu,) at time t [s], joint positions q (nq,) and velocities v (nq,)."""
+        """Return effort commands (nu,) at t [s], joint positions q and velocities v (nq,)."""
         ...
 
 
@@ -94,7 +96,9 @@ def has_setting(name: str, key: str) -> bool:
 
 
 def switch_law(document: dict[str, Any], changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
-    """Return (a scene's document without the settings of its law where `changes` by key select another, their keys).
+    """Return (a scene's document without settings of a law that `changes` replace, their keys).
+
+    `changes` are by key; they may select another law.
 
     Settings that laws share stay where the other law has them.
     """
@@ -117,12 +121,12 @@ def make_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
 
 
 def is_own(name: str) -> bool:
-    """Return whether a law is named by its code, FILE.py:FUNCTION or MODULE:FUNCTION, and not an installed one."""
+    """Return whether a law is named by its code, FILE.py:FUNCTION or MODULE:FUNCTION."""
     return ":" in name
 
 
 def make_laws(name: str, settings: Sequence[Mapping[str, Any]], nominals: Sequence[Any]) -> list["Law | SceneError"]:
-    """Return the law called `name` for each of many nominal scenes, or the error that `make_law` raises for it.
+    """Return the law called `name` for each nominal scene, or the error that `make_law` raises.
 
     A law whose module has `build_many`, a function of (list of settings, list of scenes) that returns laws and errors,
     is designed for all scenes at once; where that fails, for each alone, so that an error is of one scene.
@@ -157,7 +161,10 @@ def _errors_in_one_line(name: str) -> Iterator[None]:
 
 
 def _find_builder(name: str) -> Callable[[Mapping[str, Any], Any], Law]:
-    """Return the function that builds an installed law; raises SceneError where there is none of this name."""
+    """Return the function that builds an installed law.
+
+    Raises SceneError where there is none of this name.
+    """
     entries = [entry for entry in find_extensions(GROUP) if entry.name == name]
     if not entries:
         known = f"known: {', '.join(law_names())}; or FILE.py:FUNCTION, MODULE:FUNCTION"
@@ -166,7 +173,10 @@ def _find_builder(name: str) -> Callable[[Mapping[str, Any], Any], Law]:
 
 
 def _make_own_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
-    """Return the law FILE.py:FUNCTION or MODULE:FUNCTION, a function of (t, q, v) or a `build` of (settings, scene)."""
+    """Return the law FILE.py:FUNCTION or MODULE:FUNCTION.
+
+    It is a function of (t, q, v), or is built by one of (settings, scene).
+    """
     found: Any = load_function("control.law", name)
     if len(signature(found).parameters) == len(("settings", "scene")):
         law = found(settings, nominal)
@@ -180,7 +190,10 @@ def _make_own_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
 
 
 def check_commands(name: str, law: Law, actuated: Sequence[str], drives: Sequence[str]) -> None:
-    """Raise SceneError where a law does not command what the drives of the actuated joints take, (nu,) each."""
+    """Raise SceneError where a law's commands (nu,) are not what the joints' drives take.
+
+    The joints are the actuated ones.
+    """
     given = getattr(law, "commands", "effort")
     kinds = [given] * len(drives) if isinstance(given, str) else given
     if not isinstance(kinds, Sequence) or len(kinds) != len(drives):
@@ -193,7 +206,10 @@ def check_commands(name: str, law: Law, actuated: Sequence[str], drives: Sequenc
 
 
 class OuterLoop(Protocol):
-    """The outer loop of a law, sampled less often, maybe in another process: computes the inner loop's setpoints."""
+    """The outer loop of a law, which computes the inner loop's setpoints less often.
+
+    It may run in another process.
+    """
 
     @property
     def interval(self) -> float:
@@ -220,17 +236,23 @@ class OuterLoop(Protocol):
 
 
 def outer_loop_of(law: Any) -> OuterLoop | None:
-    """Return the outer loop of a law that can be two processes, its attribute `outer_loop`; None of others."""
+    """Return the outer loop of a law that can be two processes; None of others.
+
+    It is the law's attribute `outer_loop`.
+    """
     return getattr(law, _usable_name(law, "outer_loop", "slow_half"), None)
 
 
 def inner_loop_of(law: Any) -> Any:
-    """Return the law whose outer loop only holds received setpoints; the law itself where it has no outer loop."""
+    """Return the law whose outer loop only holds received setpoints; others as they are."""
     return law if outer_loop_of(law) is None else getattr(law, _usable_name(law, "inner_loop", "fast_half"))()
 
 
 def _usable_name(law: Any, name: str, deprecated: str) -> str:
-    """Return the name of a law's attribute; the deprecated one, with a warning, of a law that has only this."""
+    """Return the name of a law's attribute, or the deprecated one of a law that has only this.
+
+    The deprecated one gives a warning.
+    """
     if hasattr(law, name) or not hasattr(law, deprecated):
         return name
     warnings.warn(f"{type(law).__name__}.{deprecated} is now called {name}", DeprecationWarning, stacklevel=3)
@@ -271,7 +293,7 @@ def how_many(nu: int) -> str:
 
 
 def with_initial_state(law: Any) -> Any:
-    """Return a law with its initial state: by its method of this name, or the law itself where it is stateless."""
+    """Return a law with its initial state, by its method of this name; a stateless one as it is."""
     reset = getattr(law, _usable_name(law, "with_initial_state", "fresh"), None)
     return law if reset is None else reset()
 
@@ -283,7 +305,7 @@ class RemainingSettings(dict[str, Any]):
 
 
 def read_group(kind: type[T], settings: Mapping[str, Any], group: str) -> tuple[T, RemainingSettings]:
-    """Return (one group of the law's settings, read into the NamedTuple `kind`, and the settings without it).
+    """Return (group of the law's settings as a NamedTuple `kind`, the settings without it).
 
     Raises:
         SceneError: the group is none, or a key in it is unknown or a value out of range.
@@ -294,7 +316,9 @@ def read_group(kind: type[T], settings: Mapping[str, Any], group: str) -> tuple[
 
 
 def read_settings(kind: type[T], settings: Any, group: tuple[str, ...] = ()) -> T:
-    """Return the law's settings, those of a group within `control` if one is named, read into the NamedTuple `kind`.
+    """Return the law's settings, or those of a group, as a NamedTuple `kind`.
+
+    A group is one within `control`.
 
     Raises:
         SceneError: the group is none, or a key in it is unknown or a value out of range.

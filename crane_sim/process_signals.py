@@ -1,4 +1,6 @@
-"""Signals of a process from its first statement to its last, and parent-death signals; nothing heavy is imported here.
+"""Signals of a process from its first statement to its last, and parent-death signals.
+
+Nothing heavy is imported here.
 
 Python's own handlers wait until compiled code returns, which may take seconds, and then raise an exception at an
 arbitrary statement. Here a thread handles a signal at once, or a run collects it and ends in order. SIGKILL has
@@ -23,7 +25,7 @@ _PDEATHSIG = 1  # of prctl(2)
 
 
 def exit_on_signal(end: Callable[[], object]) -> None:
-    """Call `end` in a thread of its own as soon as a signal comes, from now on to the end of the process.
+    """Call `end` in a thread of its own at a signal, from now on to the end of the process.
 
     Where compiled code hangs that lets no other thread run, the kernel ends the process ten seconds later.
     """
@@ -43,7 +45,7 @@ def exit_on_signal(end: Callable[[], object]) -> None:
 
 
 def _set_alarm_on_data(read_end: int) -> None:
-    """Have SIGALRM end the process ten seconds after the first byte in a pipe, without any statement of Python.
+    """Have SIGALRM end the process ten seconds after a pipe's first byte, without Python code.
 
     The kernel announces the byte by SIGUSR1, and the handler is alarm(2) itself: 10, the signal's number, is its
     argument.
@@ -59,7 +61,7 @@ def _set_alarm_on_data(read_end: int) -> None:
 
 
 def replace_process(command: Sequence[str], environment: Mapping[str, str] | None = None) -> NoReturn:
-    """Go on as another program, whose signals they are from here on; `environment`: its own, None: this one's.
+    """Go on as another program, which gets the signals; `environment`: its own, None: this one's.
 
     Handlers do not outlive that, and the kernel sends SIGUSR1 as it closes the pipe of `exit_on_signal`: ignored, it
     does not end the other program.
@@ -87,7 +89,7 @@ def end_process(process: "subprocess.Popen[bytes]", timeout: float) -> None:
 
 
 def end_workers() -> None:
-    """Kill what `multiprocessing` has started, and remove its semaphores, where this process is about to end at once.
+    """Kill what `multiprocessing` has started, remove its semaphores: this process ends at once.
 
     Else a process of Python's own finds the semaphores after the end, removes them, and prints a warning.
     """
@@ -102,7 +104,7 @@ def end_workers() -> None:
 
 @contextmanager
 def blocked_interrupts() -> Iterator[None]:
-    """Block SIGINT in the block: it comes after it, and processes that are started in it begin without it."""
+    """Block SIGINT in the block: it comes after it; processes started in it begin without it."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -118,7 +120,7 @@ def ignore_interrupts() -> None:
 
 @contextmanager
 def collect_signals() -> Iterator[list[int]]:
-    """Yield a list to which signals are appended while the block runs; no other handler is called."""
+    """Yield a list to which signals are appended in the block; no other handler is called."""
     received: list[int] = []
     if threading.current_thread() is not threading.main_thread():
         yield received  # only the main thread may have handlers
@@ -143,7 +145,9 @@ def ignore_signals() -> None:
 
 
 def set_parent_death_signal() -> Callable[[], None]:
-    """Return the function that a child calls right after the fork, so that the kernel kills it with this process.
+    """Return a function that a child calls after the fork, so that it is killed with this process.
+
+    The kernel kills it.
 
     More exactly with the thread that forks; it holds beyond an exec.
     """

@@ -23,7 +23,9 @@ EVENT_LOG_CAPACITY = 1000
 
 
 class EventStepControl(NamedTuple):
-    """Marks equations where the step that ends at an event is error-controlled, too: it is repeated until it passes.
+    """Marks equations where the step that ends at an event is error-controlled, too.
+
+    It is repeated until it passes.
 
     Needed where they change fast just before an event, which a longer step can miss: as friction by Stribeck.
     """
@@ -47,7 +49,10 @@ class Switching(NamedTuple):
 
 @generic
 def rhs(p, t, x, u):
-    """Return the time derivative of the state, like x. A model whose state is an array answers `rhs_into` instead."""
+    """Return the time derivative of the state, like x.
+
+    A model whose state is an array answers `rhs_into` instead.
+    """
     out = np.empty_like(x)
     rhs_into(p, t, x, u, out, workspace(p))
     return out
@@ -55,25 +60,27 @@ def rhs(p, t, x, u):
 
 @generic
 def workspace(p):
-    """Return the work arrays of `rhs_into`, allocated once for many evaluations; None by default."""
+    """Return the work arrays of `rhs_into`, for many evaluations; None by default."""
     return None
 
 
 @generic
 def position_count(p):
-    """Return the number n of positions in a state that is an array: the derivative of x[:n] is x[n : 2 n]."""
+    """Return the number n of positions in an array state: the rates of x[:n] are x[n : 2 n]."""
     raise NotImplementedError
 
 
 @generic
 def rhs_into(p, t, x, u, out, work):
-    """Write the time derivative of the state, an array, into `out`; `work` is a `workspace` of the model."""
+    """Write the time derivative of an array state into `out`; `work` is by `workspace`."""
     raise NotImplementedError
 
 
 @generic
 def compute_jacobian(p, t, x, u):
-    """Return (the Jacobian J of the state's derivative with respect to the state at (t, x), its derivative in time).
+    """Return (the Jacobian J of the state's derivative by the state, its derivative in time).
+
+    Both are at (t, x).
 
     J is what `factor_shifted` takes, by default the matrix (n, n). The derivative in time (n,) is that of a kink's
     later side.
@@ -98,18 +105,23 @@ def solve_shifted(p, factors, b):
 
 @generic
 def project(p, x):
-    """Return the state projected onto the model's constraints, an array in place; integrators do so after steps."""
+    """Return the state projected onto the model's constraints, an array in place.
+
+    Integrators do so after steps.
+    """
     return x
 
 
 @generic
 def project_in_place(p, x):
-    """Project a state that is an array onto the model's constraints, as `project` does, and return nothing."""
+    """Project an array state onto the model's constraints as `project` does; return nothing."""
 
 
 @generic
 def rate_entries(p):
-    """Return ((first, count), ...): each `count` entries of the state from `first` on have the next `count` as rates.
+    """Return ((first, count), ...) of entries of the state whose rates follow them.
+
+    Each `count` entries from `first` on have the next `count` as rates.
 
     Entries are counted through nested tuples. Default: no entries.
     """
@@ -124,7 +136,7 @@ def effort(u, p, t, x):
 
 @generic
 def demand(u, p, t, x):
-    """Return the efforts (nu,) of the source u before what `saturate` limits: by default its `effort`."""
+    """Return the efforts (nu,) of the source u before `saturate`; by default its `effort`."""
     return effort(u, p, t, x)
 
 
@@ -142,7 +154,10 @@ def compute_command(law, t, q, v):
 
 @generic
 def state(p, t, q, v):
-    """Return the state x of model p at time t [s], joint positions q (nq,) and velocities v (nq,), tuples or arrays."""
+    """Return the state x of model p at t [s], joint positions q (nq,), velocities v (nq,).
+
+    q and v are tuples or arrays.
+    """
     raise NotImplementedError
 
 
@@ -160,13 +175,16 @@ def joints(p, x):
 
 @generic
 def actuated_joints(p, x):
-    """Return (q, v) of the actuated joints only, both (nu,): what laws in the equations need, without trigonometry."""
+    """Return (q, v) of the actuated joints only, both (nu,), without trigonometry.
+
+    Laws in the equations need these.
+    """
     raise NotImplementedError
 
 
 @generic
 def saturate(p, u):
-    """Return the efforts (nu,) that the actuators apply for a command u: u, unless the model limits it."""
+    """Return the efforts (nu,) that actuators apply for a command u: u, unless limited."""
     return u
 
 
@@ -184,13 +202,13 @@ def kinetic(p, x):
 
 @generic
 def potential(p, x):
-    """Return the potential energy of gravity, as if the base were level at height 0, and of springs [J]."""
+    """Return the potential energy [J] of springs and gravity, with a level base at height 0."""
     raise NotImplementedError
 
 
 @generic
 def base_energy(p, t, x):
-    """Return (kinetic, potential) energy [J] in the world less those relative to the base at time t [s]."""
+    """Return (kinetic, potential) energy [J] in the world less those in the base at t [s]."""
     return 0.0, 0.0
 
 
@@ -202,7 +220,9 @@ def link_count(p):
 
 @generic
 def tensions(p, t, x, u, rows, i, first):
-    """Write the tension of every link, from the top to the payload, into row i of `rows` from column `first` on [N].
+    """Write the tension [N] of every link, top to payload, into row i of `rows` from `first` on.
+
+    `first` is a column.
 
     Tension is positive. The row and column are passed as in `store`: a slice of the row would slow the whole loop.
     """
@@ -217,7 +237,9 @@ def fall_count(p):
 
 @generic
 def fall_tensions(p, t, x, u, rows, i):
-    """Write tensions of the lead line and of the n falls [N], and the drum's torque [N m], into row i (n + 2 floats).
+    """Write tensions [N] of lead line and n falls, and the drum's torque [N m], into row i.
+
+    The row has n + 2 floats.
 
     A fall's tension is that at its upper end. The torque pays out where it is positive, 0 without a drum.
     """
@@ -232,7 +254,7 @@ def contact_force(p, t, x):
 
 @generic
 def power(p, t, x, u):
-    """Return the power [W] that enters the model other than through held efforts: all losses are negative."""
+    """Return the power [W] into the model but that of held efforts: all losses are negative."""
     raise NotImplementedError
 
 
@@ -250,7 +272,7 @@ def tip_index(p):
 
 @generic
 def points(p, t, x, out):
-    """Write the polyline base .. tip .. payload in the world frame [m] at time t [s] into out (N, 3)."""
+    """Write the polyline base .. tip .. payload in the world [m] at time t [s] into out (N, 3)."""
     raise NotImplementedError
 
 
@@ -262,7 +284,10 @@ def energy_supplied(p, x):
 
 @generic
 def with_meter(p, held):
-    """Return the model with a meter where samples of efforts, `held` between them or not, miss work that is done."""
+    """Return the model with a meter where samples of efforts miss work that is done.
+
+    The efforts are `held` between samples or not.
+    """
     raise NotImplementedError
 
 
@@ -274,13 +299,15 @@ def switching(p):
 
 @generic
 def guard(p, t, x, u, work):
-    """Return (the smallest guard, its number, evaluations that it took): the mode holds while none is negative."""
+    """Return (smallest guard, its number, evaluations); the mode holds while none is negative."""
     raise NotImplementedError
 
 
 @generic
 def kink_guard(p, value, t0, x0, t, x):
-    """Return the smaller one of a guard's value and of those of kinks that a step from state x0 at t0 to x at t passes.
+    """Return the smaller one of a guard's value and of those of kinks that a step passes.
+
+    The step goes from state x0 at t0 to x at t.
 
     A kink is where the equations are continuous and their derivatives jump. It has no mode: the step's side of it is
     that on which it begins. By default the value as it is.
@@ -290,7 +317,7 @@ def kink_guard(p, value, t0, x0, t, x):
 
 @generic
 def apply_reset_map(p, t, x, u, number):
-    """Return (the state after that guard has failed, number of the event to note, whether the model goes on)."""
+    """Return (state after that guard failed, number of the event, whether the model goes on)."""
     raise NotImplementedError
 
 

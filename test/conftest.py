@@ -1,4 +1,4 @@
-"""Fixtures and hooks of all tests: a ROS domain of their own, time limits, and checks for leftovers."""
+"""Fixtures and hooks of all tests: own ROS domains, time limits, and checks for leftovers."""
 
 import faulthandler
 import os
@@ -42,13 +42,13 @@ def domain_id() -> Iterator[int]:
 
 @pytest.fixture
 def ros_environment(domain_id: int, tmp_path: Path) -> dict[str, str]:
-    """Return the environment of a node in this test's domain, with the message classes checking their fields."""
+    """Return the environment of a node in this test's domain, with checks of message fields."""
     return node_environment(domain_id, tmp_path) | {"ROS_PYTHON_CHECK_FIELDS": "1"}
 
 
 @pytest.fixture
 def patient_shutdown(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Give the nodes of a run that is cut short a minute for their summaries and files, not the 3 s of a user."""
+    """Give nodes of an interrupted run a minute for summaries and files, not a user's 3 s."""
     monkeypatch.setattr(process_group, "_SHUTDOWN_TIMEOUT", 60.0)
     for module in (supervisor, shutdown):
         monkeypatch.setattr(module, "_SHUTDOWN_SUMMARY_TIMEOUT", 60.0)
@@ -56,7 +56,10 @@ def patient_shutdown(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(scope="session", autouse=True)
 def no_process_left() -> Iterator[None]:
-    """Fail the session when a process that a test started outlives it; end it, also when this process is killed."""
+    """Fail the session when a process that a test started outlives it, and end that process.
+
+    It is ended also when this process is killed.
+    """
     mark = str(uuid.uuid4())  # a session within a test of another one has both marks
     os.environ[session_guard.VARIABLE] = f"{os.environ.get(session_guard.VARIABLE, '')} {mark}".strip()
     with _guard(mark):
@@ -71,7 +74,7 @@ def no_process_left() -> Iterator[None]:
 
 @contextmanager
 def _guard(mark: str) -> Iterator[None]:
-    """Run the session guard, in a session of its own: signals to this process's group do not reach it."""
+    """Run the session guard in a session of its own, beyond signals to this process's group."""
     command = [sys.executable, "-I", "-S", session_guard.__file__, str(os.getpid()), mark]
     env = {name: value for name, value in os.environ.items() if name != session_guard.VARIABLE}
     with subprocess.Popen(command, env=env, stdout=subprocess.PIPE, start_new_session=True) as guard:
@@ -83,7 +86,10 @@ def _guard(mark: str) -> Iterator[None]:
 
 
 def _find_others(mark: str) -> dict[int, str]:
-    """Return the other processes of this session; multiprocessing's resource tracker ends with its process."""
+    """Return the other processes of this session.
+
+    multiprocessing's resource tracker ends with its process.
+    """
     found = {pid: command for pid, command in session_guard.find_marked(mark).items() if pid != os.getpid()}
     return {pid: command for pid, command in found.items() if pid != resource_tracker._resource_tracker._pid}
 
@@ -98,7 +104,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @contextmanager
 def _limited(item: pytest.Item) -> Iterator[None]:
-    """Fail the block after the time limit; code that does not return to Python is left to `faulthandler_timeout`.
+    """Fail the block after the time limit.
+
+    Code that does not return to Python is left to `faulthandler_timeout`.
 
     Long tests have twice the time, slow ones have no limit.
     """
@@ -119,7 +127,10 @@ def _limited(item: pytest.Item) -> Iterator[None]:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Let processes of tests share byte code where Python is told to write none: each would compile all modules."""
+    """Let processes of tests share byte code where Python is told to write none.
+
+    Each would compile all modules otherwise.
+    """
     long_parts.choose_part(config)
     changed_files.choose_files(config)
     if _worker_of(config):
@@ -141,7 +152,7 @@ def pytest_configure_node(node: Any) -> None:
 def pytest_make_collect_report(
     collector: pytest.Collector,
 ) -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
-    """Let every other worker collect folders from the last file on: each finds byte code that the other one wrote."""
+    """Let every other worker collect from the last file on: each finds the other's byte code."""
     report = yield
     if _worker_of(collector.config)[-1:] in {*"13579"} and isinstance(collector, pytest.Directory):
         report.result.reverse()
@@ -155,7 +166,9 @@ def _worker_of(config: pytest.Config) -> str:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Take the mark `long(cases=[…])` from the other cases of a test before `-m` selects; then `--part` selects.
+    """Take the mark `long(cases=[…])` from other cases before `-m` selects.
+
+    Then `--part` selects.
 
     The longest files are first: at the end of the tests a worker has nothing to do while the other one runs a file of
     minutes. Workers must have one order of files.
@@ -205,7 +218,7 @@ def shared_files() -> set[str]:
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Record the files in shared memory before the first test; a worker is killed with its leader."""
+    """Record files in shared memory before the first test; a worker is killed with its leader."""
     if _worker_of(session.config):
         session_guard.tie_to_parent()
     session.config.stash[_FILES] = shared_files()

@@ -90,7 +90,7 @@ def bench(
 
 
 def _measure_groups(data: dict[str, Any], cranes: Sequence[str]) -> dict[str, Any]:
-    """Return the measured costs of these cranes' groups, joined with the previous data of other cranes."""
+    """Return the measured costs of these cranes' groups, with the previous data of other cranes."""
     measured = groups.measure_groups(cases=groups.select_cases(cranes))
     return groups.join(data["groups"], measured) if "groups" in data else measured
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 @click.option("--serve", is_flag=True, help="Build it, and serve it on the loopback interface.")
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), help="Of the site (default: site).")
 def docs(pages: tuple[str, ...], build: bool, serve: bool, folder: Path | None) -> None:
-    """List the pages in docs that commands write; with PAGES, write these anew ("pictures", "all")."""
+    """List the pages in docs that commands write; write PAGES anew ("pictures", "all")."""
     if not (build or serve):
         if folder is not None:
             raise SceneError("crane docs --output: needs --build or --serve")
@@ -61,7 +61,7 @@ def describe(
     names: tuple[str, ...],
     folder: str | None,
 ) -> None:
-    """Describe the format of scene files: every key, its unit, default and meaning (Markdown); or SCENE.
+    """Describe the format of scene files (Markdown): keys, units, defaults, meaning; or SCENE.
 
     With SCENE and --ros2-control: what a stock ros2_control needs to drive this crane.
     """
@@ -98,7 +98,7 @@ def describe(
 
 
 def _describe_sites(folder: str | None, names: tuple[str, ...], alone: bool) -> None:
-    """Run the cranes of ports and sites, or those with these names, and write their page into a folder."""
+    """Run the cranes of ports and sites, or the named ones, and write their page to a folder."""
     from crane_bench.documentation.scenes_page import check_names, save_page
 
     if not alone or folder is None:

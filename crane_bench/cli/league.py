@@ -1,4 +1,4 @@
-"""The command `crane league`: evaluate every law, print the comparison, write page, figure and data."""
+"""The command `crane league`: evaluate laws, print a comparison, write page, figure and data."""
 
 import json
 import sys
@@ -25,7 +25,9 @@ from crane_sim.report.plotting import save_figure
 
 
 def league(as_json: bool, folder: str | None, groups: Sequence[Group] = GROUPS) -> None:
-    """Evaluate these groups, print tables or one JSON object, and write page, figure and data into a folder if given.
+    """Evaluate these groups, print tables or one JSON object, and write files.
+
+    Page, figure and data are written where a folder is given.
 
     Raises:
         SceneError: the folder cannot be written.
@@ -67,7 +69,10 @@ def sampled_league(
 
 
 def sampled_json_data(cells: Sequence[SampledCell]) -> dict[str, Any]:
-    """Return the cells as the data of league_samples.json, with rounded digits, null for what is not finite."""
+    """Return the cells as the data of league_samples.json.
+
+    Digits are rounded; what is not finite is null.
+    """
     return json_value({"cells": round_floats([_nested(cell) for cell in cells])})
 
 
@@ -79,7 +84,7 @@ def _nested(value: Any) -> Any:
 
 
 def save_samples(cells: Sequence[SampledCell], folder: Path) -> None:
-    """Write league_samples.md and league_samples.json into the folder; cells of other cranes there are kept.
+    """Write league_samples.md and .json into the folder; cells of other cranes there are kept.
 
     Raises:
         SceneError: the folder cannot be written, or its data is not this league's.

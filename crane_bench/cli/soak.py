@@ -50,7 +50,7 @@ def kill(count: int, seed: int, **output: Any) -> None:
 @_seed
 @_output
 def signals(count: int, seed: int, **output: Any) -> None:
-    """Interrupt `crane run` by SIGINT and SIGTERM at random instants of its start, run and shutdown."""
+    """Interrupt `crane run` by SIGINT and SIGTERM at random instants, from start to shutdown."""
     from crane_bench.soak.signals import soak_signals
 
     _report(lambda: soak_signals(count, seed=seed), **output)
@@ -80,7 +80,7 @@ def inprocess(steps: float, **output: Any) -> None:
 @click.option("--count", type=IntAtLeast(2), default=50, help="Number of runs.")
 @_output
 def determinism(count: int, **output: Any) -> None:
-    """Run one scene with varied processes, executors and load; each run must have the same state_sha256."""
+    """Run one scene with varied processes, executors and load; compare all state_sha256."""
     from crane_bench.soak.determinism import soak_determinism
 
     _report(lambda: soak_determinism(count), **output)
@@ -95,7 +95,10 @@ def determinism(count: int, **output: Any) -> None:
 )
 @_output
 def realtime(seconds: float, **output: Any) -> None:
-    """Run at 1 kHz in real time: rate, overruns, and period error compared with that of a loop that only sleeps."""
+    """Run at 1 kHz in real time: rate, overruns, and period error next to a bare loop's.
+
+    The bare loop only sleeps.
+    """
     from crane_bench.soak.realtime import soak_real_time
 
     _report(lambda: soak_real_time(seconds), **output)

@@ -1,1 +1,1 @@
-"""Pages of documentation that commands write: which ones there are, and the format of scene files from its schemas."""
+"""Pages of documentation that commands write, and the format of scene files from its schemas."""

@@ -1,4 +1,4 @@
-"""The page on the Python interface, written from signatures, docstrings and comments behind attributes."""
+"""The page on the Python interface, from signatures, docstrings and comments on attributes."""
 
 import ast
 import inspect
@@ -53,7 +53,7 @@ def _api_section(name: str, value: Any) -> Iterator[str]:
 
 
 def signature(function: Callable[..., Any], prefix: str = "") -> str:
-    """Return a function's first lines as a block of text, one argument a line where they are long."""
+    """Return a function's first lines as a text block, one argument a line where they are long."""
     tree = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
     assert isinstance(tree, ast.FunctionDef)
     tree.args.args = [argument for argument in tree.args.args if argument.arg != "self"]
@@ -79,7 +79,7 @@ def _list(section: re.Match[str]) -> str:
 
 
 def _attributes(kind: type) -> Iterator[str]:
-    """Yield the attributes of a class, as a list: fields with their comments, properties with their docstrings."""
+    """Yield a class's attributes as a list: fields with comments, properties with docstrings."""
     declared = getattr(kind, "__dataclass_fields__", {})
     described = comments(kind) if declared else {}
     for name, field in declared.items():

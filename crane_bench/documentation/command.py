@@ -18,7 +18,9 @@ WIDE = 260  # columns of a pipe, so that each command is on one line
 
 
 def docs(names: Sequence[str]) -> None:
-    """List the pages, or write those that are named, `pictures` and `all` among them, from the source tree.
+    """List the pages, or write the named ones from the source tree.
+
+    `pictures` and `all` are names, too.
 
     Raises:
         SceneError: as of `check_names`, or a command failed.

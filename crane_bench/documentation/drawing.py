@@ -43,7 +43,7 @@ def polygons(scene: Scene, q: Sequence[float]) -> list[Polygon]:
 
 
 def _origin(visual: ElementTree.Element) -> tuple[np.ndarray, np.ndarray]:
-    """Return place (3,) [m] and rotation (3, 3) of a visual: turns about the fixed axes x, y, z, in this order."""
+    """Return place (3,) [m] and rotation (3, 3) of a visual: turns about fixed x, y, z in turn."""
     origin = visual.find("origin")
     if origin is None:
         return np.zeros(3), np.eye(3)

@@ -1,4 +1,6 @@
-"""The fields of a group of a scene file as its class declares them: key, type, unit, default and description.
+"""The fields of a group of a scene file, as its class declares them.
+
+A field has a key, a type, a unit, a default and a description.
 
 A unit and a description stand where a field is declared, in the comment behind it, `unit, description`, and in comment
 lines that follow. A group is a pydantic model or a NamedTuple; its docstring describes the group.
@@ -86,7 +88,7 @@ def split_comment(comment: str) -> tuple[str, str]:
 
 
 def comments(group: Any) -> dict[str, str]:
-    """Return the descriptions, or the comments behind the fields, of a class and of its bases, by field."""
+    """Return by field the descriptions, or the comments behind fields, of a class and its bases."""
     texts: dict[str, str] = {}
     for base in reversed(group.__mro__):
         declared = vars(base).get("__pydantic_fields__", {})
@@ -146,7 +148,7 @@ def choice(annotation: Any) -> Choice | None:
 
 
 def subgroup(annotation: Any) -> Any:
-    """Return the group, or the Choice, that an annotation leads to, alone, in a list or by name; None if none."""
+    """Return the group or Choice that an annotation has, alone, in a list or by name, or None."""
     union = choice(annotation)
     if union is not None:
         return union

@@ -1,4 +1,6 @@
-"""The JSON schema of scene files, by which editors complete and explain keys: written from the classes that read them.
+"""The JSON schema of scene files, with which editors complete and explain keys.
+
+It is written from the classes that read the files.
 
 It is more lenient than these: what depends on several keys, `crane check` says.
 """
@@ -103,7 +105,7 @@ class _Groups:
         return {"oneOf": [self._object((*rest, *fields(kind)), (union.key, name)) for name, kind in kinds]}
 
     def _object(self, own: tuple[Field, ...], tag: tuple[str, str] | None = None) -> dict[str, Any]:
-        """Return the schema of an object with these keys, one of which, the tag, has a given value."""
+        """Return the schema of an object with these keys; one of them, the tag, is a constant."""
         properties: dict[str, Any] = {} if tag is None else {tag[0]: {"const": tag[1]}}
         required = [] if tag is None else [tag[0]]
         for each in own:

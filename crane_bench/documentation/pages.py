@@ -1,4 +1,4 @@
-"""The pages in `docs` that commands write: the command of each, how long it takes, and the names of its rows.
+"""The pages in `docs` that commands write: each one's command, its duration, and names of rows.
 
 A page's rows come from the tables of cases, so that a page can be compared with its command without running it: a case
 that is missing on the page fails a test.
@@ -58,7 +58,10 @@ def headings(text: str) -> list[str]:
 
 
 def trials_in(text: str) -> list[str]:
-    """Return crane, law and trial of each cell of the league's page: rows, and laws that do not apply."""
+    """Return crane, law and trial of each cell of the league's page.
+
+    Cells are rows, and laws that do not apply.
+    """
     crane, cells = "", list[str]()
     text, _, _ = text.partition("## Tuned gains")
     refused = text[text.index("## Does not apply") :]

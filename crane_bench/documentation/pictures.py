@@ -1,4 +1,7 @@
-"""The pictures of README and docs that no page's command makes: of runs, as the viewer shows their recordings."""
+"""The pictures of README and docs that no page's command makes.
+
+They show runs, as the viewer shows their recordings.
+"""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -28,7 +31,10 @@ TITLE_BAR = 37  # pixels: the viewer's, which says what the machine that draws i
 
 
 def save_pictures(folder: str | Path) -> None:
-    """Run the scenes, record the runs and draw the recordings into a folder; needs a Vulkan driver, no display."""
+    """Run the scenes and draw their recordings into a folder.
+
+    It needs a Vulkan driver, no display.
+    """
     for name, (scene, at, shown) in PICTURES.items():
         with TemporaryDirectory() as temporary:
             recording = simulate(scene).record(Path(temporary, f"{scene}.rrd"))

@@ -1,4 +1,7 @@
-"""The page on the format of scene files, written from the schemas: every key, its type, unit, default and meaning."""
+"""The page on the format of scene files: every key, its type, unit, default and meaning.
+
+It is written from the schemas.
+"""
 
 import inspect
 import re
@@ -76,7 +79,10 @@ class Section(NamedTuple):
 
     @property
     def title(self) -> str:
-        """The keys as a heading, with the cranes' names where not all have them, of many the first."""
+        """The keys as a heading, with the cranes' names where not all cranes have them.
+
+        Of many cranes only the first one is named.
+        """
         keys = ", ".join(f"`{key}`" for key in self.keys)
         names = [TITLES[crane] for crane in self.cranes]
         cranes = " and ".join(names if len(names) <= NAMED else (names[0], f"{len(names) - 1} others"))

@@ -1,4 +1,4 @@
-"""The page of the scenes that are cranes of ports and sites: description, picture and metrics of each."""
+"""The page of the scenes of cranes of ports and sites: description, picture and metrics of each."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

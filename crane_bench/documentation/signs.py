@@ -1,4 +1,4 @@
-"""Signs and origins: where the axes of each crane are, and which way each of its joints is positive.
+"""Signs and origins: the axes of each crane, and the positive direction of each joint.
 
 They stand in `signs.yaml`. The page of the scene format prints them; `test_scene_format.py` holds each of them against
 the model.

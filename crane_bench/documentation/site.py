@@ -1,4 +1,4 @@
-"""The documentation site: the pages of `docs` and two of the tree's own, built by Zensical without a network."""
+"""The documentation site: pages of `docs` and two of the tree's own, built by Zensical offline."""
 
 import re
 import shutil
@@ -33,7 +33,9 @@ def source_tree() -> Path:
 
 
 def build_site(tree: Path, folder: Path) -> Path:
-    """Build the site of a source tree into a folder; one that an earlier build made is replaced. Returns the folder.
+    """Build the site of a source tree into a folder, which is returned.
+
+    A site of an earlier build in the folder is replaced.
 
     Raises:
         SceneError: a link leads nowhere or a page is missing, the folder is another's, or Zensical is not installed or
@@ -60,7 +62,10 @@ def _run_zensical(folder: str) -> None:
 
 
 def _replace(folder: Path, site: Path) -> None:
-    """Put a site in the place of a folder, which stays whole until the site has been copied to the same disk."""
+    """Put a site in the place of a folder.
+
+    The folder stays whole until the site has been copied to the same disk.
+    """
     folder.parent.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory(prefix=f".{folder.name}.", dir=folder.parent) as beside:
         copy = Path(shutil.copytree(site, Path(beside, "new")))
@@ -74,13 +79,16 @@ def _replace(folder: Path, site: Path) -> None:
 
 
 def _faults(text: str) -> str:
-    """Return in one line what Zensical complains about and where; its last line where it says nothing of that kind."""
+    """Return in one line what Zensical complains about and where, else its last line."""
     found = _FAULT.findall(_COLOUR.sub("", text))
     return "; ".join(f"{where}: {what}" for what, where in found) or text.strip().rpartition("\n")[2]
 
 
 def stage_pages(tree: Path, folder: Path) -> None:
-    """Copy what the site is built from into a folder; links between `docs` and the tree's root lead to its pages."""
+    """Copy the sources of the site into a folder.
+
+    Links between `docs` and the tree's root lead to the site's pages.
+    """
     shutil.copy(tree / CONFIG, folder)
     shutil.copytree(tree / "docs", folder / "docs")
     sources = {file.name: file for file in (tree / "docs").glob("*.md")}
@@ -92,7 +100,7 @@ def stage_pages(tree: Path, folder: Path) -> None:
 
 
 def _link_in_site(titles: dict[str, str], link: re.Match[str]) -> str:
-    """Return a link with its page's name in the site, and its title where the text is a file's name."""
+    """Return a link with its page's name in the site, and its title in place of a file's name."""
     text, target, heading = link.groups(default="")
     page = OWN.get(target, target.removeprefix("docs/"))
     shown = titles.get(page, text) if text.removeprefix("docs/") in (page, target) else text

@@ -56,7 +56,7 @@ class Entrant(NamedTuple):
 
 
 class Group(NamedTuple):
-    """The entrants on a crane, their trials, and where the payload should be: on the path, or at the target."""
+    """The entrants on a crane, their trials, and the payload's goal: the path, or the target."""
 
     name: str
     goal: Literal["path", "target"]

@@ -54,7 +54,10 @@ class Cell(NamedTuple):
 
 
 def evaluate_all(groups: Sequence[Group] = GROUPS) -> Iterator[Cell]:
-    """Yield the cells of these groups, in order; entrants are evaluated in parallel, a process for each core."""
+    """Yield the cells of these groups, in order; entrants are evaluated in parallel.
+
+    There is a process for each core.
+    """
     entries = [(group, entrant) for group in groups for entrant in group.entrants]
     with WorkerProcesses(os.cpu_count() or 1) as pool:
         for cells in pool.map(evaluate_entrant, *zip(*entries, strict=True)):
@@ -83,7 +86,7 @@ def evaluate(group: Group, entrant: Entrant, trial: Trial) -> Cell:
 
 
 def reason_of(error: SceneError, entrant: Entrant) -> str:
-    """Return an error of an entrant's scene without the scene's name; the law has the name of the entrant."""
+    """Return an error of an entrant's scene without the scene's name, with the entrant's own."""
     reason = str(error).removeprefix("scene ").partition(": ")[2]
     return reason.replace(f"law {entrant.law!r}", f"law {entrant.name!r}")
 
@@ -91,13 +94,16 @@ def reason_of(error: SceneError, entrant: Entrant) -> str:
 @entry_point
 @optimisation(LIGHT)
 def tip_accelerations(p, t, q, v, u, out):
-    """Write `tip_acceleration` at times t (K,), joints q, v (K, nq) and efforts u (K, nu) into `out` (K,)."""
+    """Write `tip_acceleration` into `out` (K,).
+
+    The arguments are times t (K,), joints q, v (K, nq) and efforts u (K, nu).
+    """
     for i in range(len(q)):
         out[i] = tip_acceleration(p, t[i], q[i], v[i], efforts_from_row(p, u[i]))
 
 
 def compute_metrics(run: Rollout, on_path: bool) -> CellMetrics:
-    """Return the metrics of a run, whose payload should be on the scene's path, or else at the target."""
+    """Return the metrics of a run with its payload's goal: the scene's path, or the target."""
     scene, model = run.scene, run.scene.model
     path = scene.trajectory
     goal = sample_trajectory(path, run.t)[:, 0] if on_path and path is not None else target_position(scene)
@@ -131,7 +137,7 @@ def metrics_on_path(run: Rollout) -> dict[str, float | None]:
 
 
 def metrics_at_target(run: Rollout) -> dict[str, float | None]:
-    """Return the metrics of a run whose payload is brought to a target, by their names in a study."""
+    """Return the metrics of a run that brings its payload to a target, by their study names."""
     return _study_metrics(compute_metrics(run, on_path=False))
 
 
@@ -141,7 +147,10 @@ def _study_metrics(metrics: CellMetrics) -> dict[str, float | None]:
 
 
 def median_metrics(runs: Sequence[CellMetrics]) -> CellMetrics:
-    """Return the median of each metric; that of settling is None where half of the runs or more do not settle."""
+    """Return the median of each metric.
+
+    That of settling is None where half of the runs or more do not settle.
+    """
     settling = float(np.median([inf if run.settling is None else run.settling for run in runs]))
     effort = {joint: float(np.median([run.effort[joint] for run in runs])) for joint in runs[0].effort}
     medians: dict[str, Any] = {

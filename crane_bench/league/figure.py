@@ -1,4 +1,4 @@
-"""The figure of the league: heat maps, a row for each law of each crane, a column for each trial."""
+"""The figure of the league: heat maps, a row for each crane's law, a column for each trial."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple

@@ -1,4 +1,4 @@
-"""Cells of the league over samples: metrics with their intervals, and which laws a law is better than."""
+"""Cells of the league over samples: metrics with intervals, and which laws a law is better than."""
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations
@@ -56,7 +56,7 @@ def evaluate_samples(
     workers: int | None = None,
     on_progress: Callable[[int, int], None] = lambda *_: None,
 ) -> Iterator[SampledCell]:
-    """Yield the cells of these groups, in order; what the folder has of their rows is not run again.
+    """Yield the cells of these groups, in order; rows in the folder are not run again.
 
     Args:
         samples: of each trial.
@@ -114,7 +114,10 @@ def cells_of(trial: TrialStudy, result: StudyResult) -> list[SampledCell]:
 
 
 def metric_of(result: StudyResult, name: str, law: str) -> npt.NDArray[np.float64]:
-    """Return a metric (n,) of a law's runs, NaN of those that failed; a table of failed runs has no such column."""
+    """Return a metric (n,) of a law's runs, NaN of failed ones.
+
+    A table of failed runs only has no such column.
+    """
     n = len(result) // len(result.study.variant_changes)
     return result.metric(name, law) if name in result.types else np.full(n, np.nan)
 
@@ -143,7 +146,9 @@ def _of_law(result: StudyResult, column: str, law: str) -> npt.NDArray[Any]:
 
 
 def better_laws(errors: dict[str, npt.NDArray[np.float64]]) -> dict[str, tuple[str, ...]]:
-    """Return which laws each law is better than: Wilcoxon's test of each pair of laws, adjusted by Holm for all pairs.
+    """Return which laws each law is better than.
+
+    Each pair of laws has Wilcoxon's test, adjusted by Holm for all pairs.
 
     Args:
         errors: of each law in the same samples (n,), infinite where a run failed, which is worse than any number.
@@ -161,7 +166,10 @@ def better_laws(errors: dict[str, npt.NDArray[np.float64]]) -> dict[str, tuple[s
 
 
 def _paired_differences(first: npt.NDArray[np.float64], second: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return second less first (n,), for ranks: a failure counts more than any number, two of them are equal."""
+    """Return second less first (n,), for ranks.
+
+    A failure counts more than any number; two failures are equal.
+    """
     finite = [*first[np.isfinite(first)], *second[np.isfinite(second)]]
     worst = 10.0 * max(np.abs(finite), default=1.0) + 1.0
     return np.where(np.isinf(second), worst, second) - np.where(np.isinf(first), worst, first)

@@ -1,4 +1,4 @@
-"""The data beside the page over samples: its cells read back, and joined with those of other cranes."""
+"""The data beside the page over samples: its cells, joined with those of other cranes."""
 
 import json
 from collections.abc import Sequence
@@ -30,7 +30,7 @@ def read_cells(folder: Path) -> list[SampledCell]:
 
 
 def cells_in(document: dict[str, Any]) -> list[SampledCell]:
-    """Return the cells that a document holds; of estimates null is infinite, of differences it is not a number."""
+    """Return a document's cells; null is infinite in estimates, not a number in differences."""
     return [_read_cell(entry) for entry in document["cells"]]
 
 

@@ -62,7 +62,7 @@ def _format_difference(difference: PairedDifference | None, samples: int) -> str
 
 
 def command_of(samples: int, cranes: Iterable[str] = ()) -> str:
-    """Return the command that writes the page of these cranes, of all where none is named, without `crane`."""
+    """Return the command that writes the page of these cranes (none: all), without `crane`."""
     named = "".join(f"--crane {shlex.quote(crane)} " for crane in cranes)
     return f"league --samples {samples} {named}--save docs"
 
@@ -77,7 +77,7 @@ def _list_commands(cells: Sequence[SampledCell]) -> str:
 
 
 def describe_samples(samples: int, laws: int) -> str:
-    """Return a line on the number of samples of a crane's trials, and on the limits of few samples."""
+    """Return a line on a crane's numbers of samples, and on the limits of few samples."""
     text = f"{samples} samples of each trial."
     pairs = laws * (laws - 1) // 2
     if pairs and pairs * 2.0 ** (1 - samples) >= SIGNIFICANCE:

@@ -38,7 +38,10 @@ class TrialStudy(NamedTuple):
 
     @property
     def folder(self) -> Path:
-        """Where its rows are, within the league's folder: a name without blanks, commas, and signs of numbers."""
+        """Where its rows are within the league's folder.
+
+        The name has no blanks, no commas, and no signs of numbers.
+        """
         words = re.sub(r"[,%]", "", f"{self.crane} {self.trial}").split()
         return Path(re.sub(r"(?<![^_])[-+](?=\d)", lambda sign: _SIGNS[sign[0]], "_".join(words)))
 
@@ -71,7 +74,10 @@ def study_of(group: Group, trial: Trial, samples: int) -> TrialStudy:
 
 
 def uncertain_scene(group: Group, trial: Trial, entrant: Entrant) -> dict[str, Any]:
-    """Return the scene of an entrant in a trial, whose nominal one has its own numbers of what samples vary."""
+    """Return the scene of an entrant in a trial.
+
+    Its nominal scene has its own numbers of what samples vary.
+    """
     unknown = dict.fromkeys(group.uncertain, 1.0) | trial.scaled
     return trial_scene(trial._replace(scaled=unknown), entrant, SEEDS[0])
 

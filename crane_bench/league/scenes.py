@@ -42,14 +42,20 @@ def trial_scene(trial: Trial, entrant: Entrant, seed: int) -> dict[str, Any]:
 
 
 def _whole_key(document: Mapping[str, Any], key: str) -> str:
-    """Return the dotted key, or that of the first list on its way: a nominal scene replaces lists as a whole."""
+    """Return the dotted key, or that of the first list on its way.
+
+    A nominal scene replaces lists as a whole.
+    """
     names = key.split(".")
     keys = (".".join(names[:n]) for n in range(1, len(names)))
     return next((part for part in keys if isinstance(get_value(document, part)[1], list)), key)
 
 
 def _has_key(nominal: Mapping[str, Any], key: str) -> bool:
-    """Return whether a nominal scene has a value at a dotted key, null included, or one in place of its group."""
+    """Return whether a nominal scene has a value at a dotted key, or in place of its group.
+
+    The value may be null.
+    """
     group: Any = nominal
     for name in key.split("."):
         if not isinstance(group, Mapping):
@@ -72,7 +78,7 @@ def _settings(own: Mapping[str, Any], entrant: Entrant) -> dict[str, Any]:
 
 
 def tuned_changes(name: str) -> dict[str, Any]:
-    """Return the changes of a scene, by dotted key, that a search of `crane tune` found to be the best compromise."""
+    """Return a scene's changes by dotted key: the best compromise of a search of `crane tune`."""
     found = read_tuned_gains()[name]
     return found["changes"] | found["chosen"][BEST]["gains"]
 

@@ -85,7 +85,7 @@ def format_comparison(cells: Sequence[Cell], drawn: bool) -> str:
 
 
 def markdown_of(rows: Sequence[Any]) -> str:
-    """Return lines, NamedTuples of one kind, as a table in Markdown; units end the names of their fields."""
+    """Return NamedTuples of one kind as a Markdown table; field names end with units."""
     head = [name.replace("_m_s2", ", m/s²").replace("_m2", ", m²").replace("_deg", ", deg") for name in rows[0]._fields]
     head = [name[:-2] + f", {name[-1]}" if name.endswith(("_m", "_s")) else name for name in head]
     return markdown_table([name.replace("_", " ") for name in head], [[*map(format_value, row)] for row in rows])
@@ -98,7 +98,7 @@ def _describe_search(name: str, found: Mapping[str, Any]) -> str:
 
 
 def _outcomes(name: str, found: Mapping[str, Any]) -> Iterator[list[str]]:
-    """Yield rows on how the gains do on samples that the search has not seen, one for each objective."""
+    """Yield a row per objective on how the gains do on samples that the search did not use."""
     for objective, rows in found["held_out"].items():
         own, tuned = rows[found["baseline"]], rows[BEST]
         numbers = own["mean"], tuned["mean"], tuned["difference"], tuned["low"], tuned["high"]

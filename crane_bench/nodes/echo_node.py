@@ -1,4 +1,6 @@
-"""The node `echo`, the lower bound of a lockstep step: the plant's two messages exchanged without any simulation.
+"""The node `echo`, the lower bound of a lockstep step.
+
+It exchanges the plant's two messages without any simulation.
 
 Messages are serialized by `JointStateCodec`, as plant and controller do.
 """

@@ -1,4 +1,6 @@
-"""The node `monitor`: an independent subscriber, part of no run, that logs messages to a file; for soaks and tests.
+"""The node `monitor`: an independent subscriber that logs messages to a file.
+
+It is part of no run; soaks and tests use it.
 
 A line of its file is a letter (s: joint_states, e: applied_effort, c: joint_commands), the instant at which the message
 was sent [ns of the system's clock], its stamp [ns], and the numbers: efforts, or commands.

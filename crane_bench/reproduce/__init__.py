@@ -43,7 +43,9 @@ def measure_items(item: str | None = None) -> dict[str, list[Any]]:
 
 
 def show(item: str | None, as_json: bool, folder: str | None) -> None:
-    """Measure an item, or all, and print the rows as tables or as one JSON object; write pages into a folder if given.
+    """Measure an item, or all, and print the rows as tables or as one JSON object.
+
+    Pages are written into a folder if one is given.
 
     Raises:
         SceneError: there is no such item.

@@ -1,4 +1,4 @@
-"""The figures of the items: the hard cases' errors below their bounds, the papers' experiments over time.
+"""The figures of the items: hard cases' errors and bounds, papers' experiments over time.
 
 An experiment is run again for its figure: a run is repeatable, so these are the runs of the table.
 """
@@ -18,7 +18,7 @@ EFFORTS = ("u1, N m", "u2, N m", "u3, N m", "u4, N")
 
 
 def draw_cases(figure: Any, rows: Sequence[Any]) -> None:
-    """Draw error and bound of every case on one logarithmic axis, with the evaluations beside them."""
+    """Draw error and bound of every case on one logarithmic axis, and the evaluations beside."""
     figure.set_size_inches(9.0, 0.27 * len(rows) + 1.2)
     axes = figure.add_subplot()
     for i, case in enumerate(rows):
@@ -36,7 +36,7 @@ def draw_cases(figure: Any, rows: Sequence[Any]) -> None:
 
 
 def draw_knuckle(figure: Any, rows: Sequence[Any]) -> None:
-    """Draw joints, swing and efforts of both laws over time, as figures 3 to 10 of the knuckle paper do."""
+    """Draw joints, swing and efforts of both laws over time, as figures 3 to 10 of the paper."""
     figure.set_size_inches(9.0, 10.0)
     runs, panels = knuckle.run_both_laws(), figure.subplots(5, 2, sharex=True).ravel()
     target = (*knuckle.target_position(runs.energy.scene), 0.0, 0.0)
@@ -55,7 +55,7 @@ def draw_knuckle(figure: Any, rows: Sequence[Any]) -> None:
 
 
 def draw_offshore(figure: Any, rows: Sequence[Any]) -> None:
-    """Draw paths of the payload, left, and the size of its error over time, right; one row for each table."""
+    """Draw payload paths, left, and error size over time, right; one row for each table."""
     figure.set_size_inches(10.0, 9.0)
     panels = figure.subplots(3, 2, width_ratios=(1, 2))
     for (path, error), experiments in zip(panels, offshore.PAIRS, strict=True):

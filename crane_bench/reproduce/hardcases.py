@@ -50,7 +50,7 @@ def read_references(name: str) -> dict[str, Any]:
 
 
 def hardcase_references() -> dict[str, Any]:
-    """Return the references by scene: instants t (K,), nodes (K, N, 3) [m], trusted [m], events [s]."""
+    """Return references by scene: t (K,), nodes (K, N, 3) [m], trusted [m], events [s]."""
     return read_references("hardcases")
 
 
@@ -96,7 +96,10 @@ def measure_hard_cases() -> list[HardCase]:
 
 
 def heavy_accelerations() -> HardCase:
-    """Return the relative error of thirty links' accelerations, payload 1e8 times a node's mass, against 60 digits."""
+    """Return the relative error of thirty links' accelerations against 60 digits.
+
+    The payload is 1e8 times a node's mass.
+    """
     data = read_references("accelerations")
     scene, first = load_scene(data["scene"]), data["states"][0]
     acceleration(scene, first["q"], first["v"], first["u"])  # compiles
@@ -113,7 +116,10 @@ def heavy_accelerations() -> HardCase:
 
 
 def long_energy() -> HardCase:
-    """Return the drift of a double pendulum's energy in at least a million steps, over its potential's range."""
+    """Return the drift of a double pendulum's energy over its potential's range.
+
+    The run has at least a million steps.
+    """
     scene = load_scene("overhead_long", {"duration": 10_000.0})
     run = simulate(scene)
     drift = float(np.max(np.abs(run.energy - run.energy[0])) / np.ptp(run.derived.potential))

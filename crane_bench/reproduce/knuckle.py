@@ -1,4 +1,4 @@
-"""Section 4 of the knuckle paper (Ambrosino et al.): its energy law beside its LQR, figure by figure.
+"""Section 4 of the knuckle paper (Ambrosino et al.): energy law beside LQR, figure by figure.
 
 The paper describes its figures in words and gives neither start nor target. Both laws make the scenes' manoeuvre, and
 then others, because the comparison depends on it. Every verdict follows from the numbers of its row.
@@ -75,7 +75,7 @@ def claims() -> list[str]:
 
 
 def measure_knuckle_claims() -> list[ClaimResult]:
-    """Return the paper's sentences for the scenes' manoeuvre, then those about the load for the other ones."""
+    """Return the paper's sentences for the scenes' manoeuvre, then on the load for others."""
     return [*section_4(run_both_laws()), *(row for name in VARIANTS for row in variant_rows(name))]
 
 

@@ -1,4 +1,6 @@
-"""The harmonic law beside the papers' two on disturbances that nothing in it was tuned to: MSE and hardest tip.
+"""The harmonic law beside the papers' two on disturbances for which none of it was tuned.
+
+Results are the mean squared error (MSE) and the hardest motion of the tip.
 
 The base sways with 0.5 m/s² (0.354 m/s² root mean square): at the payload's own frequency, at one that is drawn, or
 as a sea would have it, whose spectrum peaks at a part of that frequency. Seeds draw frequencies, phases, waves,
@@ -70,7 +72,7 @@ def _sway(frequency: float, acceleration: float, rng: np.random.Generator) -> di
 
 
 def sea(peak: float, seed: int) -> dict[str, Any]:
-    """Return a base that sways as JONSWAP waves with this peak [rad/s] do, without response to the short ones."""
+    """Return a base that sways as JONSWAP waves with this peak [rad/s], without short ones."""
     response = {"frequencies": [0.0, 1.3 * peak, 1.8 * peak], "amplitudes": [1.0, 1.0, 0.0]}
     height = 4.0 * BASE_ACCELERATION / sqrt(2.0) / peak**2
     motion = {"response": {"sway": response}, "seed": seed}

@@ -1,4 +1,4 @@
-"""Tables 5, 7 and 9 of the offshore paper (Smith & Egeland): errors of a payload that follows a path, law by law.
+"""Tables 5, 7 and 9 of the offshore paper (Smith & Egeland): errors on a path, law by law.
 
 Unprinted values are assumed once, in the scenes: one servo of the suspension point for all tables. With
 random features or camera noise a number is the median over seeds, beside the extremes.
@@ -91,7 +91,10 @@ def claims(experiment: Experiment) -> tuple[str, str]:
 
 
 def measure_offshore_tables(seeds: int = SEEDS) -> list[Measured]:
-    """Return the tables with this many seeds where there are any, then the text's sentences and other assumptions."""
+    """Return the tables with this many seeds, then the text's sentences, other assumptions.
+
+    Experiments without random numbers have no seeds.
+    """
     tables = [row for pair in PAIRS for experiment in pair for row in measure_errors(experiment, seeds)]
     return [*tables, *sentences(), *(row for experiment in OTHERWISE for row in measure_errors(experiment, seeds))]
 
@@ -110,7 +113,7 @@ def measure_errors(experiment: Experiment, seeds: int) -> Iterator[Measured]:
 
 
 def compare_with_paper(claim: str, printed: Printed, values: list[float], assumption: str) -> Measured:
-    """Return a number of the paper beside ours, one for each seed; the verdict is on all of them."""
+    """Return a number of the paper beside ours for each seed; the verdict is on all of them."""
     low, high, median = min(values), max(values), float(np.median(values))
     worst = max(abs(value / printed.value - 1.0) for value in (low, high))
     verdict = f"{'within' if worst <= printed.tolerance else 'not within'} {printed.tolerance:.0%}"

@@ -1,4 +1,4 @@
-"""Claims of the overhead-crane report (hal-03674652 v1), measured: properties of its matrices, then its misprints."""
+"""Claims of the overhead-crane report (hal-03674652 v1), measured: properties, then misprints."""
 
 from collections.abc import Iterator
 from math import isinf
@@ -36,7 +36,7 @@ def name_overhead_rows() -> list[str]:
 
 
 def measure_overhead_claims() -> list[ClaimRow]:
-    """Return all rows: properties, printed forms, ranks and conditions, linearisation, misprints."""
+    """Return all rows: properties, printed forms, ranks, conditions, linearisation, misprints."""
     misprints = map(erratum_row, (*overhead_matrix_errata.errata(), *overhead_force_errata.errata()))
     return [*_matrix_properties(), *_printed_forms(), *_conditions(), *_linearisation(), *misprints]
 
@@ -79,7 +79,10 @@ def _printed_forms() -> Iterator[ClaimRow]:
 
 
 def _conditions() -> Iterator[ClaimRow]:
-    """Yield condition numbers of M with heavier and heavier payloads: ten links of 1 m, nodes of 1 kg, no hoist."""
+    """Yield condition numbers of M as the payload grows.
+
+    The crane has ten links of 1 m, nodes of 1 kg, and no hoist.
+    """
     angles = np.random.default_rng(0).uniform(-0.5, 0.5, 10)
     q, free = np.concatenate([[0.0], np.diff(angles, prepend=0.0), np.ones(10)]), chain.free_coordinates(10)
     previous = (1.0, 1.0)  # no matrix has less
@@ -93,7 +96,7 @@ def _conditions() -> Iterator[ClaimRow]:
 
 
 def _linearisation() -> Iterator[ClaimRow]:
-    """Yield the accelerations by the inputs of (176)-(177), of a crane with five links and a hoist."""
+    """Yield accelerations by the inputs of (176)-(177), of a crane with five links and a hoist."""
     crane, q, v = example(5)
     v[7:] = 0.0  # l_2 .. l_5 are fixed
     reduced, demanded = collocate(crane, q, v), np.array([1.3, -0.7])

@@ -32,21 +32,27 @@ def erratum(
 
 
 def relative_difference(value: Array, expected: Array) -> float:
-    """Return the largest difference relative to the largest entry expected, infinite between different shapes."""
+    """Return the largest difference over the largest expected entry; shapes differ: infinite."""
     if value.shape != expected.shape:
         return inf
     return float(np.max(np.abs(value - expected)) / np.max(np.abs(expected)))
 
 
 def example(n: int) -> tuple[LumpedCrane, Array, Array]:
-    """Return a crane with n links of free lengths, q and q̇ (2n+1,), with nothing small, equal or symmetric."""
+    """Return an asymmetric crane with n links of free lengths, q and q̇ (2n+1,).
+
+    Nothing in it is small, equal or symmetric.
+    """
     rng = np.random.default_rng(n)
     q = np.concatenate([[0.3], rng.uniform(0.2, 0.9, n), rng.uniform(0.5, 2.0, n)])
     return LumpedCrane(4.0, rng.uniform(0.5, 3.0, n)), q, rng.uniform(0.3, 1.5, 2 * n + 1)
 
 
 def payload_only(crane: LumpedCrane) -> LumpedCrane:
-    """Return the crane with a payload and no other node of mass, the report's limit of a large payload."""
+    """Return the crane whose only node with mass is the payload.
+
+    This is the report's limit of a large payload.
+    """
     return crane._replace(masses=np.append(np.zeros(len(crane.masses) - 1), crane.masses[-1]))
 
 

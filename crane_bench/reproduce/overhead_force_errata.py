@@ -1,4 +1,7 @@
-"""Misprints of the overhead-crane report in velocities, energies, forces: Remark 2, sections 4.2 to 4.4, 6.2, 8.1."""
+"""Misprints of the overhead-crane report in velocities, energies and forces.
+
+They are in Remark 2 and sections 4.2 to 4.4, 6.2 and 8.1.
+"""
 
 from collections.abc import Iterator
 from math import cos, fsum
@@ -25,7 +28,10 @@ def errata() -> Iterator[Erratum]:
 
 
 def rod_rotation() -> Erratum:
-    """Return the energy of turning rods, Remark 2 and section 8.1; in truth they turn as the lines between ends."""
+    """Return the energy of turning rods, Remark 2 and section 8.1.
+
+    In truth they turn as the lines between their ends.
+    """
     _, q, v = example(3)
     inertias = np.array([0.5, 0.3, 0.2])
     arms = np.diff(chain.node_positions(q), axis=0)
@@ -91,7 +97,10 @@ def _joint_energy(kappa: Array, q: Array) -> Array:
 
 
 def free_lengths() -> Erratum:
-    """Return the tension of the last link of a crane held at rest by its hoist: (93) leaves its length free."""
+    """Return the tension of the last link of a crane that its hoist holds at rest.
+
+    (93) leaves the link's length free.
+    """
     crane, q, _ = example(3)
     hanging, weights = np.concatenate([q[:1], np.zeros(3), q[4:]]), crane.gravity * crane.masses
     load = np.array([0.0, 0.0, 0.0, 0.0, -fsum(weights), 0.0, 0.0])
@@ -105,7 +114,7 @@ def free_lengths() -> Erratum:
 
 
 def hoist_coupling(n: int, where: str) -> Erratum:
-    """Return the terms with l̇_1 in the row of θ_N, l_2 .. l_N fixed: the sum (182), and (184), (186)."""
+    """Return the terms with l̇_1 in the row of θ_N, l_2 .. l_N fixed: (182), (184) and (186)."""
     crane, q, v = example(n)
     v[n + 2 :] = 0.0
     still = v.copy()
@@ -118,7 +127,7 @@ def hoist_coupling(n: int, where: str) -> Erratum:
 
 
 def node_speeds() -> Erratum:
-    """Return horizontal velocities of the nodes by the rates of their positions x_i, end of section 6.2.3."""
+    """Return nodes' horizontal velocities by the rates of positions x_i, end of section 6.2.3."""
     _, q, v = example(3)
     rates = (coordinates.horizontal_jacobian(q) @ v)[4:]
     truth = properties.derivative_along(chain.node_positions, q, v)[1:, 0]

@@ -1,4 +1,7 @@
-"""Misprints of the overhead-crane report in its mass matrices: (145), (174), Lemma 1, Remarks 9, 13 and 14."""
+"""Misprints of the overhead-crane report in its mass matrices.
+
+They are in (145), (174), Lemma 1, Remarks 9, 13 and 14.
+"""
 
 from collections.abc import Iterator
 from math import cos

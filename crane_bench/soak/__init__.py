@@ -1,1 +1,1 @@
-"""Soaks: runs that are killed, interrupted and kept going for long, and what that did to them; `crane soak`."""
+"""Soaks, `crane soak`: what happens to runs that are killed, interrupted or kept going for long."""

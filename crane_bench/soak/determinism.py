@@ -1,4 +1,4 @@
-"""One scene, one state_sha256, independent of processes, executors and load: `crane soak determinism`."""
+"""One scene, one state_sha256, whatever processes, executors and load: `crane soak determinism`."""
 
 import json
 import os
@@ -42,7 +42,7 @@ class Setup(NamedTuple):
 
 
 def setups(kilted: str = KILTED) -> list[Setup]:
-    """Return all combinations of processes and executors, and of another interpreter if there is one."""
+    """Return all combinations of processes and executors, and of another interpreter if any."""
     executors = ("events", "single")
     combinations = [Setup(processes, executor) for processes, executor in product((2, 3), executors)]
     if kilted:
@@ -72,7 +72,9 @@ def determinism_scene(duration: float = DURATION) -> Scene:
 
 
 def state_sha256(setup: Setup, scene: Scene) -> str:
-    """Run plant, controller and, if set up, recorder as processes without a supervisor; return the run's hash.
+    """Run plant, controller and recorder, if any, without a supervisor; return the run's hash.
+
+    Each is a process of its own.
 
     Raises:
         RuntimeError: the run failed; the plant's message.

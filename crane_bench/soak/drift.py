@@ -37,12 +37,12 @@ def drift(rates: Sequence[float]) -> Drift:
 
 
 def at_constant_speed(rates: Sequence[float], speeds: Sequence[float]) -> list[float]:
-    """Return the rates (N,) that a processor with the median of these speeds (N,) would have had."""
+    """Return the rates (N,) that a processor at the median of its speeds (N,) would have."""
     return (np.asarray(rates) * float(np.median(speeds)) / np.asarray(speeds)).tolist()
 
 
 def drift_metrics(rates: Sequence[float], speeds: Sequence[float], of: str = "") -> list[Metric]:
-    """Return the metrics of a rate (N,), with the requirement that it does not fall, and of the resolution.
+    """Return the metrics of a rate (N,), required not to fall, and of the resolution.
 
     Args:
         rates: steps/s, in regular intervals.

@@ -40,7 +40,10 @@ def soak_inprocess(steps: int = 10_000_000, name: str = "knuckle_setpoint") -> t
 
 
 def _measure_blocks(blocks: Iterator[None], steps: int) -> tuple[list[float], list[float], list[float]]:
-    """Return resident memory [MB], rate [steps/s] and the processor's speed after each block of steps."""
+    """Return memory [MB], rate [steps/s] and processor speed after each block of steps.
+
+    Memory is resident memory.
+    """
     memory, rates, speeds = [], [], []
     start = time.perf_counter()
     for _ in blocks:

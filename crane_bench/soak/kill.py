@@ -1,4 +1,7 @@
-"""SIGKILL at random instants, on controller and recorder in turn, in one long real-time run: `crane soak kill`."""
+"""SIGKILL of controller and recorder in turn, at random instants of a real-time run.
+
+The run is one long one; the command is `crane soak kill`.
+"""
 
 import os
 import random
@@ -142,7 +145,10 @@ def _survival(steps: int, summary: dict[str, Any], received: Messages, recorded:
 
 
 def _publishing(summary: dict[str, Any], stall: float) -> list[Metric]:
-    """Return the durations of publish calls, which may be as long as the longest stall [ms] of a bare loop."""
+    """Return the durations of publish calls.
+
+    They may be as long as the longest stall [ms] of a bare loop.
+    """
     *usual, (name, longest) = ((name, value / 1e3) for name, value in summary["publish_us"].items())
     requirement = f"at most {_CALL:g} ms, or that stall"
     return [

@@ -11,7 +11,7 @@ MARK = "CRANE_SIM_SOAK"  # environment variable that marks the processes of a ru
 
 
 def of_run(folder: Path, received: int) -> list[str]:
-    """Return failures about the files of a run of which a subscriber has received `received` steps."""
+    """Return failures about a run's files, given that a subscriber received `received` steps."""
     others = [f"left: {file.name}" for file in sorted(folder.iterdir()) if file.name not in (RECORDING, BAG)]
     return others + _of_recording(folder / RECORDING, received) + _of_bag(folder / BAG, folder / RECORDING)
 

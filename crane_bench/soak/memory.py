@@ -71,7 +71,7 @@ class MemorySampler:
 
 
 def run_sampled(seconds: float) -> tuple[MemorySampler, dict[str, Any]]:
-    """Return (samples, summary) of a recorded lockstep run that is interrupted after so many seconds.
+    """Return (samples, summary) of a recorded lockstep run, interrupted after some seconds.
 
     To be called from the main thread, which receives the interrupt.
 

@@ -1,4 +1,4 @@
-"""Messages that an independent subscriber, the monitor node, receives of the runs in its ROS domain."""
+"""Messages that the monitor node, an independent subscriber, receives in its ROS domain."""
 
 import tempfile
 import time
@@ -18,7 +18,7 @@ _DISCOVERY_TIME = 1.0  # s, several times what nodes on one machine take to find
 
 
 def wait_for_discovery(role: str, _pid: int) -> None:
-    """Give a monitor time to discover the plant before its first step: for `on_activated` of a run."""
+    """Let a monitor discover the plant before its first step: for `on_activated` of a run."""
     if role == "plant":
         time.sleep(_DISCOVERY_TIME)
 
@@ -56,7 +56,10 @@ class MonitorFile:
         return messages
 
     def read_to_end(self, received: Messages, is_complete: Callable[[Messages], bool]) -> None:
-        """Add what the monitor still writes to `received` until that is complete: a busy machine may hold it up."""
+        """Add what the monitor still writes to `received`, until that is complete.
+
+        A busy machine may delay it.
+        """
         deadline = time.monotonic() + _WRITE_TIMEOUT
         while True:
             time.sleep(_WRITE_INTERVAL)
@@ -72,7 +75,7 @@ class MonitorFile:
 
 @contextmanager
 def monitor(scene: Scene, domain: int) -> Iterator[MonitorFile]:
-    """Yield the file that a monitor of this scene's runs in a ROS domain writes while the block runs.
+    """Yield the file that a monitor of a scene's runs in a ROS domain writes in the block.
 
     Raises:
         RuntimeError: it did not start; the message is one line.

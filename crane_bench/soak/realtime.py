@@ -1,4 +1,7 @@
-"""1 kHz in real time: rate, overruns as an independent subscriber counts them, period error: `crane soak realtime`."""
+"""1 kHz in real time: rate, overruns and period error, `crane soak realtime`.
+
+An independent subscriber counts the overruns.
+"""
 
 import json
 import statistics
@@ -37,7 +40,9 @@ print(json.dumps(run_sleep_loop({period}, {steps})))
 
 
 def run_sleep_loop(period: float, steps: int) -> dict[str, Any]:
-    """Sleep until each of `steps` deadlines, a period [s] apart; return the metrics of a real-time run's summary.
+    """Sleep until each of `steps` deadlines, a period [s] apart; return real-time metrics.
+
+    They are those of a run's summary.
 
     Like a plant's, the calling thread has the least timer slack from then on.
     """
@@ -63,7 +68,7 @@ def run_sleep_process(period: float, steps: int) -> dict[str, Any]:
 
 
 def soak_real_time(seconds: float = 60.0, name: str = "knuckle_setpoint") -> tuple[list[Metric], dict[str, Any]]:
-    """Run for `seconds`, in rounds of a bare loop, a run by itself and a run with the monitor; return (metrics, data).
+    """Run for `seconds` in rounds of bare loop, run, and run with monitor: (metrics, data).
 
     The plant measures its period error itself. On a machine with few cores the monitor takes time from the nodes that
     it observes, so the run that is compared with the bare loop has none.
@@ -107,7 +112,7 @@ def completion_delays(states: list[Received], efforts: list[Received], period: i
 
 
 def mean_rate(sent: list[int]) -> float:
-    """Return the rate [Hz] of messages by the instants of sending [ns]: of the straight line of least squares.
+    """Return the rate [Hz] of messages sent at instants [ns], by a line of least squares.
 
     The first and the last message alone would not do: 1 ms of delay of either is 0.1 Hz over 10 s.
     """

@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM at random instants of `crane run`, from its first millisecond on: `crane soak signals`."""
+"""SIGINT and SIGTERM at random instants of `crane run`, from its start: `crane soak signals`."""
 
 import os
 import random
@@ -135,7 +135,7 @@ def interrupt_run(interruption: Interruption | None, domain: int, monitored: Mon
 
 
 def _kind_of(interruption: Interruption | None) -> RunKind:
-    """Return the kind of run, which does not end before a signal that counts from its first state."""
+    """Return the kind of run; it is endless if the signal counts from its first state."""
     kind = RUN_KINDS[interruption.way if interruption else "realtime"]
     return kind._replace(duration=_ENDLESS) if interruption and interruption.begun else kind
 
@@ -162,7 +162,10 @@ def _exit_code(interruption: Interruption | None, code: int, cut: bool) -> list[
 
 
 def _count_steps(received: Messages, steps: int) -> int:
-    """Return the number of received steps; the last effort of a run that is cut short belongs to none."""
+    """Return the number of received steps.
+
+    The last effort of a run that is cut short belongs to none.
+    """
     stamps = len({effort.stamp for effort in received["e"]})
     return stamps if stamps == steps else max(stamps - 1, 0)
 
@@ -205,7 +208,10 @@ def _send_signals(
 
 
 def _last_effort(received: Messages, steps: int) -> list[str]:
-    """Return a failure where a run that began was cut short, and the last effort received of it is not zero."""
+    """Return a failure where the last effort received of a run that was cut short is not zero.
+
+    A run that never began has none.
+    """
     efforts = received["e"]
     if not received["s"] or len(efforts) == steps:
         return []

@@ -1,4 +1,4 @@
-"""The files of the soak tests in a folder of documentation: `soak.md`, and for each `soak/PART.json` and `.png`."""
+"""Files of the soak tests in the documentation: `soak.md`, and `soak/PART.json` and `.png`."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -50,7 +50,9 @@ def read_findings(folder: Path) -> dict[str, Any]:
 
 
 def write_page(folder: Path) -> None:
-    """Write the page of all soak tests whose data are in the folder, and their plots where matplotlib is installed.
+    """Write the page of all soak tests with data in the folder, and plots if possible.
+
+    Plots need matplotlib.
 
     Raises:
         SceneError: as in `save_findings`, or there are no data.

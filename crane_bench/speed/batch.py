@@ -1,4 +1,6 @@
-"""Thousands of cranes at once, in vector lanes and one by one, on one core and on all, beside MuJoCo's rollout.
+"""Thousands of cranes at once, in vector lanes and one by one, beside MuJoCo's rollout.
+
+All are measured on one core and on all cores.
 
 `crane bench batch` runs cranes of different payload mass: steps per second, and the time of a crane's simulated second
 at equal error. A batch's error is that of its worst crane. MuJoCo's rollout integrates copies of one crane on all
@@ -39,7 +41,9 @@ def batch_scenes(name: str, method: str, step: float, count: int) -> list[Scene]
 
 
 def measure_rates(name: str, count: int, rounds: int) -> dict[str, Any]:
-    """Return millions of steps a second by RK4, interleaved: in lanes and one by one, on one core and on all.
+    """Return millions of RK4 steps a second, in lanes and one by one, on one core and on all.
+
+    The measurements are interleaved.
 
     `scenes_us`: time to check one crane's scene; `compile_s`: to compile, or to load from the cache.
     """
@@ -62,7 +66,7 @@ def measure_rates(name: str, count: int, rounds: int) -> dict[str, Any]:
 
 
 def costs_at_errors(name: str, count: int, rounds: int) -> dict[str, Any]:
-    """Return, by error and method, the coarsest step [s] of that error, and µs per crane and simulated second."""
+    """Return, by error and method, the coarsest step [s], and µs per crane and simulated second."""
     references = [
         run_cranes(batch_scenes(name, "rk8", STEP / n, count), NO_INPUTS, cores(), True).payload for n in (1, 2)
     ]
@@ -85,7 +89,10 @@ def _cheapest_run(name: str, method: str, count: int, error: float, exact: Array
 
 
 def measure_mujoco(name: str, count: int, rounds: int) -> dict[str, Any]:
-    """Return rates and costs of MuJoCo's RK4 on all cores, with this simulator's keys, or why it is missing."""
+    """Return MuJoCo's RK4 rates and costs on all cores, or why it is missing.
+
+    The keys are those of this simulator.
+    """
     scene = load_scene(name, {"integrator": {"method": "rk8", "step": STEP / 2}})
     plant = Plant(scene)
     problem = problem_of(scene, np.array(plant.payload))
@@ -129,7 +136,7 @@ def cores() -> int:
 
 
 def measure_batch(count: int = 1024, peer_count: int = 64, rounds: int = 5) -> dict[str, Any]:
-    """Return the rates and costs of both scenes, of `count` cranes, and those of `peer_count` of MuJoCo's."""
+    """Return rates and costs of both scenes, of `count` cranes, and `peer_count` of MuJoCo's."""
     results: dict[str, Any] = {"cranes": count, "peer_cranes": peer_count, "rounds": rounds, "cores": cores()}
     for name in SCENES:
         own_results = {"rates": measure_rates(name, count, rounds), "costs": costs_at_errors(name, count, rounds)}

@@ -88,7 +88,7 @@ def _describe_engines(scene: dict[str, Any]) -> list[str]:
 def _describe_levels(
     compared: Sequence[int], cheapest: Sequence[WorkPrecisionPoint | None], ours: Sequence[WorkPrecisionPoint | None]
 ) -> list[str]:
-    """Return a line for each run that is the cheapest at some error, with the largest and smallest of these."""
+    """Return a line for each run that is cheapest at some errors, with the range of these."""
     rows = dict[WorkPrecisionPoint | None, list[int]]()
     for i in compared:
         rows.setdefault(cheapest[i], []).append(i)

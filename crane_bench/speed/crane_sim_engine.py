@@ -1,4 +1,4 @@
-"""This simulator as an engine of the benchmark: its methods, each over a sweep of steps or tolerances."""
+"""This simulator as an engine of the benchmark: its methods, each over steps or tolerances."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -41,7 +41,7 @@ METHODS = (*FIXED, *ADAPTIVE)
 
 @entry_point
 def integrate(method, p, source, q, v, end, repetitions):
-    """Integrate `repetitions` times from joint positions q and velocities v; return (integration, state at `end`)."""
+    """Integrate `repetitions` times from joints q and v; return (integration, state at `end`)."""
     x = system.project(p, system.state(p, 0.0, q, v))
     integration = start(p, 0.0, x, make_event_log(system.switching(p)))
     for _ in range(repetitions):
@@ -64,13 +64,16 @@ class CraneSimEngine:
     """This simulator as the engine of one scene."""
 
     def __init__(self, scene: Scene) -> None:
-        """Take the scene's crane, source and duration, not its method: the benchmark runs its own."""
+        """Take the scene's crane, source and duration; the benchmark has its own methods."""
         self.scene, self.p, self.source = scene, scene.model, unwrap(scene.source)
         self.q, self.v = np.array(scene.initial_q), np.array(scene.initial_v)
         self.compile_times: dict[str, float] = {}
 
     def methods(self) -> list[str]:
-        """Return the names of the methods that fit the scene: rodas and leapfrog need array states, gauss no events."""
+        """Return the methods that fit the scene.
+
+        rodas and leapfrog need array states, gauss needs a crane without events.
+        """
         has_array_state = system.rhs_into.has_implementation(type(self.p))
         smooth = begin(self.p, self.q, self.v)[0].event_log is None
         fits = {
@@ -81,7 +84,7 @@ class CraneSimEngine:
         return [method for method in METHODS if fits.get(method, True)]
 
     def runs(self, method: str, steps: Sequence[float] = STEPS) -> list[Run]:
-        """Return the sweep of one method, coarsest first; compiles it, and records the compile time [s].
+        """Return the sweep of one method, coarsest first; compiles it and records that time [s].
 
         Args:
             method: one of `methods`.
@@ -98,7 +101,7 @@ class CraneSimEngine:
         return [Run(NAME, method, value, self.make_run(settings)) for value, settings in configured]
 
     def make_run(self, method: Any) -> Callable[[int], RunResult]:
-        """Return a function that integrates the whole duration a number of times with `method`, a configured method."""
+        """Return a function that integrates the whole duration repeatedly with `method`."""
         end = self.scene.duration
         source = with_breakpoints(self.source, self.p) if hasattr(method, "rtol") else self.source
 

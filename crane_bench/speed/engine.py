@@ -42,7 +42,7 @@ class Engine(Protocol):
         ...
 
     def runs(self, problem: Problem) -> list[Run]:
-        """Return the runs of a sweep over the engine's best methods and their settings, coarsest first.
+        """Return the runs of a sweep over the engine's best methods' settings, coarsest first.
 
         What needs building (a model, generated C) is built here, once: it is not timed.
         """

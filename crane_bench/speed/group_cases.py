@@ -1,4 +1,4 @@
-"""Scenes that measure the cost of optional groups: a baseline scene per crane, and one change for each group.
+"""Scenes that measure the cost of optional groups: a baseline per crane, a change per group.
 
 They stand in `groups.yaml`: `cranes`, the `groups` of each, and which of these it has `together`.
 """
@@ -49,7 +49,10 @@ def _make_case(baseline: Baseline, group: str, given: Changes) -> GroupCase:
 
 
 def merge_changes(parts: Iterable[Changes]) -> Changes:
-    """Return the changes of all parts; groups that several parts set are merged, and must agree on common keys."""
+    """Return the changes of all parts, groups merged.
+
+    Parts that set the same group must agree on common keys.
+    """
     merged: dict[str, Any] = {}
     for key, value in (item for part in parts for item in part.items()):
         earlier = merged.get(key, value)

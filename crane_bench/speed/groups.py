@@ -30,7 +30,10 @@ _METHOD_STEP = 1e-6  # s: stable for the stiffest case
 
 @entry_point
 def evaluate_repeatedly(p, x, u, evaluations):
-    """Return the state, nested tuples, after Euler steps of `_EVALUATION_STEP`, one for each evaluation."""
+    """Return the state, nested tuples, after one Euler step per evaluation.
+
+    A step is `_EVALUATION_STEP` long.
+    """
     for _ in range(evaluations):
         x = add_scaled(x, _EVALUATION_STEP, system.rhs(p, 0.0, x, u))
     return x
@@ -38,7 +41,10 @@ def evaluate_repeatedly(p, x, u, evaluations):
 
 @entry_point
 def evaluate_repeatedly_array(p, x, u, evaluations):
-    """Return the state, an array, after Euler steps of `_EVALUATION_STEP`, one for each evaluation."""
+    """Return the state, an array, after one Euler step per evaluation.
+
+    A step is `_EVALUATION_STEP` long.
+    """
     y, out, work = x.copy(), np.empty_like(x), system.workspace(p)
     for _ in range(evaluations):
         system.rhs_into(p, 0.0, y, u, out, work)
@@ -87,7 +93,7 @@ class TimedCrane(NamedTuple):
 
 
 def make_timed_crane(scene: Scene) -> TimedCrane:
-    """Return the crane of a scene at its initial state, with its own inputs, or zero effort for a sampled law."""
+    """Return a scene's crane at its initial state, with its inputs, zero for a sampled law."""
     integration, _, _ = begin(scene.model, np.array(scene.initial_q), np.array(scene.initial_v))
     return TimedCrane(scene.model, integration.x, (0.0,) * len(scene.actuated) if scene.sampled else scene.source)
 
@@ -147,7 +153,7 @@ def select_cases(cranes: Sequence[str]) -> Sequence[GroupCase]:
 
 
 def measure_groups(rounds: int = 15, repetitions: int = 20_000, cases: Sequence[GroupCase] = CASES) -> dict[str, Any]:
-    """Return the cost of every case's group, ns per evaluation and per step; arguments: see `measure_cost`."""
+    """Return the cost of each case's group, ns per evaluation and step; see `measure_cost`."""
     return {
         "rounds": rounds,
         "cases": [measure_cost(case, rounds, repetitions) for case in cases],
@@ -156,7 +162,7 @@ def measure_groups(rounds: int = 15, repetitions: int = 20_000, cases: Sequence[
 
 
 def join(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
-    """Return new results with the old rows of cranes that were not measured; each row keeps its processor."""
+    """Return new results with old rows of unmeasured cranes; each row keeps its processor."""
     measured = {row["crane"] for row in new["cases"]}
     rows = [row for row in old["cases"] if row["crane"] not in measured] + new["cases"]
     place = {(case.baseline.label, case.group): i for i, case in enumerate(CASES)}
@@ -183,7 +189,7 @@ def format_groups(results: dict[str, Any]) -> list[str]:
 
 
 def _describe_processors(rows: Sequence[dict[str, Any]]) -> list[str]:
-    """Return which cranes were measured on which processor, in lines; none where all were on one."""
+    """Return lines on the processor of each crane's measurement; none where all are the same."""
     cranes = dict[str, dict[str, None]]()
     for row in rows:
         cranes.setdefault(row.get("processor", ""), {})[row["crane"]] = None
@@ -191,7 +197,10 @@ def _describe_processors(rows: Sequence[dict[str, Any]]) -> list[str]:
 
 
 def joint_to_separate_cost(row: dict[str, Any], rows: Sequence[dict[str, Any]], unit: str) -> float:
-    """Return the ratio of the joint case's added cost per evaluation or step to the sum of its groups' own."""
+    """Return the ratio of the joint case's added cost to the sum of its groups' own.
+
+    The cost is that of an evaluation or a step.
+    """
     alone = {other["group"]: other for other in rows if other["crane"] == row["crane"]}
     added = f"ns_per_{unit}_added"
     return row[added]["median"] / sum(alone[part][added]["median"] for part in row["parts"])

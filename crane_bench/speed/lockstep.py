@@ -18,7 +18,7 @@ _ECHO_TIMEOUT = 120.0  # s of silence until an echo counts as failed
 
 
 def echo(scene: "Scene") -> float:
-    """Return the steps per second of a bare echo that exchanges as many messages as a run of `scene`.
+    """Return the steps per second of a bare echo with as many messages as a run of `scene`.
 
     Args:
         scene: gives joint names, period and number of steps.
@@ -65,7 +65,7 @@ def lockstep(scene: "Scene", record: Path | None = None, mcap: Path | None = Non
 
 
 def speeds(scene: "Scene", rounds: int, recorder: bool) -> dict[str, list[float]]:
-    """Return steps per second by kind, one number per round; the kinds are interleaved, so that drift affects all."""
+    """Return steps per second by kind and round; kinds are interleaved, so drift affects all."""
     rates: dict[str, list[float]] = {kind: [] for kind in KINDS[: 3 if recorder else 2]}
     with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:
         for _ in range(rounds):
@@ -79,7 +79,7 @@ def speeds(scene: "Scene", rounds: int, recorder: bool) -> dict[str, list[float]
 def measure_lockstep(
     name: str = "knuckle_setpoint", duration: float = 100.0, rounds: int = 5, recorder: bool = True
 ) -> dict[str, Any]:
-    """Return steps per second of echoes and runs, and their ratios to the echo, taken round by round.
+    """Return steps per second of echoes and runs, and ratios to the echo, round by round.
 
     Args:
         name: scene of the catalogue, with a sampled law.

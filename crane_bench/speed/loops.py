@@ -1,4 +1,4 @@
-"""Integration loops in C around hand-written or generated equations of a crane: compilation and sweeps."""
+"""C integration loops around hand-written or generated equations: compilation and sweeps."""
 
 import ctypes
 import time
@@ -42,7 +42,7 @@ class CLoopInput(NamedTuple):
 
 
 def coefficients() -> str:
-    """Return the C macros of the order 8 method's tableau: sums over the stages k[j][i] of nonzero weight."""
+    """Return C macros of the order 8 tableau: sums over stages k[j][i] of nonzero weight."""
 
     def weighted_sum(row: tuple[float | None, ...]) -> str:
         return " + ".join(f"{weight!r} * k[{j}][i]" for j, weight in enumerate(row) if weight is not None)
@@ -90,7 +90,10 @@ class Loops:
         return self._result()
 
     def adaptive(self, rtol: float, repeats: int) -> RunResult:
-        """Integrate over the whole duration with error control; absolute tolerance: a hundredth of the relative one."""
+        """Integrate the whole duration with error control.
+
+        The absolute tolerance is a hundredth of the relative one.
+        """
         self._call(self.library.run_dop853, rtol, self.problem.duration, repeats)
         return self._result()
 

@@ -19,12 +19,15 @@ def describe_spread(values: Sequence[float]) -> dict[str, Any]:
 
 
 def ratio(numerators: Sequence[float], denominators: Sequence[float]) -> dict[str, Any]:
-    """Return the spread of numerators / denominators, round by round: a disturbance of both in a round cancels."""
+    """Return the spread of ratios, round by round: common disturbances of a round cancel."""
     return describe_spread([a / b for a, b in zip(numerators, denominators, strict=True)])
 
 
 def measure_processor_speed() -> float:
-    """Return additions per second of this thread's processor time: what other processes take does not count."""
+    """Return additions per second of this thread's processor time.
+
+    What other processes take does not count.
+    """
     start, total = time.thread_time(), 0
     for i in range(_ADDITIONS):
         total += i

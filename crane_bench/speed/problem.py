@@ -17,7 +17,9 @@ Array = npt.NDArray[np.float64]
 
 
 class Chain(NamedTuple):
-    """A trolley free on a rail along x at z = 0, and point masses on massless rigid links in the plane x, z (z up).
+    """A trolley free on a rail along x at z = 0, with point masses on massless rigid links.
+
+    They move in the plane x, z (z up).
 
     Everything starts at rest, the trolley at x = 0; nothing drives or damps it.
     """
@@ -31,7 +33,10 @@ class Chain(NamedTuple):
 
 
 class Spring(NamedTuple):
-    """A free trolley, as in `Chain`, and a payload on an undamped linear spring that pulls and pushes."""
+    """A free trolley, as in `Chain`, and a payload on an undamped linear spring.
+
+    The spring pulls and pushes.
+    """
 
     trolley: float  # kg
     payload: float  # kg
@@ -52,7 +57,9 @@ class RodParameters(NamedTuple):
 
 
 class KnuckleCrane(NamedTuple):
-    """A tower that slews by α about the vertical, a boom and a jib at elevations β, γ (both from the horizontal).
+    """A tower slewing by α about the vertical, boom and jib at elevations β, γ.
+
+    Both are measured from the horizontal.
 
     The rods move in the vertical plane at azimuth α; the jib starts at the boom's end, the rope at the jib's end, the
     boom's foot is the origin. Springs hold boom, jib and rope: torques -k_β (β - β0) on β, and the couple

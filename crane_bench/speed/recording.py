@@ -17,7 +17,7 @@ _MINUTE = 60.0  # s
 
 
 def _record_run(scene: "Scene", kinds: tuple[str, ...]) -> tuple[float, dict[str, int]]:
-    """Return (steps per second, size of the files [bytes] by kind) of one run that writes these kinds of files."""
+    """Return (steps per second, file sizes [bytes] by kind) of a run that writes these kinds."""
     with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:
         paths = {kind: Path(folder, f"bench.{kind}") for kind in kinds}
         speed = lockstep(scene, paths.get("rrd"), paths.get("mcap"))
@@ -27,7 +27,9 @@ def _record_run(scene: "Scene", kinds: tuple[str, ...]) -> tuple[float, dict[str
 def measure_recording(
     name: str = "knuckle_setpoint", duration: float = _MINUTE, rounds: int = 5, labels: Sequence[str] = tuple(FILES)
 ) -> dict[str, Any]:
-    """Return the time that recording adds to a lockstep step [µs], and the size of the files per simulated minute.
+    """Return the time that recording adds to a lockstep step [µs], and the files' size.
+
+    The size is per simulated minute.
 
     Args:
         name: scene of the catalogue, with a sampled law.

@@ -32,7 +32,10 @@ def seconds(scene: Scene) -> float:
 
 
 def measure_reeving(rounds: int = 9, duration: float | None = None) -> dict[str, Any]:
-    """Return errors, and times simulated per processor time, of all settings; duration [s]: the scene's by default."""
+    """Return the errors of all settings, and their simulated time per processor time.
+
+    The duration [s] is the scene's by default.
+    """
     changes = {} if duration is None else {"duration": duration}
     reference = simulate(SCENE, overrides=changes | {"integrator": FINEST}).payload
     scenes = [load_scene(SCENE, changes | {"integrator": setting}) for setting in SETTINGS]

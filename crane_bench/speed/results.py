@@ -1,4 +1,4 @@
-"""Evaluation of the benchmark's points: the cheapest of each engine at each error, ratios, targets."""
+"""Evaluation of the benchmark: each engine's cheapest point at each error, ratios, targets."""
 
 from collections.abc import Iterable
 from typing import Any, NamedTuple
@@ -54,7 +54,10 @@ def read_points(scene: dict[str, Any]) -> list[WorkPrecisionPoint]:
 def cheapest_points(
     points: Iterable[WorkPrecisionPoint], error_bound: float = 0.0
 ) -> dict[str, list[WorkPrecisionPoint | None]]:
-    """Return for each engine its cheapest point at each of ERROR_LEVELS, None where the reference is too coarse."""
+    """Return each engine's cheapest point at each of ERROR_LEVELS.
+
+    It is None where the reference is too coarse.
+    """
     by_engine: dict[str, list[WorkPrecisionPoint]] = {}
     for point in points:
         by_engine.setdefault(point.engine, []).append(point)

@@ -37,7 +37,7 @@ def select_cases(ids: Sequence[str], quick: bool) -> list[Case]:
 def measure_scenes(
     cases: Sequence[Case], methods: Sequence[str], peers: bool, on_progress: ProgressCallback
 ) -> dict[str, Any]:
-    """Return the measurements: machine, engines, and for each case by id its points and its refused engines.
+    """Return machine, engines, and by id of a case its points and its refused engines.
 
     Args:
         cases: to measure.

@@ -36,7 +36,7 @@ def seconds(program: str, cache: str) -> float:
 
 
 def measure_start(name: str = "knuckle_setpoint", rounds: int = 10, cold_rounds: int = 3) -> dict[str, Any]:
-    """Return the wall times, s, of cold and warm starts of a scene, and of what they cannot do without.
+    """Return the wall times, s, of cold and warm starts of a scene, and of unavoidable parts.
 
     Args:
         name: scene of the catalogue.

@@ -1,4 +1,4 @@
-"""The data file of the benchmark: results by suite; a suite measured again replaces its old results."""
+"""The data file of the benchmark: results by suite; new ones replace a suite's old results."""
 
 import json
 import re
@@ -30,7 +30,10 @@ def read_store(folder: Path) -> dict[str, Any]:
 
 
 def merge_suite(data: dict[str, Any], suite: str, measured: dict[str, Any]) -> dict[str, Any]:
-    """Return the data with new results of a suite; scenes, engines and methods without new results stay."""
+    """Return the data with new results of a suite; what has no new results stays.
+
+    That holds for scenes, engines and methods.
+    """
     if suite == "scenes" and suite in data:
         old = data[suite]
         kept = {name: old[name] | measured[name] for name in ("engines", "cannot", "scenes")}

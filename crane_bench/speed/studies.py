@@ -118,7 +118,10 @@ def _measure_study(samples: int, way: str, workers: int) -> dict[str, float]:
 
 
 def measure_studies(large: int = LARGE, small: int = SMALL, medium: int = MEDIUM, rounds: int = 3) -> dict[str, Any]:
-    """Return times and memory of studies of `large`, `small` and `medium` cranes, and of the compiled loop."""
+    """Return times and memory of studies and of the compiled loop.
+
+    The studies have `large`, `small` and `medium` cranes.
+    """
     scenes, cores = _load_cranes(256), len(os.sched_getaffinity(0))
     _measure_study(64, "processes", 1)  # compiles
     kernel, ways = list[float](), {f"{way}_{workers}": list[dict[str, float]]() for way, workers in WAYS}

@@ -1,4 +1,7 @@
-"""Work against precision: every run once for its error, then the promising ones in interleaved rounds."""
+"""Work against precision: every run once for its error, the promising ones in rounds.
+
+The rounds are interleaved.
+"""
 
 import statistics
 import time
@@ -109,7 +112,9 @@ def time_run(run: Run, seconds: float) -> float:
 def measure_points(
     trials: dict[str, list[Trial]], duration: float, on_progress: Callable[[str], Any]
 ) -> list[WorkPrecisionPoint]:
-    """Return the points of all trials, by engine; the promising ones are timed in rounds, engines interleaved.
+    """Return the points of all trials, by engine.
+
+    The promising ones are timed in rounds, engines interleaved.
 
     Args:
         trials: by engine.

@@ -42,7 +42,7 @@ def target_table(data: Scenes) -> str:
 
 
 def select_compared(data: Scenes, case: str, engine_results_from: str) -> Scenes | None:
-    """Return a measured scene with the engines that it is compared with; None where there are none."""
+    """Return a measured scene with its compared engines; None where there are none."""
     scene = data["scenes"].get(case)
     engine_scene = data["scenes"].get(engine_results_from) if engine_results_from else scene
     if scene is None or engine_scene is None:

@@ -25,7 +25,10 @@ class Features(NamedTuple):
 
 
 def draw_frequencies(number: int, width: float, arguments: FeatureArguments, time: bool, seed: int) -> Features:
-    """Return `number` frequencies for a Gaussian kernel of this width in `arguments`, and in t if `time`."""
+    """Return `number` frequencies for a Gaussian kernel of this width in `arguments`.
+
+    They are for t too if `time` is set.
+    """
     columns = (*COLUMNS[arguments], *((TIME,) if time else ()))
     frequencies = np.random.default_rng(seed).normal(0.0, 1.0 / width, (number, len(columns)))
     return Features(frequencies, np.array(columns, dtype=np.int64))
@@ -33,7 +36,10 @@ def draw_frequencies(number: int, width: float, arguments: FeatureArguments, tim
 
 @routine
 def write_features(features, inputs, out):
-    """Write the features at `inputs` (9,) = (y, y', e, e', t) into out (2 d,): cosine and sine in turn; unit norm."""
+    """Write the features at `inputs` (9,) = (y, y', e, e', t) into out (2 d,).
+
+    They are cosine and sine in turn, of unit norm.
+    """
     scale = 1.0 / np.sqrt(len(features.frequencies))
     for j in range(len(features.frequencies)):
         angle = 0.0

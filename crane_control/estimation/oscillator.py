@@ -1,4 +1,6 @@
-"""An extended Kalman filter of one swinging payload and a disturbance at an unknown frequency, axis by axis.
+"""An extended Kalman filter of a swinging payload and a disturbance at an unknown frequency.
+
+It works axis by axis.
 
 The state of an axis is [y, y', d, d', θ, b, λ]: y'' = ω² (tip - y) + d + b, d'' = -θ d, with the pendulum frequency ω
 and the squared disturbance frequency θ; θ and the bias b are random walks, λ, the nominal length of the cable over the
@@ -49,7 +51,7 @@ def initial_filter_state() -> FilterState:
 
 
 def begin_filter(ekf, t, y, dy, tip):
-    """Initialise the filter at time t [s] with the payload at y, dy (2,) and the tip at `tip` (2,)."""
+    """Initialise the filter at time t [s] with the payload at y, dy (2,), the tip at `tip` (2,)."""
     x, p, _, last_time, last_tip = ekf.state
     for i in range(2):
         x[i, Y], x[i, V], x[i, THETA], x[i, LENGTH_RATIO] = y[i], dy[i], ekf.theta, 1.0
@@ -61,7 +63,10 @@ def begin_filter(ekf, t, y, dy, tip):
 
 @routine
 def predict(ekf, i, omega_sq, tip, h):
-    """Predict axis i over h seconds; tip: mean tip position over the step [m]; omega_sq: ω² [1/s²]."""
+    """Predict axis i over h seconds.
+
+    `tip` is the mean tip position over the step [m], `omega_sq` is ω² [1/s²].
+    """
     x, p, f = ekf.state.x[i], ekf.state.covariance[i], ekf.state.work[0]
     half_h2, theta, d = 0.5 * h * h, x[THETA], x[D]
     w = sqrt(theta)
@@ -114,7 +119,9 @@ def propagate_covariance(p, f, product):
 
 
 def measurement_model(ekf, i, component, omega_sq, tip, tip_rate, age):
-    """Return (H, predicted measurement) of the position delayed by `age` [s] (2nd-order Taylor) or of the velocity now.
+    """Return (H, predicted measurement) of the past position or the present velocity.
+
+    The position is delayed by `age` [s] (2nd-order Taylor).
 
     `component` is Y or V. H (7,), the Jacobian with respect to the present state, is written into the filter's work;
     tip [m] and its rate [m/s] are the present ones.
@@ -138,7 +145,10 @@ def measurement_model(ekf, i, component, omega_sq, tip, tip_rate, age):
 
 @routine
 def correct(ekf, i, component, measured, omega_sq, tip, tip_rate, age):
-    """Correct axis i by a measured component Y or V of its state, `age` seconds old; see `measurement_model`."""
+    """Correct axis i by a measured component Y or V, `age` seconds old.
+
+    See `measurement_model`.
+    """
     x, p, work = ekf.state.x[i], ekf.state.covariance[i], ekf.state.work[1]
     gain, row = work[0], work[1]
     jacobian_row, expected = measurement_model(ekf, i, component, omega_sq, tip, tip_rate, age)

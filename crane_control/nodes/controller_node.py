@@ -1,4 +1,4 @@
-"""The node `controller`: answers every joint state with the command of its law, stamped like the state.
+"""The node `controller`: answers every joint state with its law's command, with its stamp.
 
 Of a law with an outer loop it runs the inner one, which follows the setpoints of the node `tracker`.
 """
@@ -76,7 +76,10 @@ class ControllerNode(LawNode):
         self._goals.serve_cancellations()
 
     def finish(self) -> dict[str, Any]:
-        """Wait until all subscribers have every command; return the law's entries of the run's summary."""
+        """Wait until subscribers have every command; return the law's part of the summary.
+
+        The summary is that of the run.
+        """
         self._goals.finish()
         self._answers.wait_for_all_acked(Duration(seconds=messages.LIVELINESS_LEASE))
         demands = {"demands": self._setpoints.metrics()} if self._setpoints else {}
@@ -126,7 +129,10 @@ class ControllerNode(LawNode):
         return messages.reference_message(self._scene.actuated, target) if target else None
 
     def _update_reference(self) -> None:
-        """Let the reference be where the joints' path ends, if the law has a new one: the next message has it."""
+        """Let the reference be the end of the joints' path, if the law has a new one.
+
+        The next message has it.
+        """
         if self._law is self._referred:
             return
         self._referred, path = self._law, trajectory_of_law(self._law)

@@ -1,4 +1,7 @@
-"""The node `operator`: answers every joint state with an operator's speeds, from keys, a gamepad or a joystick."""
+"""The node `operator`: answers every joint state with an operator's speeds.
+
+They come from keys, a gamepad or a joystick.
+"""
 
 import sys
 import time
@@ -74,7 +77,7 @@ class Brakes:
 
 
 class OperatorNode(Responder):
-    """The operator's desk on the ROS graph; without a device or an answer of the plant it goes on."""
+    """The operator's desk on the ROS graph; it goes on without a device or an answer."""
 
     def __init__(self, host: NodeHost, settings: SimpleNamespace) -> None:
         """Open the device; raises SceneError where the scene or the device does not allow it."""
@@ -146,7 +149,7 @@ class OperatorNode(Responder):
             self._host.node.get_logger().warning(self._brakes.refusal)
 
     def _demand(self, now: float) -> Demand:
-        """Return the device's demand; keys of the terminal that act once count with every device."""
+        """Return the device's demand; the terminal's keys that act once count with any device."""
         tail = self._assistance.delay if self._assistance and self._desk.assisted else 0.0
         demand = self._device.demand(now, tail)
         if isinstance(self._device, KeyboardDevice):
@@ -156,7 +159,7 @@ class OperatorNode(Responder):
         return demand._replace(**either)
 
     def _assisted_speeds(self, state: State, speeds: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the operator's speeds, through the assistance where that is on and the crane may move."""
+        """Return the operator's speeds, through assistance if it is on and the crane may move."""
         if self._assistance is None:
             return speeds
         if self._desk.mode != Mode.MOVING:
@@ -200,7 +203,10 @@ def _assistance(scene: Scene) -> tuple[Assistance | None, str]:
 
 
 def _swing(scene: Scene, t: float, q: tuple[float, ...]) -> float:
-    """Return the angle [°] from the vertical of the line from the suspension point to the payload, at t [s]."""
+    """Return the angle [°] of the line from tip to payload from the vertical, at t [s].
+
+    The tip is the suspension point.
+    """
     return degrees(derive_instant(scene, t, q, (0.0,) * len(q)).swing[0])
 
 

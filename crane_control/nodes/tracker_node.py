@@ -1,4 +1,7 @@
-"""The node `tracker`: the outer loop of a law; publishes setpoints of the tip servo for the states of its instants."""
+"""The node `tracker`: the outer loop of a law, which publishes setpoints of the tip servo.
+
+They are for the states at its sampling instants.
+"""
 
 import sys
 from types import SimpleNamespace
@@ -55,7 +58,10 @@ class TrackerNode(LawNode):
 
 
 def make_two_rate_law(settings: SimpleNamespace) -> Law:
-    """Return the law of the parameters before its first state; raises ValueError where it has no outer loop."""
+    """Return the law of the parameters; raises ValueError where it has no outer loop.
+
+    It is the law before its first state.
+    """
     law = make_law(settings)
     if outer_loop_of(law) is None:
         raise ValueError(f"scene {settings.scene}: its law has no outer loop: give it control.tracker_rate")

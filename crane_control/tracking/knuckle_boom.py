@@ -1,4 +1,6 @@
-"""A knuckle boom that carries the suspension point, by the efforts of its joints (Smith & Egeland, eq. 50-61).
+"""A knuckle boom that carries the suspension point by its joints' efforts.
+
+It is by Smith & Egeland, eq. 50-61.
 
 Partial feedback linearisation. The law commands the tip's horizontal acceleration, and a servo holds the tip's height;
 J q'' + J' q' = a gives the joints' accelerations, and the nominal model the efforts. What the payload adds to the
@@ -59,7 +61,10 @@ class BoomServo(NamedTuple):
         return boom_cable_state(self.crane, q, v)
 
     def suspension_efforts(self, t, setpoint, cable):
-        """Return the efforts of the joints that move the boom's tip to a setpoint in its workspace, see `TipServo`."""
+        """Return the joints' efforts that move the boom's tip to a setpoint.
+
+        The setpoint is in its workspace, see `TipServo`.
+        """
         reachable = clamp_to_workspace(self.radius_range, setpoint)
         return tip_efforts(self, t, cable, compute_tracking_acceleration(self, reachable, cable))
 
@@ -84,7 +89,9 @@ def boom_cable_state(crane, q, v):
 
 
 def joint_accelerations(support, pose, a, damping_rate):
-    """Return the accelerations (3,) of slew, boom and jib that give the tip the acceleration a (3,) [m/s²].
+    """Return the accelerations (3,) of slew, boom and jib for the tip's acceleration a (3,).
+
+    a is in m/s².
 
     a is relative to the base, in the axes of the slewing frame. Where the inverse is damped, as the module says,
     |J q'' - a|² + damping |q'' + damping_rate q'|² is least, damping_rate in 1/s.
@@ -104,7 +111,9 @@ def joint_accelerations(support, pose, a, damping_rate):
 
 
 def joint_efforts(crane, unforced, a):
-    """Return (efforts (3,) [N m] of slew, boom and jib, tension [N]) that give the joints accelerations a (3,).
+    """Return (efforts (3,) [N m], tension [N]) that give the joints accelerations a (3,).
+
+    The joints are slew, boom and jib.
 
     `unforced` is the Motion of the crane without these efforts, whose rope's length accelerates as commanded.
     """
@@ -129,7 +138,7 @@ def rope_acceleration(servo, rope_state):
 
 
 def winch_efforts(rope, rope_state, acceleration, tension):
-    """Return the effort of the winch as a tuple, for this acceleration [m/s²] of the rope's length; none if locked."""
+    """Return the winch's effort as a tuple for the length's acceleration [m/s²]; () if locked."""
     if isinstance(rope, ForceRope):
         return (-tension - add_spring(rope.spring, 0.0, rope_state.length),)
     if not isinstance(rope, MotionRope):
@@ -140,7 +149,10 @@ def winch_efforts(rope, rope_state, acceleration, tension):
 
 @routine
 def tip_efforts(servo, t, cable, a):
-    """Return the efforts (nu,) that give the tip the horizontal acceleration a (2,) [m/s²] and hold height and rope."""
+    """Return the efforts (nu,) for a tip's horizontal acceleration a (2,) [m/s²].
+
+    They hold its height and the rope.
+    """
     crane, (xs, xc) = servo.crane, cable.crane_state
     pose, (s, c) = crane.support.forward_kinematics(xs), sincos(xs[0])
     rope_state = rope_kinematics(pose, xc)
@@ -155,7 +167,7 @@ def tip_efforts(servo, t, cable, a):
 
 
 def clamp_to_workspace(radius_range, setpoint):
-    """Return the TipSetpoint where its position is in the workspace, else rest at the nearest position that is."""
+    """Return the TipSetpoint if in the workspace, else rest at the nearest position in it."""
     x, y = setpoint.x
     radius = sqrt(x * x + y * y)
     if radius_range[0] <= radius <= radius_range[1]:
@@ -202,7 +214,9 @@ def make_boom_servo(name: str, servo: Servo, nominal: Scene, base: AnyBase | Non
 
 
 def radius_range(support: Knuckle, height: float) -> tuple[float, float]:
-    """Return the least and the greatest distance [m] of a tip from the tower's axis that can move in every direction.
+    """Return the range of distances [m] of a tip from the tower's axis.
+
+    They are the least and the greatest at which it can move in every direction.
 
     At this height [m], in the base frame; without any such distance the greatest is smaller than the least.
     """
@@ -215,7 +229,7 @@ def radius_range(support: Knuckle, height: float) -> tuple[float, float]:
 
 
 def trajectory_radii(trajectory: Trajectory) -> Iterator[tuple[str, float]]:
-    """Yield (description of the point, distance from the tower's axis [m]) along a trajectory from its start."""
+    """Yield (description, distance from the tower's axis [m]) of points of a trajectory."""
     t = np.linspace(trajectory.starts[0], trajectory.starts[-1], PATH_SAMPLES)
     for time, position in zip(t, evaluate(to_piecewise_polynomial(trajectory), t), strict=True):
         yield f"reference.path: is at t = {time:.4g} s", float(np.hypot(position[0], position[1]))

@@ -1,4 +1,4 @@
-"""A tracker that is sampled more slowly than the servo below it; its setpoint is held in between (zero-order hold).
+"""A tracker that is sampled more slowly than its servo; its setpoint is held (zero-order hold).
 
 The two need not be one process: the inner loop is the same law without its tracker, which receives the setpoints that
 another process computes.
@@ -54,7 +54,9 @@ class MultirateTracker(NamedTuple):
 
 
 def make_multirate(tracker: Tracker, rate: float | None, period: float) -> Tracker | MultirateTracker:
-    """Return the tracker, sampled `rate` times a second, or in every control period [s] where `rate` is None.
+    """Return the tracker, sampled `rate` times a second.
+
+    It is sampled in every control period [s] where `rate` is None.
 
     Raises:
         SceneError: the rate is above that of the control periods.
@@ -71,7 +73,7 @@ def _initial_setpoint() -> HeldSetpoint:
 
 
 def tip_setpoint(tracker, t, tip, y, dy):
-    """Return the TipSetpoint at `tip` (2,) and payload y, dy (2,): a new one, or the one that is held.
+    """Return the TipSetpoint at `tip` (2,) and payload y, dy (2,): a new or the held one.
 
     It is held on where the tracker is in another process.
     """

@@ -1,4 +1,7 @@
-"""Cranes that tracking laws accept: a pendulum whose suspension point is driven, or a knuckle boom with a rope."""
+"""Cranes that tracking laws accept: a driven suspension point, or a knuckle boom with a rope.
+
+Below a driven suspension point hangs a pendulum.
+"""
 
 from crane_control.tracking.knuckle_boom import BoomServo, make_boom_servo
 from crane_control.tracking.tip_servo import PositionServo, Servo
@@ -41,7 +44,9 @@ def nominal_pendulum(name: str, nominal: Scene) -> tuple[Pendulum, Trajectory]:
 def make_tip_servo(
     name: str, servo: Servo | None, nominal: Scene, base: AnyBase | None
 ) -> Servo | PositionServo | BoomServo:
-    """Return the tip servo: the law's own, that of a plant that takes positions, or that of a knuckle boom.
+    """Return the tip servo: the law's own, the one of a position plant, or of a knuckle boom.
+
+    A position plant takes positions.
 
     Args:
         name: of the law.
@@ -63,7 +68,10 @@ def make_tip_servo(
 
 
 def check_has_one_rope(law: str, nominal: Scene) -> None:
-    """Raise SceneError where the nominal crane has falls, further links or a rigid-body payload; law: its name."""
+    """Raise SceneError if the nominal crane has falls, further links or a rigid payload.
+
+    `law` is the name of the law.
+    """
     if isinstance(nominal.model, FallsCrane):  # its joints are the position of the load, not swing angles
         line = "supports only one rope and a point mass; the scene has falls, possible with them: lqr, joint_trajectory"
         raise SceneError(f"control.law = {law!r}: {line}")

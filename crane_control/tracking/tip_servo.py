@@ -12,21 +12,26 @@ from crane_sim.files.types import NonNegative, Positive
 
 
 class TipServo(Protocol):
-    """What a tip servo answers; gains kp [1/s²] on the position error of the suspension point, kd [1/s] on its rate."""
+    """Interface of a tip servo; gains kp [1/s²] and kd [1/s] on the tip's position and rate.
+
+    The tip is the suspension point; kp acts on its position error, kd on the rate of this error.
+    """
 
     kp: float
     kd: float
 
     def cable_state(self, length: Any, q: Any, v: Any) -> Any:
-        """Return the CableState at joint positions q and velocities v (nq,) for a rope of the nominal length [m]."""
+        """Return the CableState at q, v (nq,) for a rope of the nominal length [m]."""
         ...
 
     def suspension_efforts(self, t: Any, setpoint: Any, cable: Any) -> Any:
-        """Return the efforts (nu,) that move the suspension point to a TipSetpoint at t [s] (eq. 64)."""
+        """Return the efforts (nu,) that move the tip to a TipSetpoint at t [s] (eq. 64)."""
         ...
 
     def acceleration_efforts(self, t: Any, cable: Any, a: Any) -> Any:
-        """Return the efforts (nu,) that give the suspension point the horizontal acceleration a (2,) [m/s²] at t [s].
+        """Return the efforts (nu,) for the tip's horizontal acceleration a (2,) [m/s²].
+
+        The time t is in s.
 
         A `PositionServo` has none.
         """
@@ -65,7 +70,10 @@ def compute_tracking_acceleration(servo, setpoint, cable):
 
 
 class Servo(NamedTuple):
-    """Servo of the suspension point, which the law accelerates: natural frequency 26 rad/s, damping ratio 0.7."""
+    """Servo of the suspension point: natural frequency 26 rad/s, damping ratio 0.7.
+
+    The law accelerates this point.
+    """
 
     kp: Positive = 676.0  # 1/s², gain on the position error of the suspension point
     kd: NonNegative = 36.4  # 1/s, gain on its velocity error
@@ -88,7 +96,10 @@ class PositionServo(NamedTuple):
     cable_state = driven_cable_state
 
     def suspension_efforts(self, t, setpoint, cable):
-        """Return position commands (2,) [m] for which the plant's servo accelerates the point as the setpoint asks."""
+        """Return position commands (2,) [m] by which the plant's servo follows the setpoint.
+
+        Its acceleration of the point is then the one of the setpoint.
+        """
         x, v, a = setpoint
         lead, per_kp = self.kd / self.kp, 1.0 / self.kp  # s, s²: x + kd/kp v + 1/kp a, the servo's law inverted
         return x[0] + lead * v[0] + per_kp * a[0], x[1] + lead * v[1] + per_kp * a[1]

@@ -1,4 +1,4 @@
-"""Cartesian tracking of a payload that hangs on a suspension point (Smith & Egeland, eq. 64, 67, 74).
+"""Cartesian tracking of a payload on a suspension point (Smith & Egeland, eq. 64, 67, 74).
 
 Horizontal coordinates relative to the base: y of the payload, tip of the suspension point, L the cable's length. For
 small accelerations of the tip y'' = ω² (tip - y), ω the pendulum frequency (Oz in the paper), ω² = g Lz / L², Lz the
@@ -56,7 +56,7 @@ class Tracker(NamedTuple):
 
 
 class TipSetpoint(NamedTuple):
-    """Setpoint of the suspension point: horizontal position [m], velocity [m/s], acceleration [m/s²]."""
+    """Setpoint of the tip: horizontal position [m], velocity [m/s], acceleration [m/s²]."""
 
     x: tuple[float, float]
     v: tuple[float, float]
@@ -83,14 +83,19 @@ class Estimate(NamedTuple):
 
 
 def estimate(estimator, pendulum, sample, measurement):
-    """Return the Estimate at a Sample; without an estimator, the measured state and no disturbance."""
+    """Return the Estimate at a Sample; by default the measured state and no disturbance.
+
+    The default is for a tracker without an estimator.
+    """
     if estimator is not None:
         return estimator.estimate(pendulum, sample, measurement)
     return Estimate(measurement.position, measurement.velocity, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 1.0))
 
 
 def base_acceleration(base, gravity, t):
-    """Return (apparent gravity, horizontal inertial acceleration (2,)) [m/s²] of a payload on a measured base.
+    """Return (apparent gravity, horizontal inertial acceleration (2,)) [m/s²] on a base.
+
+    The base is measured.
 
     What a rotating base adds away from its origin is neglected.
     """
@@ -109,7 +114,10 @@ def pendulum_omega_sq(length, gravity, y, tip):
 
 @routine
 def compute_tip_setpoint(tracker, t, tip, y, dy):
-    """Return the TipSetpoint at tip `tip` (2,) and payload y, dy (2,); updates the state of camera and estimator."""
+    """Return the TipSetpoint at `tip` (2,) and payload y, dy (2,).
+
+    The state of camera and estimator is updated.
+    """
     (x, v, a), (jerk, _) = reference_at(tracker.trajectory, t), higher_derivatives_at(tracker.trajectory, t)
     goal = ((x[0], x[1]), (v[0], v[1]), (a[0], a[1]))
     measurement = measure(tracker.camera, t, y, dy)
@@ -125,7 +133,7 @@ def compute_tip_setpoint(tracker, t, tip, y, dy):
 
 
 def compute_ramp(ramp, t):
-    """Return (factor at time t [s] that rises from 0 to 1 within `ramp` [s], its rate [1/s]), smooth at both ends."""
+    """Return (factor at t [s] that rises smoothly from 0 to 1 in `ramp` [s], its rate [1/s])."""
     if t >= ramp:
         return 1.0, 0.0
     s = t / ramp

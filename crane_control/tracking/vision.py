@@ -1,4 +1,6 @@
-"""Camera measurement of the payload: sampled, noisy, delayed, filtered; its velocity by backward difference.
+"""Camera measurement of the payload: sampled, noisy, delayed, filtered.
+
+The velocity is by backward difference.
 
 Between frames the measurement is held. The noise is drawn before the run, which keeps runs repeatable and the compiled
 law free of a random generator.
@@ -19,7 +21,10 @@ MAX_FRAMES = 10_000_000
 
 
 class CameraSettings(NamedTuple):
-    """A camera that measures the payload: late, noisy, filtered frames; velocities by backward difference."""
+    """A camera that measures the payload: late, noisy, filtered frames.
+
+    Velocities are by backward difference.
+    """
 
     rate: Annotated[Positive, Field(le=1e4)] = 30.0  # Hz, of frames, between which the measurement is held
     noise: NonNegative = 0.002  # m, standard deviation of each coordinate
@@ -63,7 +68,7 @@ class Measurement(NamedTuple):
 
 
 def make_camera(settings: CameraSettings | None, nominal: Scene) -> Camera | None:
-    """Return the camera for a run of the nominal scene, None where the law measures the payload exactly.
+    """Return the camera for a run of the nominal scene; None if the measurement is exact.
 
     Raises:
         SceneError: the run would take too many frames.
@@ -86,7 +91,7 @@ def _empty(size: int) -> CameraState:
 
 
 def measure(camera, t, position, velocity):
-    """Return the Measurement at time t [s] of a payload at a position (2,) [m] with a velocity (2,) [m/s]."""
+    """Return the Measurement at t [s] of a payload at a position (2,) [m], velocity (2,) [m/s]."""
     if camera is None:
         return Measurement(position, velocity, position, 0.0, True)
     return take_frame(camera, t, position)
@@ -94,7 +99,7 @@ def measure(camera, t, position, velocity):
 
 @routine
 def take_frame(camera, t, position):
-    """Return the Measurement of a camera, which takes a frame if one is due, and filters those that have arrived."""
+    """Return a camera's Measurement; take a frame if due, and filter those that have arrived."""
     counts, queue, last_used_frame, filtered = camera.state
     tolerance = 1e-9 * camera.interval  # rounding of the times
     if t >= counts[2] * camera.interval - tolerance:

@@ -1,4 +1,7 @@
-"""The command `crane`: from its first statement on Ctrl-C ends it in one line, so what it can do is imported later."""
+"""The command `crane`: Ctrl-C ends it in one line.
+
+That holds from its first statement on, so what it can do is imported later.
+"""
 
 import os
 import sys
@@ -54,7 +57,10 @@ def _fail_by_usage(error: "click.ClickException") -> int:
 
 
 def _fail(message: str, code: int, stream: TextIO | None = None) -> int:
-    """Print a failure in one line to a stream (None: stderr), as JSON too with --json; return the exit code."""
+    """Print a failure in one line to a stream (None: stderr); return the exit code.
+
+    With --json it is printed as JSON, too.
+    """
     if "--json" in sys.argv:
         import json
 
@@ -74,7 +80,7 @@ def _show_warning(
     file: TextIO | None = None,
     line: str | None = None,
 ) -> None:
-    """Print a warning of a deprecated name in one line, others with their place; see `warnings.showwarning`."""
+    """Print a deprecation in one line, others with their place; see `warnings.showwarning`."""
     from crane_sim.files.errors import RenameWarning
 
     own = issubclass(category, RenameWarning)

@@ -69,7 +69,7 @@ def run_scene(scene: str, as_json: bool, **scene_changes: Any) -> None:
 @app.command(add_help_option=False, context_settings={"ignore_unknown_options": True})
 @click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
 def drive(arguments: tuple[str, ...]) -> None:
-    """Drive a crane by hand, in real time: by keyboard, gamepad or sensor_msgs/Joy (crane drive -h)."""
+    """Drive a crane by hand, in real time: by keyboard, gamepad or sensor_msgs/Joy (drive -h)."""
     from crane_sim.cli.drive import drive as command  # here: it imports what an operator needs
 
     command.main(list(arguments), prog_name="crane drive", standalone_mode=False)
@@ -105,7 +105,9 @@ def simulate(scene: str, as_json: bool, record: Path | None, **changes: Any) -> 
     "-o", "--output", type=click.Path(path_type=Path), help="A .png (default: the recording's name), .pdf or .svg."
 )
 def plot(runs: tuple[Path, ...], output: Path | None) -> None:
-    """Draw the curves of a recorded run, RUN or the newest: positions and targets, speeds, efforts, swing, energy.
+    """Draw the curves of a recorded run, RUN or the newest.
+
+    They are positions and targets, speeds, efforts, swing, energy.
 
     Of several runs of one crane: one curve a run of each quantity that all have, with one legend.
     """
@@ -127,7 +129,9 @@ def plot(runs: tuple[Path, ...], output: Path | None) -> None:
 @click.argument("run", required=False, type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="A .html (default: the recording's name).")
 def write_report(run: Path | None, output: Path | None) -> None:
-    """Write a recorded run, RUN or the newest, as one HTML page that plays it, without a network or any other file.
+    """Write a recorded run, RUN or the newest, as one HTML page that plays it.
+
+    The page needs neither a network nor any other file.
 
     RUN may be the folder of a study: the page then has its distributions, differences and worst runs.
     """
@@ -170,7 +174,7 @@ def scenes(as_json: bool) -> None:
     "--namespace", default="", help="Namespace of the run that the tag is for, / the root (default: the crane's name)."
 )
 def check(file: str, urdf: Path | None, namespace: str, **changes: Any) -> None:
-    """Validate a scene file, and with --ros2-control URDF the tag with which ros2_control is to drive its crane."""
+    """Validate a scene file, and with --ros2-control URDF the tag of ros2_control for its crane."""
     loaded = load_scene_with_options(file, **changes)
     if urdf is not None:
         from crane_sim.ros.common.ros2_control_tag import check_tag
@@ -186,7 +190,7 @@ def check(file: str, urdf: Path | None, namespace: str, **changes: Any) -> None:
 @app.command()
 @click.argument("scene")
 def urdf(scene: str) -> None:
-    """Print a crane's URDF, without the <ros2_control> tag that the plant adds (describe SCENE --ros2-control)."""
+    """Print a crane's URDF; the plant adds a <ros2_control> tag (describe SCENE --ros2-control)."""
     from crane_sim.description import urdf as describe_crane
 
     print(describe_crane(load_scene_with_options(scene)))

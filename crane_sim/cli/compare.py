@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 @click.option("--laws", default="", metavar="A,B,...", help="Simulate the SCENE given as RUN with each law first.")
 @as_json_option
 def compare_runs(runs: tuple[str, ...], output: Path | None, laws: str, as_json: bool) -> None:
-    """Compare runs of one crane with the first of them: recordings, or the laws of --laws on one scene."""
+    """Compare runs of one crane with the first: recordings, or the laws of --laws on one scene."""
     from crane_sim.laws import LawError
     from crane_sim.recording.comparison import compare
 
@@ -80,7 +80,7 @@ def _law_names(laws: str, runs: Sequence[str]) -> list[str]:
 
 
 def _simulate(source: str, laws: Sequence[str], quiet: bool) -> tuple[dict[str, Rollout], list[str]]:
-    """Return the runs of a scene by law, all of which are validated first, and a line for each law that failed.
+    """Return a scene's runs by law, all validated first, and a line for each law that failed.
 
     A run whose integration failed ends at the failure; of one whose law failed nothing is left.
 

@@ -25,7 +25,7 @@ def doctor() -> None:
 
 
 def _failures() -> Iterator[Unusual]:
-    """Yield what of a run fails: compiled code that is not kept, a node that does not start, or all of it."""
+    """Yield what of a run fails: compiled code that is not kept, the start of a node, or all."""
     try:
         yield from _unusual_cache()
         yield from _failed_node()

@@ -86,7 +86,7 @@ def _check_settings(settings: Sequence[str]) -> None:
 
 
 def _check_device(given: Mapping[str, Any]) -> None:
-    """Raise SceneError where the device is none, cannot be there, or is not the one that an option is of."""
+    """Raise SceneError where the device is unknown, cannot be there, or does not fit an option."""
     device, topic = given["device"], given["joy_topic"]
     if device not in DEVICES:
         raise SceneError(f"--input = {device!r}: possible: {', '.join(DEVICES)}")

@@ -1,4 +1,4 @@
-"""Help of the command line: -h everywhere, commands in groups, and the names near an unknown one."""
+"""Help of the command line: -h everywhere, groups of commands, and names near an unknown one."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -26,12 +26,12 @@ _MAX_HELP_LENGTH = 1000  # characters: more than any first sentence has
 
 
 class CommandGroup(click.Group):
-    """A group of commands whose help has the first sentence of each, on as many lines as it takes."""
+    """A group of commands whose help has the first sentence of each, on any number of lines."""
 
     def resolve_command(
         self, ctx: click.Context, args: Sequence[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return name, command and remaining arguments; an unknown command fails with the possible ones."""
+        """Return name, command, other arguments; an unknown command fails with those that exist."""
         if self.get_command(ctx, args[0]) is None:
             names = sorted(self.list_commands(ctx))
             near = did_you_mean(args[0], names)
@@ -97,7 +97,7 @@ def _find_command(name: str) -> click.Command | None:
 
 
 class IntAtLeast(click.IntRange):
-    """Type of an option: an integer of at least `min`; the error for anything else names what is possible."""
+    """Type of an option: an integer of at least `min`; other values are errors that say so."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the number of an option's text."""

@@ -44,7 +44,7 @@ def identify_parameters(
     output: Path | None,
     as_json: bool,
 ) -> None:
-    """Identify parameters of SCENE, whose values are the first guess, from a measured RUN: FILE.rrd or a ROS bag.
+    """Identify parameters of SCENE, the first guess, from a measured RUN: FILE.rrd or a ROS bag.
 
     The folder gets the scene with the estimates, all results, and a picture of fit against data.
     """
@@ -73,7 +73,7 @@ def _names(text: str) -> list[str]:
 
 
 def _save(found: Identification, folder: Path) -> list[Path]:
-    """Write the scene with the estimates, the results and the picture into a folder; return the files."""
+    """Write the scene with the estimates, results and picture into a folder; return the files."""
     from crane_sim.report.identification_figure import save_identification_figure
 
     scene, estimate, picture = (folder / name for name in ("scene.yaml", "estimate.json", "fit.png"))
@@ -89,7 +89,7 @@ def _save(found: Identification, folder: Path) -> list[Path]:
 
 
 def print_identification(found: Identification, console: Console) -> None:
-    """Print the estimates and the scene's values, their correlation, the residual of each joint, and warnings."""
+    """Print estimates and the scene's values, correlation, residuals of joints, and warnings."""
     head = ("parameter", "scene", "estimate", "from", "to", "deviation")
     rows = [
         (e.key, *(f"{x:.6g}" for x in (e.start, e.value, e.low, e.high)), f"{e.deviation:.2g}") for e in found.estimates

@@ -1,4 +1,4 @@
-"""The command `crane interfaces`: what there is of the message packages, and building what is missing."""
+"""The command `crane interfaces`: lists the message packages, and builds those that are missing."""
 
 import fcntl
 import shutil
@@ -21,7 +21,9 @@ from crane_sim.interfaces.packages import USES, Package, choose
 @click.argument("packages", nargs=-1)
 @click.option("--check", is_flag=True, help="Build nothing: only list what is there and from where.")
 def interfaces(packages: tuple[str, ...], check: bool) -> None:
-    """Build the message packages that ROS 2's wheels lack into the environment (about a minute, once), and list them.
+    """Build and list the message packages that ROS 2's wheels lack.
+
+    They are built into the environment once, which takes about a minute.
 
     PACKAGES: tf2_msgs, simulation_interfaces, control_msgs; all when left out. One that is there is used as it is.
     """
@@ -38,7 +40,7 @@ def interfaces(packages: tuple[str, ...], check: bool) -> None:
 
 
 def _build(packages: list[Package]) -> None:
-    """Build packages one after the other, alone in this environment; remove the generators at the end."""
+    """Build packages one after the other, alone in this environment; finally remove generators."""
     toolchain.check_machine()
     toolchain.FOLDER.mkdir(exist_ok=True)
     with (toolchain.FOLDER / "lock").open("w") as lock:
@@ -57,7 +59,7 @@ def _build(packages: list[Package]) -> None:
 
 
 def _show(progress: Progress, name: str, work: Callable[[Callable[[int, int], None]], None]) -> None:
-    """Do `work`, which reports finished and all steps, behind a progress bar; print how long it took."""
+    """Do `work`, which reports steps done and in all, behind a progress bar; print its duration."""
     task, begin = progress.add_task(name, total=None), time.monotonic()
     work(lambda done, total: progress.update(task, completed=done, total=total))
     progress.remove_task(task)

@@ -1,4 +1,4 @@
-"""The operator's terminal: keys without echo, sent as they are pressed, and a panel that follows the crane."""
+"""The operator's terminal: keys without echo, sent when pressed, and a panel of the crane."""
 
 import os
 import re
@@ -34,7 +34,7 @@ _COLORS = {Mode.STOPPED: "bold white on red", Mode.DEVICE_LOST: "bold white on r
 
 
 def read_keys(data: bytes) -> list[str]:
-    """Return the names of the keys in what a terminal has sent; sequences other than arrows are dropped."""
+    """Return the names of the keys in what a terminal sent; sequences but arrows are dropped."""
     keys = []
     for match in _KEY.finditer(data.decode(errors="ignore")):
         key = match[0]
@@ -44,7 +44,10 @@ def read_keys(data: bytes) -> list[str]:
 
 
 def split_incomplete(data: bytes) -> tuple[bytes, bytes]:
-    """Return what a terminal has sent up to a sequence that is incomplete, and that, which the next read completes."""
+    """Return what a terminal has sent, split where a sequence is incomplete.
+
+    The next read completes the sequence.
+    """
     incomplete = _INCOMPLETE.search(data)
     begin = incomplete.start() if incomplete else len(data)
     return data[:begin], data[begin:]
@@ -61,7 +64,10 @@ class OperatorConsole:
     def __init__(
         self, parameters: Mapping[str, object], title: str, joints: Sequence[DrivenJoint], quiet: bool
     ) -> None:
-        """Create the console, closed; `quiet`: it prints nothing. Where stderr is no terminal there is no panel."""
+        """Create the console, closed; `quiet`: it prints nothing.
+
+        Where stderr is no terminal there is no panel.
+        """
         self.parameters, self.console = parameters, Console(stderr=True, quiet=quiet)
         self._title, self._joints = title, joints
         self._keys = sys.stdin.isatty()
@@ -130,7 +136,7 @@ def make_lever_table(joints: Sequence[DrivenJoint], assignment: Assignment, devi
 
 
 def format_lever_note(assignment: Assignment, device: str) -> str:
-    """Return one line on dead man's switch, emergency stop, its release, assistance and the end of the run."""
+    """Return a line on dead man's switch, emergency stop, release, assistance, and the end."""
     if device == "keyboard":
         return "speeds last while a key is held; space: emergency stop, enter: release, tab: assistance, q: end"
     names = button_names(assignment.buttons)
@@ -139,7 +145,9 @@ def format_lever_note(assignment: Assignment, device: str) -> str:
 
 
 def make_panel(title: str, joints: Sequence[DrivenJoint], state: Mapping[str, Any], keys: bool) -> Table:
-    """Return the panel: the desk's mode, and each joint's commanded velocity as a bar, its velocity and position.
+    """Return the panel: the desk's mode, and each joint's commands and motion.
+
+    A commanded velocity is a bar; velocity and position are numbers.
 
     Args:
         title, joints: of the scene.

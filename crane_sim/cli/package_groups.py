@@ -1,4 +1,7 @@
-"""Groups of packages that only some commands need, installed into the tree's environment by the first that does."""
+"""Groups of packages that only some commands need; the first of these installs them.
+
+They go into the tree's environment.
+"""
 
 import fcntl
 import hashlib
@@ -38,7 +41,7 @@ _PIP = ("-m", "pip", "install", "--disable-pip-version-check", "--no-deps", "--r
 
 
 def install_groups(*names: str, ask: bool = True) -> None:
-    """Install those groups that the tree's environment lacks; an environment of another making is left as it is.
+    """Install those groups that the tree's environment lacks; other environments are left as is.
 
     `ask`: on a terminal they are installed only if the user agrees.
 
@@ -110,7 +113,7 @@ def _digest(name: str) -> str:
 @click.command("install")
 @click.argument("groups", nargs=-1, metavar="[GROUP ...]")
 def install_packages(groups: tuple[str, ...]) -> None:
-    """Install groups of packages that only some commands need, which they do themselves; without GROUP, list them."""
+    """Install packages that only some commands need, as these do, too; list them without GROUP."""
     for name in groups:
         if name not in GROUPS:
             near = did_you_mean(name, GROUPS)

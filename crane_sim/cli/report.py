@@ -69,7 +69,7 @@ def speed(run: "Rollout") -> dict[str, float]:
 
 
 def json_value(value: Any) -> Any:
-    """Return the value for JSON: numpy's numbers as Python's, non-finite ones as None, no negative zero."""
+    """Return the value for JSON: plain Python numbers, None for non-finite, no negative zero."""
     if isinstance(value, Mapping):
         return {key: json_value(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
@@ -94,7 +94,7 @@ class ProgressReporter(NamedTuple):
 
 @contextmanager
 def progress(scene: "Scene", quiet: bool) -> Iterator[ProgressReporter]:
-    """Yield the reporter of a progress bar that shows the real-time factor; `quiet`: it only prints lines."""
+    """Yield a progress bar's reporter with the real-time factor; `quiet`: it only prints lines."""
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -128,7 +128,7 @@ COMPILING = "compiling this kind of scene (once per kind, group and law: 1 to 10
 
 @contextmanager
 def compiling(quiet: bool) -> Iterator[None]:
-    """Show a status line while a kind of scene is compiled; show none where nothing needs compiling.
+    """Show a status line while a kind of scene is compiled; none where nothing needs compiling.
 
     Where stderr is no terminal, or `quiet`, it is one line, once in a process.
     """
@@ -190,7 +190,7 @@ def _metrics_table(summary: dict[str, Any], path_unit: str) -> Table:
 
 
 def _hidden_metrics(summary: Mapping[str, Any]) -> set[str]:
-    """Return the metrics of speed that say nothing: of deadlines where there are none, of compilation without any."""
+    """Return the metrics of speed without a meaning: of deadlines or compilation without any."""
     hidden = set() if summary["mode"] == "realtime" else {"deadline_misses"}
     return hidden if summary.get("compile_time") else hidden | {"compile_time"}
 
@@ -207,7 +207,7 @@ def print_outcome(summary: dict[str, Any], scene: "Scene", as_json: bool) -> int
 
 
 def print_notes(notes: Mapping[str, Any], console: Console) -> None:
-    """Print drawn values, notes on rounded values, and warnings of unlikely values, one line each."""
+    """Print drawn values, notes on rounded and warnings of unlikely ones, one line each."""
     for key, value in notes.get("drawn", {}).items():
         shown = _format_number(value) if isinstance(value, float) else value
         print_line(console, f"{'drawn:':<8} {key} = {shown}")
@@ -242,7 +242,10 @@ def _print_files(console: Console, summary: dict[str, Any]) -> None:
 
 
 def crane_command() -> str:
-    """Return this command as one types it: `crane` if that is on the PATH, else the tree's script or the program."""
+    """Return this command as one types it.
+
+    It is `crane` if that is on the PATH, else the tree's script or the program.
+    """
     if shutil.which("crane"):
         return "crane"
     script, folder = config_folder().parent / "crane", Path.cwd()

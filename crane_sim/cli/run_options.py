@@ -32,7 +32,7 @@ VIEWER_PORT = 9876  # the default port of a Rerun viewer
 
 
 class _Name(click.ParamType):
-    """Type of an option: a name that a pattern allows; the error for anything else has an example."""
+    """Type of an option: a name that a pattern allows; errors for other values have an example."""
 
     name = "text"
 
@@ -146,12 +146,12 @@ class RunOptions(NamedTuple):
 
     @classmethod
     def of_drive(cls, given: Mapping[str, Any]) -> "RunOptions":
-        """Return the options of `crane drive`: in real time, commanded by the operator, braked without commands."""
+        """Return the options of `crane drive`: real time, the operator's commands, else brakes."""
         on_silence = given["on_silence"] or CommandTimeoutAction.BRAKE.value
         return cls(mode="realtime", no_controller=True, **{**given, "on_silence": on_silence})
 
     def check(self) -> None:
-        """Raise a single-line SceneError for an impossible combination, or a package that is missing."""
+        """Raise a one-line SceneError for an impossible combination, or a missing package."""
         for name in ("rate", "on_silence", "fifo"):
             self._require(name, "--mode realtime, lockstep does not follow the clock", self.mode == "realtime")
         for name in ("wait", "command_stamps"):
@@ -253,13 +253,13 @@ def _check_mcap(path: Path) -> None:
 
 
 def ensure_writable_folder(folder: str | None) -> None:
-    """Create the folder of `--save`; raise a single-line SceneError where no file can be written into it."""
+    """Create the folder of `--save`; raise a one-line SceneError where no file can be written."""
     if folder is not None:
         _try_to_write(Path(folder), f"--save {folder!r}")
 
 
 def ensure_writable_file(option: str, path: Path) -> None:
-    """Create the folder of a file; raise a single-line SceneError where the file cannot be written."""
+    """Create the folder of a file; raise a one-line SceneError where it cannot be written."""
     if path.is_dir():
         raise SceneError(f"{option} {path}: is a folder")
     if path.exists() and not path.is_file():

@@ -15,7 +15,7 @@ _HEAD = ("joint", "unit", "start", "target", "travel", "command")
 
 
 def print_scene(scene: "Scene") -> None:
-    """Print a scene: what it is, a row for each joint, what commands and integrates it, and what was noted."""
+    """Print a scene: what it is, a row per joint, what commands and integrates it, and notes."""
     console = Console()
     law = f"law {scene.law_name}" if scene.law_name else "open loop"
     lines = [

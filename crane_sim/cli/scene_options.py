@@ -27,7 +27,7 @@ def scene_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def change_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the options that change a scene to a command: the arguments of `load_scene_with_options`."""
+    """Add options that change a scene to a command: the arguments of `load_scene_with_options`."""
     for option in reversed(_CHANGES):
         command = option(command)
     return command
@@ -61,7 +61,7 @@ def load_scene_with_options(
 
 
 def compile_scene(scene: Any, braking: bool) -> None:
-    """Compile a scene once, before several nodes would compile it in parallel; `braking`: its brakes, too."""
+    """Compile a scene once, before several nodes do so in parallel; `braking`: its brakes, too."""
     from crane_sim.ros.plant.warm_up import warm_up
     from crane_sim.simulation.plant import Plant
 

@@ -41,7 +41,9 @@ WIDE = 200
 def sweep(
     study: Path, output: Path | None, workers: int | None, scheduler: str | None, copy_to: str | None, as_json: bool
 ) -> None:
-    """Run a study: many runs of a scene, that differ in parameters, laws or seeds, as one Parquet table.
+    """Run a study, many runs of a scene that differ in parameters, laws or seeds, as one table.
+
+    The table is a Parquet file.
 
     Interrupted at any moment, the same command runs what is missing.
     """
@@ -71,7 +73,7 @@ def sweep(
 
 @contextmanager
 def show_progress(counted: str, quiet: bool) -> Iterator[OnProgress]:
-    """Yield a function that updates a progress bar on stderr with the label `counted`; `quiet`: none is shown.
+    """Yield a function that updates a progress bar on stderr labelled `counted`; `quiet`: none.
 
     One line says that this process compiles.
     """
@@ -125,7 +127,7 @@ def _metrics_table(summary: dict[str, Any]) -> Table:
 
 
 def _differences(summary: dict[str, Any]) -> Table:
-    """Return the table of what variants differ in, on the same samples, of the summary of a study."""
+    """Return the table of differences of variants on the same samples, from a study's summary."""
     first, *others = summary["failures"]  # variants
     rows = []
     for name, by_variant in summary["metrics"].items():

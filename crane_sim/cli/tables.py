@@ -1,4 +1,4 @@
-"""Tables of the terminal: cells are plain text; where one is narrow, names are broken, and numbers are not."""
+"""Tables of the terminal: cells are plain text; narrow ones break names, but no numbers."""
 
 from collections.abc import Iterable, Sequence
 

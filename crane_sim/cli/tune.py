@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 def tune(
     study: Path, output: Path | None, trials: int | None, workers: int | None, save: Path | None, as_json: bool
 ) -> None:
-    """Tune gains of a law: search them over the samples of a study, and evaluate the best ones on other samples.
+    """Tune gains of a law: search them over a study's samples, and evaluate the best on others.
 
     An interrupted search can be resumed with the same command; a larger --trials extends it.
     """
@@ -61,7 +61,7 @@ def tune(
 
 
 def _read_summaries(file: Path) -> dict[str, Any]:
-    """Return the summaries in a file, none where there is no file; raises SceneError where it can have none."""
+    """Return the summaries in a file, none without one; raises SceneError if it can have none."""
     ensure_writable_file("--save", file)
     try:
         summaries = json.loads(file.read_text()) if file.exists() else {}
@@ -77,7 +77,7 @@ def _json_lines(summaries: dict[str, Any]) -> str:
 
 
 def print_result(result: TuningResult, summary: dict[str, Any], folder: Path, console: Console) -> None:
-    """Print the chosen gains, and their objectives on the held-out samples compared with those of the baseline."""
+    """Print the chosen gains, and their held-out objectives compared with the baseline's."""
     counts = (
         f"{summary['trials']} trials, {summary['infeasible']} of them infeasible; {len(result.front)} Pareto-optimal"
     )
@@ -96,6 +96,6 @@ def print_result(result: TuningResult, summary: dict[str, Any], folder: Path, co
 
 
 def _objective_row(variant: str, row: dict[str, Any]) -> tuple[str, ...]:
-    """Return an objective of some gains: its mean, and the mean difference with its 95 % interval."""
+    """Return an objective of gains: its mean, and the mean difference with its 95 % interval."""
     numbers = (row.get(key) for key in ("mean", "difference", "low", "high"))
     return variant, str(row["runs"]), *map(format_cell, numbers), row.get("verdict", "")

@@ -1,4 +1,4 @@
-"""The subcommands that show a recording, `view`, `shot` and `clip`, and `replay`, which repeats it."""
+"""The subcommands that show a recording, `view`, `shot`, `clip`, and `replay`, which repeats it."""
 
 import json
 import os
@@ -71,7 +71,10 @@ def view(run: Path | None, web: bool, live: bool, port: int | None) -> None:
 @click.option("--time", "at", type=FiniteRange(), help="Scene time in s (default: the end of the run).")
 @_picture_options
 def shot(run: Path | None, output: Path | None, at: float | None, tab: str, view: str) -> None:
-    """Draw a recording as the viewer shows it into a PNG, without a display: RUN, or the newest in runs/."""
+    """Draw a recording as the viewer does into a PNG, without a display.
+
+    It is RUN, or the newest in runs/.
+    """
     recording = find_recording(run)
     from crane_sim.recording.rerun.screenshot import Shown, picture
 
@@ -97,7 +100,10 @@ def shot(run: Path | None, output: Path | None, at: float | None, tab: str, view
 @click.option("--width", type=click.IntRange(64, 1920), default=960, help="In pixels (960).")
 @_picture_options
 def clip(run: Path | None, output: Path | None, tab: str, view: str, **cut: Any) -> None:
-    """Make a clip of a recording, without a display: RUN, or the newest in runs/; about a second a picture."""
+    """Make a clip of a recording, without a display: RUN, or the newest in runs/.
+
+    A picture takes about a second.
+    """
     recording = find_recording(run)
     from crane_sim.recording.rerun.clip import Cut, write_clip
     from crane_sim.recording.rerun.screenshot import Shown
@@ -114,7 +120,9 @@ def clip(run: Path | None, output: Path | None, tab: str, view: str, **cut: Any)
 @click.option("--law", help="Execute this law, a name or FILE.py:FUNCTION, where the run was driven without commands.")
 @as_json_option
 def replay(run: Path | None, law: str | None, as_json: bool) -> None:
-    """Integrate a recorded run anew from its commands and compare every state bit for bit: RUN, or the newest.
+    """Integrate a recorded run, RUN or the newest, anew from its commands.
+
+    Every state is compared bit for bit.
 
     Exit code 0 where all states agree, else 1.
     """
@@ -157,7 +165,9 @@ def find_recording(run: Path | None) -> Path:
 
 
 def check_output(output: Path | None, recording: Path, *suffixes: str) -> Path:
-    """Return the file to write: `output`, or the recording's name with the first suffix; its folder is created.
+    """Return the file to write: `output`, or one named as the recording; create its folder.
+
+    The latter has the first suffix.
 
     Raises:
         SceneError: it has another suffix, or cannot be written.
@@ -170,7 +180,10 @@ def check_output(output: Path | None, recording: Path, *suffixes: str) -> Path:
 
 
 def _source(recording: Path) -> str:
-    """Return the viewer's argument for a recording: its path; of one that is cut "-", with what is whole as stdin."""
+    """Return the viewer's argument for a recording: its path; "-" for one that is cut.
+
+    What is whole of a cut recording becomes stdin.
+    """
     from crane_sim.recording.rerun.rrd_file import open_viewable
 
     if (whole := open_viewable(recording)) is None:

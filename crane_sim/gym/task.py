@@ -1,4 +1,4 @@
-"""A scene as a task of an agent: what it commands and sees, where the payload should be, and what the seed changes."""
+"""A scene as an agent's task: commands, observations, the payload's goal, effects of the seed."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -33,7 +33,10 @@ MaxEffort = float | Sequence[float]
 
 
 class Goal(NamedTuple):
-    """Where the payload should be: a row for each instant (the starts of the periods, the end), or one for all."""
+    """Where the payload should be: one row for all instants, or one for each.
+
+    The instants are the starts of the periods, and the end.
+    """
 
     position: Array  # (rows, n) m, in the axes of the base
     shown: Array  # (rows, m): the part of the observation that shows it
@@ -44,7 +47,7 @@ class Goal(NamedTuple):
 
 
 def task_scene(scene: SceneSource | None, crane: str) -> Scene:
-    """Return the scene, the crane's default one where it is None, that takes its commands from outside.
+    """Return the scene, by default the crane's own, that takes its commands from outside.
 
     Raises:
         SceneError: the scene is invalid, takes no commands, or says nowhere where the payload should be.
@@ -63,7 +66,9 @@ def task_scene(scene: SceneSource | None, crane: str) -> Scene:
 
 
 def with_seed(scene: Scene, seed: int) -> Scene:
-    """Return the scene with another seed: as `load_scene` would, faster where the seed draws nothing but noise.
+    """Return the scene with another seed, as `load_scene` would.
+
+    It is faster where the seed draws nothing but noise.
 
     Raises:
         SceneError: the seed draws a crane with other joints, which has no place in an environment's spaces.
@@ -81,7 +86,7 @@ def with_seed(scene: Scene, seed: int) -> Scene:
 
 
 def goal_of(scene: Scene) -> Goal:
-    """Return the goal of the payload: its path where the scene has one, else its rest at the target."""
+    """Return the goal of the payload: the scene's path, or else its rest at the target."""
     if not follows_path(scene):
         return Goal(target_position(scene), np.array([scene.reference]))
     t = np.arange(scene.steps + 1) * scene.period
@@ -90,7 +95,7 @@ def goal_of(scene: Scene) -> Goal:
 
 
 def distance_from(wanted: Array, payload: Array) -> Array:
-    """Return the distances (K,) [m] of payloads (K, 3) from goals (K, n), both in the axes of the base.
+    """Return the distances (K,) [m] of payloads (K, 3) from goals (K, n), in base axes.
 
     Term by term, so that K changes no bit.
     """
@@ -117,7 +122,7 @@ def observation_names(scene: Scene) -> tuple[tuple[str, ...], tuple[str, ...]]:
 
 
 def observation_space(scene: Scene) -> Space[Array]:
-    """Return the space of observations: within travel limits, unless sensors shift what they measure."""
+    """Return the space of observations: the travel limits, unless sensors shift values."""
     names = observation_names(scene)[0]
     low, high = np.full(len(names), -inf), np.full(len(names), inf)
     for limit in scene.limits:
@@ -132,7 +137,7 @@ def observation_space(scene: Scene) -> Space[Array]:
 
 
 def action_space(scene: Scene, max_effort: MaxEffort | None) -> Space[Array]:
-    """Return the space of commands (nu,) in their units: the scene's bounds, ±`max_effort` where it has none.
+    """Return the space of commands (nu,) in their units: the scene's bounds, or ±`max_effort`.
 
     Raises:
         SceneError: a bound is missing, or `max_effort` is no bound.

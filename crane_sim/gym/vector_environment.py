@@ -1,4 +1,4 @@
-"""Many cranes as one vector environment: all of them stepped by one compiled call, on several threads.
+"""Many cranes as one vector environment, all stepped by one compiled call on several threads.
 
 Crane i does what the environment of one crane does with the same commands and seed, bit for bit.
 """
@@ -51,7 +51,7 @@ WORTH_A_THREAD = 64
 
 
 class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
-    """n cranes of one kind that an agent commands once every control period; one that ended is reset at the next step.
+    """n cranes of one kind, commanded every control period; ended ones reset at the next step.
 
     A copy, by `copy.deepcopy` or `pickle`, goes on with the episodes equally, bit for bit.
 
@@ -208,7 +208,10 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
             put_entry(self._cranes, i, self._begin(i, None))
 
     def _restart(self, info: dict[str, Any]) -> dict[str, Any]:
-        """Begin new episodes where one ended; return their start's info, with what the others have, and of the end."""
+        """Begin new episodes where one ended; return the info of their start and of the end.
+
+        The info of the start includes the other environments.
+        """
         ended, shown = self._ended, self._observe()
         final = np.full(self.num_envs, None, dtype=object)
         for i in np.flatnonzero(ended).tolist():

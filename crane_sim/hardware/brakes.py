@@ -24,14 +24,17 @@ def compute_brake_effort(drive):
 
 
 def engage(drive, effort):
-    """Put the anchor of a brake where its spring takes over the effort that the drive had, as far as it can."""
+    """Anchor a brake so that its spring takes over the drive's effort, up to its capacity."""
     drive.anchor = drive.position
     if drive.stiffness > 0.0:
         drive.anchor += clip(effort, drive.capacity) / drive.stiffness
 
 
 def read_limit_switch(drive):
-    """Trip the drive where its joint, whose position is in the record, is beyond a limit switch; it stays tripped."""
+    """Trip the drive of a joint beyond a limit switch; it stays tripped.
+
+    The joint's position is in the record.
+    """
     beyond = max(drive.position - drive.switch_high, drive.switch_low - drive.position)
     drive.tripped = drive.tripped or beyond > 0.0
     drive.overtravel = max(drive.overtravel, beyond)

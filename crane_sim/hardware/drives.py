@@ -29,7 +29,7 @@ class Drives(NamedTuple):
 
 
 def ramp_time(distance, rate, lag):
-    """Return the time [s] for which the rate limit binds a drive whose command is `distance` away."""
+    """Return how long [s] the rate limit binds a drive whose command is `distance` away."""
     return max(0.0, distance / rate - lag)
 
 
@@ -48,13 +48,19 @@ def effort_at(drive, s):
 
 
 def set_target(drive, demand):
-    """Set the effort that a drive approaches for a demand: no effort within the dead band, and within its limits."""
+    """Set the effort that a drive approaches for a demand.
+
+    It is zero within the dead band, and within the drive's limits.
+    """
     drive.effort = 0.0 if abs(demand) < drive.deadband else demand
     drive.target = min(max(drive.effort, drive.low), drive.high)
 
 
 def holds_demand(inputs, drive):
-    """Return whether a drive's demand is held for a period: of open-loop inputs by a drive with a state of its own."""
+    """Return whether a drive's demand is held for a period.
+
+    Open-loop inputs are held only by a drive with a state of its own.
+    """
     return inputs is None or drive.has_state
 
 
@@ -69,7 +75,10 @@ def read_inputs(inputs, p, drives, t, x):
 
 
 def change_with_period(inputs, drives):
-    """Return whether efforts may change at the end of a period: of drives that hold a demand, and of brakes."""
+    """Return whether efforts may change at a period's end.
+
+    They may of drives that hold a demand, and of brakes.
+    """
     if inputs is None:
         return True
     for i in range(len(drives)):
@@ -79,7 +88,10 @@ def change_with_period(inputs, drives):
 
 
 def motor_effort(drive, effort):
-    """Return the effort that a motor gives at its joint's speed: the largest one falls linearly to 0 at no load."""
+    """Return the effort that a motor gives at its joint's speed.
+
+    The largest effort falls linearly to 0 at the no-load speed.
+    """
     if drive.peak == inf:
         return effort
     fall = (drive.no_load_speed - abs(drive.velocity)) / (drive.no_load_speed - drive.base_speed)
@@ -108,7 +120,7 @@ def drive_efforts(u, p, t, x):
 
 @routine
 def accept_command(p, u, x, queue, k, command):
-    """Set the command (nu,) of period k, which begins in state x; return whether a limit changed a component of it.
+    """Set the command (nu,) of period k in state x at its start; return whether it was limited.
 
     The queue (depth, nu) holds the commands before the first one as well.
     """
@@ -130,7 +142,7 @@ def accept_command(p, u, x, queue, k, command):
 
 
 def next_breakpoint(u, t, end):
-    """Return the first time after t [s] at which a rate limit stops binding, `end` if there is none before it."""
+    """Return the first time after t [s] at which a rate limit stops binding, at most `end`."""
     least = 1e-9 * (end - u.begin)  # s: a breakpoint closer to either end is rounding, and ignored
     for i in range(len(u.records)):
         drive = u.records[i]
@@ -142,7 +154,10 @@ def next_breakpoint(u, t, end):
 
 @routine
 def latch_efforts(p, u, t, x):
-    """Store the drives' efforts at the end of a period, time t [s] and state x, with which the next period begins."""
+    """Store the drives' efforts at the end of a period, at time t [s] in state x.
+
+    The next period begins with them.
+    """
     u.records.effort[:] = system.effort(u, p, t, x)
     for i in range(len(u.records)):
         drive = u.records[i]

@@ -1,4 +1,4 @@
-"""Faults: which are active in a period, by schedule or override, and their effects on sensors and drives."""
+"""Faults: which are active, by schedule or override, and their effects on sensors and drives."""
 
 from typing import Any, NamedTuple
 
@@ -31,7 +31,7 @@ class FaultLog(NamedTuple):
 
 @routine
 def update_active(faults, overrides, active, log, t, slack):
-    """Fill `active` (n,) with 1 for the faults that are active at time t [s], else 0, and log what changed.
+    """Fill `active` (n,) with 1 for faults active at time t [s], else 0, and log the changes.
 
     A fault is active in every period that begins at or after its time; `slack` [s] is the tolerance for rounding of t.
     """
@@ -64,7 +64,9 @@ def apply_to_sensors(faults, active, sensors):
 
 @routine
 def apply_to_drives(faults, active, drives, braking):
-    """Apply the active faults to the drives, whose records have their positions; engage all brakes if `braking`.
+    """Apply the active faults to the drives; engage all brakes if `braking`.
+
+    The drives' records have their positions.
 
     A drive whose limit switch has tripped is off, and its brake engaged. Losses of effort at one joint multiply.
 
@@ -87,7 +89,7 @@ def apply_to_drives(faults, active, drives, braking):
 
 @routine
 def compute_payload_mass(faults, active, mass):
-    """Return the payload's mass [kg]: that of the last active fault of the payload, `mass` while there is none."""
+    """Return the payload's mass [kg] by its last active fault; `mass` if it has none."""
     for i in range(len(active)):
         if active[i] > 0.0 and faults.kind[i] == PAYLOAD:
             mass = faults.value[i]

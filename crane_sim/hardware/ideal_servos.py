@@ -1,4 +1,4 @@
-"""Ideal servo drives, of infinite gain: the efforts with which joints follow their references exactly.
+"""Ideal servo drives, of infinite gain: efforts with which joints follow references exactly.
 
 Accelerations are affine in the efforts: a = a_0 + B u. The efforts u of these joints solve B u = a_r - a_0, with a_r
 the references' accelerations, B from one evaluation of the equations for each joint. A second pass with the remainder
@@ -24,7 +24,7 @@ class IdealServos(NamedTuple):
 
 @routine
 def solve_efforts(ideal, loops, drives, p, t, x):
-    """Add to the efforts in `drives` those with which the joints have their references' accelerations.
+    """Add to the efforts in `drives` those that give joints their references' accelerations.
 
     A brake that holds goes before.
     """
@@ -53,7 +53,10 @@ def solve_efforts(ideal, loops, drives, p, t, x):
 
 @routine
 def missing_accelerations(ideal, loops, drives, p, t, x, out):
-    """Write the references' accelerations less those under the efforts in `drives` into `out` (m,)."""
+    """Write the references' accelerations less the present ones into `out` (m,).
+
+    The present ones are those under the efforts in `drives`.
+    """
     accelerations = system.acceleration(p, t, x, system.efforts_from_row(p, drives.effort))
     for j in range(len(ideal.joints)):
         out[j] = reference_at(loops[ideal.drives[j]], t)[2] - accelerations[ideal.joints[j]]

@@ -51,7 +51,10 @@ class Instruments(NamedTuple):
 
 @entry_point
 def fill_standard_normals(seed, stream, k, out):
-    """Fill out (n,) with normal numbers of period k, mean 0 and deviation 1, from 2 n streams; `seed` is a word."""
+    """Fill out (n,) with normal numbers of period k, mean 0, deviation 1, from 2 n streams.
+
+    The `seed` is a word.
+    """
     for i in range(len(out)):
         out[i] = normal(seed, stream + 2 * i, k)
 

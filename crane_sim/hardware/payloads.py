@@ -10,7 +10,9 @@ class PayloadFault(NamedTuple):
 
 
 def apply_payload_fault(fault, p, mass):
-    """Return the crane p with a payload of this mass [kg]; p itself in scenes without faults of the payload.
+    """Return the crane p with a payload of this mass [kg].
+
+    Scenes without faults of the payload have p itself.
 
     All masses of scheduled changes become this one: scenes with faults of the payload have no events that change it.
     """

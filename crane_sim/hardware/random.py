@@ -28,12 +28,18 @@ def mix(z):
 
 
 def uniform(seed, stream, k):
-    """Return the number of a seed (a word), a stream and a counter (whole numbers >= 0), uniform in [0, 1)."""
+    """Return the number, uniform in [0, 1), of a seed (a word), a stream and a counter.
+
+    Stream and counter are whole numbers >= 0.
+    """
     z = mix(mix(mix(seed) ^ np.uint64(stream)) ^ np.uint64(k))
     return np.float64(z >> _11) * _UNIT
 
 
 def normal(seed, stream, k):
-    """Return the normal number, mean 0 and deviation 1, of two streams, `stream` and the next one (Box and Muller)."""
+    """Return the normal number, mean 0 and deviation 1, of two streams (Box and Muller).
+
+    They are `stream` and the next one.
+    """
     radius = sqrt(-2.0 * log(1.0 - uniform(seed, stream, k)))
     return radius * cos(2.0 * pi * uniform(seed, stream + 1, k))

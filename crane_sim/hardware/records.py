@@ -1,4 +1,4 @@
-"""State and parameters of the hardware of a run, as structured arrays: one record for each drive and each sensor.
+"""State and parameters of a run's hardware as structured arrays, a record per drive and sensor.
 
 Compiled functions take an array, or one of its records as an object with these attributes, and change them in place.
 """
@@ -125,7 +125,7 @@ def effort_servos(nu: int) -> Any:
 
 
 def ideal_sensors(nq: int) -> Any:
-    """Return records of sensors that measure the truth: of the positions, then of the velocities (2 nq,)."""
+    """Return records of sensors that measure the truth: positions, then velocities (2 nq,)."""
     sensors = make_records(SENSOR, 2 * nq)
     sensors.every = 1
     return sensors

@@ -1,4 +1,4 @@
-"""Reference profiles of servo drives: ramps of speed and motions to a position within limits, in closed form.
+"""Reference profiles of servo drives in closed form: ramps of speed, motions to a position.
 
 A profile is a sequence of phases of constant jerk, each (duration [s], velocity, acceleration, jerk at its start), the
 last one without end. A ramp changes the velocity in the least time within the largest acceleration and jerk and ends
@@ -37,7 +37,7 @@ class Ramp(NamedTuple):
 
 
 def plan_ramp(v, a, target, bounds):
-    """Return the ramp from velocity v and acceleration a to the target velocity without acceleration."""
+    """Return the ramp from velocity v, acceleration a to the target velocity, acceleration 0."""
     largest, jerk = bounds.acceleration, bounds.jerk
     if jerk == inf:
         if largest == inf:
@@ -62,7 +62,7 @@ def hold_velocity(ramp, v, a):
 
 
 def fall_velocity(ramp, target):
-    """Return the velocity at which the acceleration of a ramp to the target velocity begins to fade."""
+    """Return the velocity at which a ramp's acceleration begins to fade before the target."""
     return target - 0.5 * ramp.peak * ramp.fall
 
 
@@ -75,7 +75,7 @@ def ramp_distance(v, a, target, bounds):
 
 
 def motion_distance(v, a, cruise, bounds):
-    """Return the distance [m or rad] from velocity v and acceleration a to rest by way of a cruise speed."""
+    """Return the distance [m or rad] from velocity v, acceleration a via a cruise speed to rest."""
     return ramp_distance(v, a, cruise, bounds) + ramp_distance(cruise, 0.0, 0.0, bounds)
 
 
@@ -85,7 +85,10 @@ def write_phase(phases, i, k, duration, v, a, jerk):
 
 
 def write_ramp(phases, i, k, v, a, target, bounds):
-    """Write the ramp from velocity v and acceleration a to the target velocity as phases k .. k + 2 of joint i."""
+    """Write the ramp from velocity v, acceleration a to the target as phases k .. k + 2.
+
+    The target is a velocity, the phases are those of joint i.
+    """
     ramp = plan_ramp(v, a, target, bounds)
     write_phase(phases, i, k, ramp.rise, v, a, ramp.jerk)
     write_phase(phases, i, k + 1, ramp.hold, hold_velocity(ramp, v, a), ramp.peak, 0.0)
@@ -101,7 +104,10 @@ def plan_velocity(phases, i, v, a, target, bounds):
 
 
 def cruise_speed(v, a, distance, bounds):
-    """Return the velocity of the cruise on the way over a distance to rest, from velocity v and acceleration a."""
+    """Return the cruise velocity of a motion over a distance to rest.
+
+    It begins with velocity v and acceleration a.
+    """
     sign = 1.0 if distance >= ramp_distance(v, a, 0.0, bounds) else -1.0
     low, high = 0.0, bounds.speed
     if sign * (motion_distance(v, a, sign * high, bounds) - distance) <= 0.0:
@@ -123,7 +129,10 @@ def cruise_speed(v, a, distance, bounds):
 
 @routine
 def plan_position(phases, i, v, a, distance, bounds):
-    """Write the phases of joint i from velocity v and acceleration a over a distance to rest; the speed is bounded."""
+    """Write joint i's phases from velocity v and acceleration a over a distance to rest.
+
+    The speed is bounded.
+    """
     cruise = cruise_speed(v, a, distance, bounds)
     rest = distance - motion_distance(v, a, cruise, bounds)
     write_ramp(phases, i, 0, v, a, cruise, bounds)

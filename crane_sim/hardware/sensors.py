@@ -24,7 +24,7 @@ def take_sample(seed, sensor, j, k):
 
 @routine
 def sense(seed, sensors, ring, k, q, v):
-    """Sample the joints at period k, and update the sensors' outputs; return the number of lost samples.
+    """Sample the joints at period k and update sensors; return the number of lost samples.
 
     Args:
         seed: uint64.

@@ -37,7 +37,7 @@ class Servos(NamedTuple):
 
 
 def reference_at(loop, t):
-    """Return (position, velocity, acceleration) of the reference at time t [s] within its present phase."""
+    """Return (position, velocity, acceleration) of the reference at t [s], in its present phase."""
     s = t - loop.phase_begin
     a = loop.phase_acceleration + s * loop.phase_jerk
     v = loop.phase_velocity + s * (loop.phase_acceleration + s * 0.5 * loop.phase_jerk)
@@ -46,14 +46,20 @@ def reference_at(loop, t):
 
 
 def loop_effort(loop, drive, t):
-    """Return the effort of a speed loop at time t [s] before limits; the joint's motion is in the record `drive`."""
+    """Return the effort of a speed loop at time t [s] before limits.
+
+    The joint's motion is in the record `drive`.
+    """
     x, v, _ = reference_at(loop, t)
     offset = loop.offset + loop.correction * (t - loop.begin)
     return loop.gain * (v + loop.correction - drive.velocity) + loop.stiffness * (x + offset - drive.position)
 
 
 def demanded_effort(servos, drive, i, t, effort):
-    """Return the effort that the drive of joint i commands at time t [s]: `effort` unless it is a servo drive."""
+    """Return the effort that the drive of joint i commands at time t [s].
+
+    It is `effort` unless it is a servo drive.
+    """
     if servos is None:
         return effort
     loop = servos.loops[i]
@@ -64,7 +70,9 @@ def demanded_effort(servos, drive, i, t, effort):
 
 @routine
 def plan_references(servos, drives, p, t, x, first):
-    """Give servo drives the commands in `drives.effort` at time t [s] and state x; return whether one is limited.
+    """Give servo drives the commands in `drives.effort`; return whether one is limited.
+
+    The time is t [s], the state x.
 
     At the `first` period the references begin with the joints' motion.
     """
@@ -89,7 +97,10 @@ def plan_references(servos, drives, p, t, x, first):
 
 
 def begin_reference(loop, position, velocity, t):
-    """Let the reference begin at time t [s] with the joint's motion, and the loop with the integral's effort."""
+    """Begin the reference at time t [s] with the joint's motion.
+
+    The loop begins with the effort of the integral.
+    """
     loop.phase_begin, loop.phase_position, loop.phase_velocity = t, position, velocity
     loop.phase_acceleration, loop.phase_jerk = 0.0, 0.0
     loop.offset = loop.integral / loop.stiffness if loop.stiffness > 0.0 else 0.0
@@ -107,7 +118,10 @@ def plan_reference(loop, phases, i, t, command):
 
 
 def enter_phase(loop, phases, i, t, least):
-    """Take over the phase of joint i's plan in which time t [s] is; one that ends before t + `least` has passed."""
+    """Enter the phase of joint i's plan that holds at time t [s].
+
+    One that ends before t + `least` has passed.
+    """
     begin, x, k = loop.plan_begin, loop.plan_position, 0
     while k < PHASES - 1 and begin + phases[i, k, 0] <= t + least:
         s, v, a, jerk = phases[i, k, 0], phases[i, k, 1], phases[i, k, 2], phases[i, k, 3]
@@ -117,7 +131,9 @@ def enter_phase(loop, phases, i, t, least):
 
 
 def enter_phases(servos, t, end, least):
-    """Enter the references' phases at time t [s]; return the instant [s] where the first of them ends, at most `end`.
+    """Enter the references' phases at time t [s]; return the instant [s] where one ends first.
+
+    It is at most `end`.
 
     Instants nearer than `least` [s] to each other count as one.
     """
@@ -132,7 +148,7 @@ def enter_phases(servos, t, end, least):
 
 
 def latch_servos(servos, drives, t):
-    """Move the servo drives' integrals to the end of a period, time t [s], at which `drives` were evaluated.
+    """Move servo integrals to the end of a period, t [s], at which `drives` were evaluated.
 
     The transfer between brake and drive is bumpless: a drive begins with the brake's effort, and the other way round.
     """
@@ -147,7 +163,7 @@ def latch_servos(servos, drives, t):
 
 
 def latch_integral(loop, drive, t):
-    """Move the integral of a speed loop to the end of a period, clamped where the effort is limited."""
+    """Move a speed loop's integral to a period's end, clamped where the effort is limited."""
     x = reference_at(loop, t)[0]
     offset = loop.offset + loop.correction * (t - loop.begin)
     integral = loop.stiffness * (x + offset - drive.position)

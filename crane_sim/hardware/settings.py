@@ -10,7 +10,7 @@ from crane_sim.hardware.records import ideal_drives, ideal_sensors
 
 
 class BrakeSettings(NamedTuple):
-    """The brakes of a scene; what is None is computed from the crane (`crane_sim.simulation.hardware`)."""
+    """The brakes of a scene; None is computed from the crane (`crane_sim.simulation.hardware`)."""
 
     capacity: tuple[float, ...] | None = None  # (nu,), in the units of the efforts
     frequency: float | None = None  # rad/s, of a joint on its brake's spring
@@ -18,7 +18,7 @@ class BrakeSettings(NamedTuple):
 
 
 class HardwareConfig(NamedTuple):
-    """Hardware configuration of a scene; the records of drives and sensors are copied for every run."""
+    """Hardware configuration of a scene; every run copies the records of drives and sensors."""
 
     drives: Any  # records of DRIVE (nu,)
     sensors: Any  # records of SENSOR (2 nq,)
@@ -40,7 +40,7 @@ class HardwareConfig(NamedTuple):
         return bool(np.isfinite([self.drives.switch_low, self.drives.switch_high]).any())
 
     def may_brake(self, end: float) -> bool:
-        """Return whether a limit switch, or a fault that is due before the time `end` [s], applies a brake."""
+        """Return whether a limit switch, or a fault before time `end` [s], applies a brake."""
         stuck = self.faults.kind == JOINT_STUCK
         return self.has_limit_switches or bool((self.faults.begin[stuck] < end).any())
 

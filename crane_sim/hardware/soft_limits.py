@@ -1,4 +1,4 @@
-"""Soft limits: the largest speed of a joint from which its drive can still stop it within its travel.
+"""Soft limits: a joint's largest speed from which its drive can still stop it within its travel.
 
 The reference of a drive by speed follows a command by ramps of limited acceleration and jerk (`reference_profiles`), so
 where it would come to rest is known in closed form: the way with the command held for a while, and the ramp to rest. A
@@ -51,7 +51,10 @@ def motion_after(motion, command, bounds, s):
 
 @routine
 def rest_position(motion, command, bounds, ahead):
-    """Return where the reference comes to rest [m or rad] if its command holds for `ahead` seconds and then is zero."""
+    """Return where the reference comes to rest [m or rad] after its command ends.
+
+    The command holds for `ahead` seconds and then is zero.
+    """
     after = motion_after(motion, command, bounds, ahead)
     return after.position + ramp_distance(after.velocity, after.acceleration, 0.0, bounds)
 
@@ -64,7 +67,9 @@ def follow(motion, command, bounds, s):
 
 @entry_point
 def permitted_speed(motion, command, bounds, low, high, ahead):
-    """Return the speed nearest to a command, between it and zero, from which a joint can stop in its travel.
+    """Return the speed between zero and a command, nearest to it, that lets a joint stop in time.
+
+    It stops within its travel.
 
     Args:
         motion: of the joint's reference.

@@ -1,4 +1,4 @@
-"""ROS bags of a rig: positions of `joint_states` and values of `joint_commands`, in any namespace."""
+"""ROS bags of a rig: `joint_states` positions and `joint_commands` values, in any namespace."""
 
 from __future__ import annotations
 
@@ -33,7 +33,9 @@ class Bag(NamedTuple):
 
 
 def read_bag(path: Path, joints: tuple[str, ...], driven: tuple[str, ...], kinds: tuple[str, ...]) -> Bag:
-    """Return the positions and the commands in a bag: FILE.mcap, or a folder of rosbag2. Needs the package rosbags.
+    """Return the positions and the commands in a bag: FILE.mcap, or a folder of rosbag2.
+
+    It needs the package rosbags.
 
     Time is that of the stamps; where a topic has none, the time at which messages were received.
 
@@ -67,7 +69,9 @@ def read_bag(path: Path, joints: tuple[str, ...], driven: tuple[str, ...], kinds
 
 
 def _check_gaps(path: Path, commands: Track, start: int) -> None:
-    """Raise SceneError where commands of a damaged bag are further apart than most: one between them may be lost.
+    """Raise SceneError where a gap of a damaged bag may hide a lost command.
+
+    Such a gap is longer than most distances between commands.
 
     `start`: instant from which times count, ns.
     """
@@ -92,7 +96,7 @@ def _track(path: Path, messages: list[Message], field: str, wanted: tuple[str, .
 
 
 def _values(path: Path, content: Any, field: str, names: tuple[str, ...]) -> list[float]:
-    """Return the values of some joints in a message, which may have them in any order; NaN for one it lacks."""
+    """Return the values of some joints in a message, in any order; NaN for a missing one."""
     values, present = getattr(content, field), list(content.name)
     if len(values) != len(present):
         raise SceneError(f"{path}: a message has {len(values)} values of {field} for {', '.join(present)}")

@@ -25,13 +25,19 @@ Array = npt.NDArray[np.float64]
 
 
 def is_smooth(scene: Scene) -> bool:
-    """Return whether predictions of a scene have derivatives; steps of `Rodas` are made of derivatives themselves."""
+    """Return whether predictions of a scene have derivatives.
+
+    Steps of `Rodas` use derivatives themselves.
+    """
     plain = system.switching(scene.model) is None and not is_nonideal(scene.hardware)
     return plain and not isinstance(scene.method, Rodas)
 
 
 class Start(NamedTuple):
-    """Where a segment begins, and the derivatives of that by all unknowns, whose number is whole DIRECTIONS."""
+    """The start of a segment, and its derivatives by all unknowns.
+
+    The number of unknowns is a multiple of DIRECTIONS.
+    """
 
     q: Array  # (nq,)
     v: Array  # (nq,)
@@ -40,7 +46,9 @@ class Start(NamedTuple):
 
 
 def slopes_of_models(models: Sequence[Any], weights: Array, unknowns: int) -> Any:
-    """Return the derivatives (…, unknowns) of a model's numbers, a tree like it; None in place of what none changes.
+    """Return the derivatives (…, unknowns) of a model's numbers, in its tree's structure.
+
+    It is None where no unknown changes the number.
 
     A model is made by code that is no function of numbers alone: its numbers have differences.
 
@@ -70,7 +78,7 @@ def _slopes(columns: Any, weights: Array, unknowns: int) -> Any:
 def fill_derivatives(
     method: Any, model: Any, of_model: Any, excitations: Sequence[Excitation], starts: Sequence[Start], out: Array
 ) -> None:
-    """Fill `out` (n, nq, unknowns) with the derivatives of the joint positions at the instants of segments.
+    """Fill `out` (n, nq, unknowns) with derivatives of joint positions at segments' instants.
 
     Args:
         method, model: settings of the integrator, the crane.

@@ -1,4 +1,4 @@
-"""Parameters of a scene from a measured run: estimates, their covariance and intervals, and warnings."""
+"""Parameters of a scene from a measured run: estimates, covariance, intervals and warnings."""
 
 from __future__ import annotations
 
@@ -104,7 +104,9 @@ def identify(
     joints: Sequence[str] = (),
     segment: float = SEGMENT,
 ) -> Identification:
-    """Fit parameters of a scene to the measured positions of a run: multiple shooting, least squares, 95 % intervals.
+    """Fit parameters of a scene to a run's positions: multiple shooting, 95 % intervals.
+
+    The fit is by least squares.
 
     Args:
         scene: the crane, whose values are the first guess; what `load_scene` reads.
@@ -139,14 +141,16 @@ def identify(
 
 
 def _check_motion(data: Measurements) -> None:
-    """Raise a SceneError where no joint moves beyond its noise: a fit would find a swing in the noise."""
+    """Raise a SceneError where no joint moves beyond its noise, as nothing is identifiable."""
     moved = np.nanmax(data.q, axis=0) - np.nanmin(data.q, axis=0)
     if np.all(moved <= SILENT * estimate_noise(data.q)):
         raise SceneError(f"run: {', '.join(data.joints)}: no motion stands out of the noise, nothing is identifiable")
 
 
 def _fit(scene: Scene, data: Measurements, parameters: Sequence[str], segment: float) -> Minimum:
-    """Return the rough minimum for segments of a length [s], reached over shorter ones, or of the longest possible.
+    """Return the rough minimum for segments of a length [s], reached over shorter ones.
+
+    Without such a length the segments are the longest possible.
 
     A long segment forgives no wrong parameter: over it the simulation may fail, or end in a minimum far from the data.
     Each length begins with the states of the shorter one, and where the cost is least: at the scene's values, or at
@@ -174,7 +178,10 @@ def _fit(scene: Scene, data: Measurements, parameters: Sequence[str], segment: f
 
 
 def _judge(guess: Scene, found: Minimum, counts: Sequence[int], notes: Sequence[str]) -> Identification:
-    """Return the result at the point of least cost: covariance from the sensitivities without the states' share."""
+    """Return the result at the point of least cost.
+
+    The covariance is from the sensitivities without the states' share.
+    """
     _, shooting, deviation, point = found
     linear = linearise(shooting, deviation, point, ORDER_6)
     relative, freedom, condition = _covariance(linear, shooting)
@@ -202,7 +209,9 @@ def _judge(guess: Scene, found: Minimum, counts: Sequence[int], notes: Sequence[
 
 
 def _covariance(linear: Linear, shooting: Shooting) -> tuple[Array, int, float]:
-    """Return (covariance (p, p) of logarithms, degrees of freedom, condition number of the sensitivities).
+    """Return (covariance (p, p) of logarithms, degrees of freedom, condition number).
+
+    The condition number is that of the sensitivities.
 
     Raises:
         SceneError: the information matrix is singular, a parameter has no influence, or a run near the estimates fails.
@@ -235,7 +244,10 @@ def _refuse(shooting: Shooting, involved: npt.NDArray[np.bool_]) -> NoReturn:
 
 
 def _reduce(linear: Linear, shooting: Shooting) -> tuple[Array, int, float]:
-    """Return (by_parameter without what initial states can do as well (r, p), their rank, residuals' squares)."""
+    """Return (by_parameter without the share of initial states (r, p), rank, squares).
+
+    Squares are of residuals, the rank is that of the initial states' sensitivities.
+    """
     rows, rank, squares = [], 0, 0.0
     for r, p, x in linear.parts(shooting):
         left, singular, _ = np.linalg.svd(x / np.maximum(np.linalg.norm(x, axis=0), 1e-9), full_matrices=False)
@@ -255,7 +267,10 @@ def _weak(estimates: Sequence[Estimate]) -> list[str]:
 
 
 def _correlated(shooting: Shooting, residual: Array, errors: Array) -> list[str]:
-    """Return lines on joints whose residuals, of root mean squares `errors` (m,), are neither noise nor rounding."""
+    """Return lines on joints whose residuals are neither noise nor rounding.
+
+    `errors` (m,) are their root mean squares.
+    """
     lines, ranges = [], np.nanmax(shooting.data.q, axis=0) - np.nanmin(shooting.data.q, axis=0)
     for name, column, error, travel in zip(shooting.data.joints, residual.T, errors, ranges, strict=True):
         power = float(column @ column)  # 0 stands where nothing was measured

@@ -22,7 +22,7 @@ LEAST_DEVIATION = 1e-9  # of a joint's range: of residuals that are not noise bu
 
 
 class Linear(NamedTuple):
-    """Residuals and their derivatives at a point, each divided by the deviation of its joint, 0 where none is."""
+    """Residuals and derivatives at a point over each joint's deviation, 0 where unmeasured."""
 
     residual: Array  # (K, m), data less prediction
     by_parameter: Array  # (K, m, p), of the prediction
@@ -47,7 +47,10 @@ class Linear(NamedTuple):
 
 
 def estimate_noise(q: Array) -> Array:
-    """Return the noise (m,) of positions (K, m): third differences of noise have 20 times its variance."""
+    """Return the noise (m,) of positions (K, m), from their third differences.
+
+    Third differences of noise have 20 times its variance.
+    """
     columns = [column[np.isfinite(column)] for column in q.T]
     return np.maximum([np.std(np.diff(column, 3)) / 20.0**0.5 for column in columns], _least_deviation(q))
 
@@ -57,13 +60,16 @@ def _least_deviation(q: Array) -> Array:
 
 
 def subtract_prediction(shooting: Shooting, point: Unknowns) -> Array:
-    """Return data less prediction (K, m), 0 where nothing was measured; SceneError: the parameters are impossible."""
+    """Return data less prediction (K, m), 0 where not measured.
+
+    Raises SceneError where the parameters are impossible.
+    """
     q = shooting.data.q
     return np.where(np.isfinite(q), q - shooting.predict(point), 0.0)
 
 
 def estimate_deviation(shooting: Shooting, point: Unknowns) -> Array:
-    """Return the standard deviations (m,) of residuals by joint, with its share of the unknowns taken off."""
+    """Return the standard deviations (m,) of residuals, corrected for the share of unknowns."""
     q = shooting.data.q
     unknowns = (len(point.logarithms) + point.deviations.size) / q.shape[1]
     squares, counts = np.sum(subtract_prediction(shooting, point) ** 2, axis=0), np.isfinite(q).sum(axis=0)
@@ -71,7 +77,7 @@ def estimate_deviation(shooting: Shooting, point: Unknowns) -> Array:
 
 
 def evaluate_cost(shooting: Shooting, deviation: Array, point: Unknowns) -> float:
-    """Return half the sum of squared residuals; infinite where the scene is invalid or its run fails."""
+    """Return half the sum of squared residuals; infinite if the scene or its run fails."""
     try:
         residual = subtract_prediction(shooting, point) / deviation
     except SceneError:
@@ -82,7 +88,10 @@ def evaluate_cost(shooting: Shooting, deviation: Array, point: Unknowns) -> floa
 
 
 def linearise(shooting: Shooting, deviation: Array, point: Unknowns, weights: Mapping[int, float]) -> Linear:
-    """Return residuals and derivatives by differences at a point; SceneError: parameters near it are not possible."""
+    """Return residuals and derivatives by differences at a point.
+
+    Raises SceneError where parameters near it are not possible.
+    """
     tables = shooting.sensitivities(point, weights)
     there = np.isfinite(shooting.data.q)[:, :, None]
     by_parameter, by_state = (np.where(there, table, 0.0) / deviation[None, :, None] for table in tables)
@@ -90,7 +99,10 @@ def linearise(shooting: Shooting, deviation: Array, point: Unknowns, weights: Ma
 
 
 def refine(shooting: Shooting, deviation: Array, point: Unknowns) -> tuple[Array, Unknowns, list[int]]:
-    """Return (deviations (m,), point, iterations by round) of the minimum whose weights are its own residuals'."""
+    """Return (deviations (m,), point, iterations by round) of the reweighted minimum.
+
+    Its weights are from its own residuals.
+    """
     counts = list[int]()
     for _ in range(WEIGHTINGS):
         point, count = minimise(shooting, deviation, point, CONVERGED)
@@ -124,7 +136,7 @@ def minimise(shooting: Shooting, deviation: Array, point: Unknowns, converged: f
 
 
 def _improve(shooting: Shooting, deviation: Array, point: Unknowns, cost: float) -> Linear | None:
-    """Return the derivatives at a point whose cost is less; None where it is not, or a run near it is not possible."""
+    """Return the derivatives at a point, None if its cost is not less or a run near it fails."""
     if not evaluate_cost(shooting, deviation, point) < cost:
         return None
     try:
@@ -135,7 +147,7 @@ def _improve(shooting: Shooting, deviation: Array, point: Unknowns, cost: float)
 
 
 def _step(shooting: Shooting, linear: Linear, point: Unknowns, damping: float) -> Unknowns:
-    """Return the next point; each segment's initial state is eliminated by a QR factorisation of its own."""
+    """Return the next point; a QR factorisation per segment eliminates its initial state."""
     parts = linear.parts(shooting)
     norms = np.sqrt(sum(np.sum(p**2, axis=0) for _, p, _ in parts)) + 1e-300
     rows, values, states = [damping**0.5 * np.diag(norms)], [np.zeros(len(norms))], []

@@ -1,4 +1,4 @@
-"""Measured runs: joint positions and the commands that led to them, from a recording or a ROS bag."""
+"""Measured runs: joint positions and the commands that led to them, from a recording or bag."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def _as_array(name: str, values: Any) -> Array:
 
 
 def read_measurements(path: Path | str, scene: Scene) -> Measurements:
-    """Return what a recording FILE.rrd or a bag FILE.mcap of a scene's crane has: its positions and commands only.
+    """Return positions and commands of a scene's crane from FILE.rrd or a bag FILE.mcap.
 
     Raises:
         SceneError: it cannot be read, or is of another crane; the message is one line.
@@ -130,7 +130,7 @@ def _scene_of(run: RecordedRun) -> Scene:
 
 
 def _check_units(actuated: tuple[str, ...], units: tuple[str, ...], scene: Scene, source: str) -> None:
-    """Raise SceneError where a joint of a run was commanded in another unit than the scene's drives are."""
+    """Raise SceneError where a joint was commanded in another unit than the scene's drive has."""
     recorded = dict(zip(actuated, units, strict=True))
     for name, unit in zip(scene.actuated, scene.command_units, strict=True):
         if recorded.get(name, unit) != unit:
@@ -139,7 +139,9 @@ def _check_units(actuated: tuple[str, ...], units: tuple[str, ...], scene: Scene
 
 
 def _commands(given: Array, applied: Array, t: Array, scene: Callable[[], Scene], source: str) -> Array:
-    """Return the commands (K, nu) of a run: in open loop the inputs of drives that hold them, and constant efforts.
+    """Return the commands (K, nu) of a run.
+
+    In open loop these are the inputs of drives that hold them, and constant efforts.
 
     Args:
         given: (K, nu), NaN in open loop.
@@ -170,7 +172,7 @@ def _commands(given: Array, applied: Array, t: Array, scene: Callable[[], Scene]
 
 
 def from_rollout(run: Rollout, noise: float = 0.0, seed: int = 0) -> Measurements:
-    """Return the positions of a simulated run as encoders with normal noise (standard deviation [rad, m]) show them."""
+    """Return a simulated run's positions as encoders with normal noise [rad, m] show them."""
     q = run.q + np.random.default_rng(seed).normal(0.0, 1.0, run.q.shape) * noise
     command_times = run.scene.period * np.arange(len(run.commands), dtype=np.float64)  # s, of the periods
     commands = _commands(run.commands, run.u, command_times, lambda: run.scene, "run")
@@ -221,7 +223,7 @@ def undo_sensors(found: Measurements, scene: Scene) -> Measurements:
 
 
 def _sampling(t: Array, values: Array, sensor: Any, period: float) -> tuple[Array, npt.NDArray[np.bool_]]:
-    """Return (instants (K,) [s] of the samples that are published as `values` at t (K,), which of them are new)."""
+    """Return (instants (K,) [s] of the samples published as `values` at t (K,), which are new)."""
     if sensor.every == 1 and sensor.delay == 0:
         return t, np.full(len(t), True)
     if sensor.every == 1:
@@ -235,7 +237,9 @@ def _sampling(t: Array, values: Array, sensor: Any, period: float) -> tuple[Arra
 
 
 def _first_sample(periods: Array, values: Array, every: int) -> float:
-    """Return the period, 0 to every - 1, of a slow sensor's first sample: a bag may begin between two of them.
+    """Return the period, 0 to every - 1, of a slow sensor's first sample in a bag.
+
+    A bag may begin between two samples.
 
     Args:
         periods: (K,), at which values were published, less the delay.
@@ -248,7 +252,9 @@ def _first_sample(periods: Array, values: Array, every: int) -> float:
 
 
 def choose_joints(data: Measurements, names: tuple[str, ...]) -> Measurements:
-    """Return the measurements of some joints only, of all when there are no names, where there is one at all.
+    """Return the measurements of the named joints, of all measured ones without names.
+
+    Each has at least one position.
 
     Raises:
         SceneError: one of them is not measured.

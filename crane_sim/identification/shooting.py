@@ -118,7 +118,10 @@ class Shooting:
         return np.exp(logarithms) * self.nominal
 
     def scene_of(self, logarithms: Array) -> Scene:
-        """Return the scene with parameters (p,) given by their logarithms; SceneError: it is invalid."""
+        """Return the scene with parameters (p,) given by their logarithms.
+
+        Raises SceneError where it is invalid.
+        """
         return load_scene(self._document, dict(zip(self.parameters, self.values(logarithms).tolist(), strict=True)))
 
     def predict(self, point: Unknowns) -> Array:
@@ -139,7 +142,10 @@ class Shooting:
 
     @cached_property
     def _is_smooth(self) -> bool:
-        """Whether predictions have derivatives: no parameter moves a breakpoint of a motion that is prescribed."""
+        """Whether predictions have derivatives.
+
+        No parameter may move a breakpoint of a prescribed motion.
+        """
         nominal = np.zeros(len(self.parameters))
         scenes = [self.scene, *(self.scene_of(_shift(nominal, i, STEP)) for i in range(len(nominal)))]
         first, *others = (getattr(with_breakpoints((), scene.model), "breakpoints", np.empty(0)) for scene in scenes)
@@ -167,7 +173,10 @@ class Shooting:
         return slopes[..., :p], slopes[..., p : p + 2 * n]
 
     def sensitivities(self, point: Unknowns, weights: Mapping[int, float] = ORDER_6) -> tuple[Array, Array]:
-        """Return the derivatives of `predict` by logarithms (K, m, p) and by each segment's deviations (K, m, 2 n).
+        """Return the derivatives of `predict` by logarithms and by deviations of segments.
+
+        Their shapes are (K, m, p) and (K, m, 2 n): each instant has the deviations of its own
+        segment.
 
         Args:
             point: where.
@@ -224,7 +233,7 @@ def nominal_value(document: Mapping[str, Any], key: str) -> float:
 
 
 def _spans(data: Measurements, length: float) -> list[tuple[int, int]]:
-    """Return (first sample, the one after the last) of segments of about the same length, at most `length` [s]."""
+    """Return (first sample, the one after the last) of equal segments of at most `length` [s]."""
     if len(data.t) < 2 * FITTED:
         raise SceneError(f"run: has {len(data.t)} measured positions, {2 * FITTED} are the least to fit")
     count = max(1, int(np.ceil((data.t[-1] - data.t[0]) / length * (1.0 - 1e-9))))
@@ -236,7 +245,7 @@ def _spans(data: Measurements, length: float) -> list[tuple[int, int]]:
 
 
 def _bounds(scene: Scene, data: Measurements) -> tuple[Array, Array]:
-    """Return the least and the greatest positions (nq,) of joints: a prediction beyond them has lost the run."""
+    """Return the bounds (nq,) of joints beyond which a prediction has lost the run."""
     low, high = np.full((2, len(scene.joint_names)), np.inf) * [[-1.0], [1.0]]
     for name, values in zip(data.joints, data.q.T, strict=True):
         i, (least, greatest) = scene.joint_names.index(name), (np.nanmin(values), np.nanmax(values))
@@ -246,7 +255,7 @@ def _bounds(scene: Scene, data: Measurements) -> tuple[Array, Array]:
 
 
 def _segment(scene: Scene, data: Measurements, first: int, end: int, known: States) -> Segment:
-    """Return a segment that begins with a known state, or where a cubic through its first samples does.
+    """Return a segment that begins with a known state, or by a cubic through its first samples.
 
     A joint that is not measured then rests where the scene's begins.
     """
@@ -262,7 +271,9 @@ def _segment(scene: Scene, data: Measurements, first: int, end: int, known: Stat
 
 
 def excitation_of(scene: Scene, data: Measurements) -> tuple[Array, Array]:
-    """Return the instants (n,) [s] of samples and of commands after the delay of their drive, and commands (n, nu).
+    """Return (instants (n,) [s] of samples and of delayed commands, commands (n, nu)).
+
+    The delay is that of the drive.
 
     A delay is exact, not rounded to periods. Before its first command a drive has that command, or its initial demand
     where the data begin with the run and it has a delay, lag or rate limit.
@@ -283,7 +294,7 @@ def excitation_of(scene: Scene, data: Measurements) -> tuple[Array, Array]:
 
 
 def _integrator(scene: Scene) -> Callable[[Excitation, Array, Array, Array], object]:
-    """Return the function of (part, q, v, out) that fills `out` (n, nq) up to where the integration fails."""
+    """Return the function of (part, q, v, out) that fills `out` (n, nq) until it fails."""
     method, model = strict_method(scene), scene.model
     if not is_nonideal(scene.hardware):
         return lambda part, q, v, out: integrate_held(method, model, part, q, v, out)
@@ -294,6 +305,6 @@ def _integrator(scene: Scene) -> Callable[[Excitation, Array, Array, Array], obj
 
 
 def strict_method(scene: Scene) -> Any:
-    """Return the scene's method, with `TOLERANCES` where it controls its error and its own are looser."""
+    """Return the scene's method, with `TOLERANCES` in place of looser ones of its own."""
     tolerances = {key: min(getattr(scene.method, key, value), value) for key, value in TOLERANCES.items()}
     return scene.method._replace(**tolerances) if hasattr(scene.method, "rtol") else scene.method

@@ -1,4 +1,4 @@
-"""Steps up to an instant: one by one, or of an array state in one piece, between two buffers, without allocations."""
+"""Steps up to an instant: one by one, or of an array state in one piece without allocations."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from crane_sim.system import project_in_place, switching
 
 
 def integrate_to(method, p, u, integration, t, end):
-    """Return the integration advanced until it covers time t [s], by steps that do not pass the instant `end` [s].
+    """Return the integration advanced until it covers time t [s]; no step passes `end` [s].
 
     A step of a model that switches ends at its first event.
     """
@@ -25,7 +25,10 @@ def integrate_to(method, p, u, integration, t, end):
 
 
 def take_single_steps(switches, method, p, u, integration, t, end):
-    """Return the result of `integrate_to`, step by step; `switches` is None for a model that does not switch."""
+    """Return the result of `integrate_to`, step by step.
+
+    `switches` is None for a model that does not switch.
+    """
     limit = integration.steps + max_steps(method)
     while integration.t < t and integration.status == OK:
         integration = handle_events(switches, method, p, u, advance(method, p, u, integration, end))
@@ -56,7 +59,9 @@ def step_into(method, scratch, p, t, x, u, h, end, out):
 
 @routine
 def fill_steps(method, scratch, switches, p, t, u, h, until, end, limit, before, x):
-    """Advance the state x from time t to a step that covers `until`, to and fro between the arrays x and `before`.
+    """Advance the state x from time t to a step that covers `until`.
+
+    The state moves to and fro between the arrays x and `before`.
 
     At most `limit` steps are taken. The last one is that in which a guard may fail, if there is one.
 
@@ -99,7 +104,10 @@ def advance_to_events(method, switches, p, u, integration, t, end):
 
 
 def advance_smoothly(switches, method, p, u, integration, t, end, limit):
-    """Return (the integration advanced as by `fill_steps`, whether a guard may fail in its last step)."""
+    """Return (the integration advanced as by `fill_steps`, whether its last step may switch).
+
+    It may switch where a guard may fail.
+    """
     if integration.t >= t or integration.status != OK:
         return integration, False
     before, x = np.empty_like(integration.x), integration.x.copy()

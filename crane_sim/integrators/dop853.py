@@ -1,4 +1,4 @@
-"""Dormand and Prince's method of order 8, with error control by orders 5 and 3, or with a fixed step.
+"""Dormand and Prince's method of order 8, with error control (orders 5 and 3) or a fixed step.
 
 Coefficients: Hairer, Norsett, Wanner, "Solving Ordinary Differential Equations I", 2nd ed., program DOP853.
 """
@@ -16,7 +16,10 @@ TABLEAU = make_tableau(A, B, C)
 
 
 class DOP853(NamedTuple):
-    """Dormand and Prince's order 8; error control by orders 5 and 3, against atol + rtol max(|x|, |y|), step x to y."""
+    """Dormand and Prince's method of order 8 with error control by orders 5 and 3.
+
+    The error of a step from x to y counts relative to atol + rtol max(|x|, |y|).
+    """
 
     rtol: Positive = 1e-11  # -, relative tolerance
     atol: NonNegative = 1e-13  # state's unit, absolute tolerance
@@ -25,7 +28,10 @@ class DOP853(NamedTuple):
     take_step = take_explicit_step
 
     def step_with_error(self, scratch, k1, p, t, x, u, h, out):
-        """Return (state, |e5|² / sqrt((|e5|² + |e3|² / 100) n) as in DOP853, evaluations), see `ErrorControlled`."""
+        """Return (state, error, evaluations), see `ErrorControlled`.
+
+        The error is |e5|² / sqrt((|e5|² + |e3|² / 100) n), as in DOP853.
+        """
         ks = evaluate_stages(self, scratch, k1, p, t, x, u, h)
         y = add_weighted(x, h, B, ks, out)
         e5 = error_square(h, E5, ks, x, y, self.rtol, self.atol)
@@ -35,7 +41,10 @@ class DOP853(NamedTuple):
 
 
 class RK8(NamedTuple):
-    """Dormand and Prince's order 8 with a fixed step; one that is unstable for the stiffest motion is refused."""
+    """Dormand and Prince's method of order 8 with a fixed step.
+
+    A step that is unstable for the stiffest motion is refused.
+    """
 
     step: Positive  # s, shortened so that a whole number fills each control period; without control it may span several
     tableau = TABLEAU

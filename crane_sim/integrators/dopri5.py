@@ -26,7 +26,10 @@ ORDER, STAGES = 5, 7
 
 
 class DOPRI5(NamedTuple):
-    """Dormand and Prince's order 5; error control by the rms of error / (atol + rtol max(|x|, |y|)), step x to y."""
+    """Dormand and Prince's method of order 5 with error control.
+
+    It controls the rms of error / (atol + rtol max(|x|, |y|)) for a step from x to y.
+    """
 
     rtol: Positive = 1e-8  # -, relative tolerance
     atol: NonNegative = 1e-10  # state's unit, absolute tolerance

@@ -1,4 +1,4 @@
-"""Event location: the guards of a model say when its equations switch, and a step ends where the first guard fails.
+"""Event location: guards say when the equations switch; a step ends where the first one fails.
 
 A guard is a function of time and state that stays non-negative while the present mode is valid. Modes are part of the
 state (their derivative is zero), so every method integrates one mode's smooth equations through a whole step; the part
@@ -54,7 +54,9 @@ class StepEnds(NamedTuple):
 
 
 def hermite_slopes(scratch, method, p, u, ends, positions):
-    """Return (derivatives at both ends of the last step, all or only of the positions, evaluations); of arrays as rows.
+    """Return (derivatives at both ends of the last step, evaluations); of arrays as rows.
+
+    The derivatives are all, or only those of the positions.
 
     These are the rows from `MAX_STAGES` + 1 on; the third one is to be filled with a state between.
     """
@@ -66,7 +68,7 @@ def hermite_slopes(scratch, method, p, u, ends, positions):
 
 
 def fill_ends(stage, scratch, p, u, ends, positions):
-    """Write the two derivatives of `hermite_slopes` into their rows of a scratch; return the number of evaluations.
+    """Write the two derivatives of `hermite_slopes` into a scratch; return how many evaluations.
 
     `stage` is the row of the stage at the end, 0 where there is none.
     """
@@ -98,13 +100,16 @@ def constant_velocity_rates(x, positions):
 
 
 def guard_within(p, u, ends, t, x, work):
-    """Return the guard in state x at time t of a step, with the value of a kink's that the step has passed there."""
+    """Return the guard in state x at time t of a step, or that of a kink passed, if smaller.
+
+    See `system.kink_guard`.
+    """
     value, number, n = guard(p, t, x, u, work)
     return kink_guard(p, value, ends.t0, ends.x0, t, x), number, n
 
 
 def guard_between(x, p, u, ends, slopes, s, work):
-    """Return the guard at the part s of the last step to x, by cubic Hermite interpolation of `hermite_slopes`."""
+    """Return the guard at the part s of the last step to x, by cubic Hermite interpolation."""
     h = ends.t - ends.t0
     if not isinstance(x, np.ndarray):
         increment, (f0, f1) = add_scaled(x, -1.0, ends.x0), slopes
@@ -121,7 +126,10 @@ def guard_between(x, p, u, ends, slopes, s, work):
 
 @routine
 def first_sign_change(p, u, ends, slopes, work, begin):
-    """Return (first sample from `begin` on with a negative guard, GUARD_SAMPLES + 1 if there is none, evaluations)."""
+    """Return (first sample from `begin` on whose guard is negative, evaluations).
+
+    The sample is GUARD_SAMPLES + 1 if there is none.
+    """
     n = 0
     for j in range(begin, GUARD_SAMPLES):
         value, _, more = guard_between(ends.x, p, u, ends, slopes, j / GUARD_SAMPLES, work)
@@ -133,7 +141,9 @@ def first_sign_change(p, u, ends, slopes, work, begin):
 
 
 def may_switch(switches, method, scratch, p, u, ends):
-    """Return (whether a guard of an array fails at a sample of the step, by interpolation before its end, evaluations).
+    """Return (whether a guard of an array fails at a sample of the step, evaluations).
+
+    Before the end of the step guards are evaluated at interpolated states.
 
     Derivatives at the ends are written into the rows of `hermite_slopes`.
     """
@@ -168,12 +178,12 @@ def make_event_log(switches) -> Any:
 
 
 def apply_pending_events(switches, p, u, integration):
-    """Return the integration switched by every guard that fails at its present time: efforts may have jumped there."""
+    """Return the integration switched by every guard that fails now, since efforts may jump."""
     return integration if switches is None else apply_reset_maps(p, u, integration)
 
 
 def handle_events(switches, method, p, u, integration):
-    """Return the integration cut back to the first event of its last step, and switched; as it is without one."""
+    """Return the integration cut back to the first event of its last step and switched, if any."""
     if switches is None or integration.status != OK:
         return integration
     low, high, n = bracket(method, p, u, integration)
@@ -199,7 +209,9 @@ def events_until(log, t):
 
 
 def restart(integration, t, x):
-    """Return the integration restarted in state x at a time t [s] that it has passed: what came after t has not been.
+    """Return the integration restarted in state x at a time t [s] that it has passed.
+
+    Events after t are discarded.
 
     It keeps its counters: that work was done.
     """
@@ -250,7 +262,9 @@ def guard_at(method, p, u, integration, t, work):
 
 
 def bracket(method, p, u, integration):
-    """Return (low, high, evaluations): the first guard fails between these times of the last step; equal: none does.
+    """Return (low, high, evaluations): the first guard fails between these times.
+
+    They are times of the last step; equal ones say that no guard fails.
 
     Guards are evaluated at GUARD_SAMPLES equidistant instants, the last one the end of the step; before that at
     interpolated states, and where one is negative, again at the state of the dense output. So a guard that turns
@@ -276,7 +290,10 @@ def bracket(method, p, u, integration):
 
 @routine
 def find_root(method, p, u, integration, low, high):
-    """Return (the first time after `low` when a guard is found to fail, evaluations): false position and halving."""
+    """Return (the first time after `low` when a guard is found to fail, evaluations).
+
+    The root is found by false position and halving.
+    """
     work = work_of(integration.scratch)
     g_low, n = guard_at(method, p, u, integration, low, work)
     g_high, more = guard_at(method, p, u, integration, high, work)
@@ -299,7 +316,7 @@ def find_root(method, p, u, integration, low, high):
 
 @routine
 def truncate_at_event(method, p, u, integration, low, high):
-    """Return the integration cut back to its first event, between `low` and `high`, and switched."""
+    """Return the integration cut back to its first event, in (`low`, `high`), and switched."""
     t, n = find_root(method, p, u, integration, low, high)
     x = dense_output(method, p, u, integration, t)
     integration = add_evaluations(integration._replace(t=t, x=x), n + method.stages)
@@ -307,12 +324,12 @@ def truncate_at_event(method, p, u, integration, low, high):
 
 
 def at_begin(integration, h):
-    """Return the integration back at the start of its last step, where a step of size h is tried next."""
+    """Return the integration at the start of its last step, to be tried again with size h."""
     return integration._replace(t=integration.t0, x=integration.x0, steps=integration.steps - 1, h=h)
 
 
 def end_at_event(step_control, method, p, u, integration, low, high):
-    """Return the integration that ends at its first event, between `low` and `high`, and switched."""
+    """Return the integration that ends at its first event, in (`low`, `high`), and switched."""
     if isinstance(step_control, KinkStepControl):
         return end_at_kink_or_event(step_control.of_events, method, p, u, integration, low, high)
     if isinstance(step_control, EventStepControl):
@@ -322,7 +339,7 @@ def end_at_event(step_control, method, p, u, integration, low, high):
 
 @routine
 def repeat_step_to_event(method, p, u, integration, low, high):
-    """Return the result of `truncate_at_event`, of steps up to the event whose errors are within the tolerance.
+    """Return the result of `truncate_at_event`, with steps up to the event within the tolerance.
 
     A step that goes beyond an event can miss what the equations do just before it: its stages are few. One that ends
     there has a stage in it. Where that one is rejected, shorter ones are taken, and the first event of each is sought.
@@ -342,7 +359,9 @@ def repeat_step_to_event(method, p, u, integration, low, high):
 
 @routine
 def end_at_kink_or_event(step_control, method, p, u, integration, low, high):
-    """Return the integration that ends at a kink, by steps up to it, or at an event, as `end_at_event` does.
+    """Return the integration that ends at a kink, by steps up to it, or at an event.
+
+    An event is handled as by `end_at_event`.
 
     What a step finds beyond a kink is that of equations on both sides, so it is repeated; at an event only by choice.
     """

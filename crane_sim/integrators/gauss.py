@@ -1,4 +1,4 @@
-"""Gauss collocation with three stages, order 6: for long horizons, over which its energy error does not grow.
+"""Gauss collocation, three stages, order 6: for long horizons, as its energy error does not grow.
 
 Coefficients: Hairer, Lubich, Wanner, "Geometric Numerical Integration", 2nd ed., II.1.3. The stages are iterated until
 rounding stops them, so that what is left of the method's symmetry is not spoilt by a tolerance (VIII.6).
@@ -27,13 +27,13 @@ MAX_SWEEPS, SETTLED = 60, 1e-26
 
 
 class Gauss(NamedTuple):
-    """Gauss collocation of order 6 with a fixed step, for long horizons: its energy error does not grow."""
+    """Gauss collocation of order 6, fixed step; energy errors do not grow over long horizons."""
 
     step: Positive  # s, shortened so that a whole number fills each control period; without control it may span several
     stages, last_stage = 3, 0
 
     def safe_step(self, frequency: float) -> float:
-        """Return the largest step [s] with which the sweeps settle for motions up to `frequency` [rad/s]."""
+        """Return the largest step [s] with which sweeps settle up to `frequency` [rad/s]."""
         return 1.0 / frequency
 
     def take_step(self, p, t, x, u, h, scratch, out):
@@ -55,7 +55,7 @@ def change(h, x, new, old):
 
 @routine
 def solve_collocation(p, t, x, u, h):
-    """Return (the state one step after (t, x), sweeps); not a number when the stages do not settle."""
+    """Return (the state one step after (t, x), sweeps); NaN when the stages do not settle."""
     k1 = rhs(p, t, x, u)
     k2, k3, last = k1, k1, 1e300
     for sweep in range(MAX_SWEEPS):

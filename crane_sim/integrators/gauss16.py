@@ -52,7 +52,10 @@ def legendre(x: float, count: int) -> list[float]:
 
 
 def _tableau() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the matrices (8, 8) from derivatives at the stages to one and two integrals, and to a Legendre series."""
+    """Return the matrices (8, 8) from derivatives at the stages to integrals and a series.
+
+    They give one integral, two integrals, and a Legendre series.
+    """
     series = np.array([[(2 * k + 1) * b * legendre(x, STAGES)[k] for x, b in zip(X, B, strict=True)]
                        for k in range(STAGES)])  # fmt: skip
     once, twice = np.empty((STAGES, STAGES)), np.empty((STAGES, STAGES))
@@ -81,7 +84,9 @@ BASE, WEIGHT = STAGES, STAGES + 1
 
 
 class Gauss16(NamedTuple):
-    """Gauss collocation of order 16, for tight tolerances; error control by the rms of error / (atol + rtol |x|).
+    """Gauss collocation of order 16, for tight tolerances, with error control.
+
+    It controls the rms of error / (atol + rtol |x|).
 
     |x| is the most that an entry is within a step of size h from where it begins: |x| + |h x'| there.
     """
@@ -113,7 +118,7 @@ def is_paired(entries, i):
 
 
 def begin_stages(entries, x, k1, h, rtol, atol, ys, ks):
-    """Fill base and weights, and the first estimate of all stages: the derivative k1 at the begin."""
+    """Fill base, weights and the first estimate of all stages: k1, the derivative at the begin."""
     put_lane(ys, BASE, x)
     put_lane(ks, BASE, k1)
     for i in range(len(ys)):
@@ -161,7 +166,7 @@ def end_of_step(entries, h, ys, ks, x):
 
 
 def estimate_error(entries, ys, ks):
-    """Return the error of a step from the Legendre series of its derivatives; the stages in ys are overwritten."""
+    """Return a step's error from its derivatives' Legendre series; overwrite the stages in ys."""
     last, before = 0.0, 0.0
     for first, count in entries:
         for i in range(first, first + count):
@@ -174,13 +179,13 @@ def estimate_error(entries, ys, ks):
 
 
 def combine_estimates(last, before):
-    """Return the error from the squared norms of the last two coefficients and of the two before."""
+    """Return the error from squared norms of the last two coefficients and the two before."""
     ratio = last / before if last < before else 1.0
     return sqrt(last) * ratio * ratio
 
 
 def aim(error, contraction):
-    """Return the error as step control is to see it: larger than it is, and at most 1 where the step is accepted.
+    """Return the error for step control: enlarged, and at most 1 where the step is accepted.
 
     So the size of the next step aims at an error of 1 / MARGIN of the tolerance, and at a contraction of CONTRACTION.
     """

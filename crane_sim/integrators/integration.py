@@ -24,7 +24,10 @@ class Method(Protocol):
     """Row of the scratch with the derivative at the end of a step, 0 for a method that does not evaluate it there."""
 
     def take_step(self, p: Any, t: Any, x: Any, u: Any, h: Any, scratch: Any, out: Any) -> tuple[Any, Any]:
-        """Return (the state one step of size h after (t, x), evaluations); an array is `out`, which is filled."""
+        """Return (the state one step of size h after (t, x), evaluations).
+
+        A state that is an array is `out`, which is filled.
+        """
         ...
 
 
@@ -50,7 +53,7 @@ MAX_STAGES = 12
 
 
 class Scratch(NamedTuple):
-    """Work arrays of steps of an array state (n,), allocated once for a run, undefined between steps."""
+    """Work arrays of steps of a state (n,), allocated once a run, undefined between steps."""
 
     rows: Any  # (MAX_STAGES + 5, n): of the stages, the state at a stage, three that `events` needs, one of `leapfrog`
     work: Any  # the model's workspace
@@ -82,12 +85,15 @@ class Integration(NamedTuple):
 
 
 def start(p, t, x, event_log):
-    """Return the integration of model p that begins with state x at time t, with an empty log of events."""
+    """Return the integration of model p from state x at time t on, with an empty log of events."""
     return Integration(t, x, t, x, 0.0, event_log=event_log, scratch=scratch(x, p))
 
 
 def with_step(integration, t, x, h, evaluations, steps, rejected, status):
-    """Return the integration one step further, at (t, x), with more work counted; h is the size of the next step."""
+    """Return the integration one step further, at (t, x), with more work counted.
+
+    h is the size of the next step.
+    """
     return integration._replace(
         t0=integration.t,
         x0=integration.x,

@@ -1,4 +1,4 @@
-"""The leapfrog method of Störmer and Verlet, order 2 with a fixed step, for models whose state is an array.
+"""Leapfrog of Störmer and Verlet, order 2 with a fixed step, for models whose state is an array.
 
     w = v + h/2 a,  x' = x + h w,  a' = a(t + h, x', w + h/2 a),  v' = w + h/2 a'
 
@@ -21,7 +21,10 @@ CARRIED = MAX_STAGES + 4  # row of a scratch: the derivative that the next step 
 
 
 class Leapfrog(NamedTuple):
-    """Order 2 with a fixed step, one evaluation each (two beside events): for light cables in rigid links."""
+    """Order 2 with a fixed step, for light cables in rigid links.
+
+    A step takes one evaluation, two beside events.
+    """
 
     step: Positive  # s, shortened so that a whole number fills each control period; without control it may span several
     stages, last_stage = 2, 0
@@ -31,12 +34,17 @@ class Leapfrog(NamedTuple):
         return 1.0 / frequency
 
     def take_step(self, p, t, x, u, h, scratch, out):
-        """Return (state, evaluations), see `Method`: a step by itself, beside those that `continue_step` takes."""
+        """Return (state, evaluations), see `Method`, of a step on its own.
+
+        The steps of a run are those of `continue_step`.
+        """
         leap(p, t, x, u, h, scratch, scratch.rows[1], True, out)
         return out, 2
 
     def continue_step(self, p, t, x, u, h, scratch, begins, out):
-        """Fill `out` with the state one step after (t, x) by the derivative that the step before has left.
+        """Fill `out` with the state one step after (t, x), by the derivative left over.
+
+        The step before has left it in the scratch.
 
         There is none where a period begins: inputs may jump.
 
@@ -48,7 +56,7 @@ class Leapfrog(NamedTuple):
 
 
 def kick(n, out, x, rate, h):
-    """Fill the first n of `out` with x after a time h; return how many of them, squared, are not finite.
+    """Fill the first n of `out` with x after a time h; return how many squares are not finite.
 
     They are counted while they are at hand: what reads them again waits until they are stored.
     """
@@ -68,7 +76,9 @@ def kick_twice(x, rate, h):
 
 @routine
 def leap(p, t, x, u, h, scratch, rate, first, out):
-    """Write the state one step after (t, x) into `out`, and the derivative there into `rate`; return its overflows.
+    """Write the state one step after (t, x) to `out`, its derivative to `rate`.
+
+    It returns how many numbers of the state, squared, are not finite.
 
     Args:
         p, t, x, u, h, scratch, out: as of `take_step`.

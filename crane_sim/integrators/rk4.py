@@ -12,7 +12,10 @@ ORDER = 4
 
 
 class RK4(NamedTuple):
-    """The classical order 4 with a fixed step; one that is unstable for the stiffest motion is refused."""
+    """The classical method of order 4 with a fixed step.
+
+    A step that is unstable for the stiffest motion is refused.
+    """
 
     step: Positive  # s, shortened so that a whole number fills each control period; without control it may span several
     tableau = make_tableau(A, B, C)

@@ -1,4 +1,4 @@
-"""A Rosenbrock method of order 5 with error control by order 4, for stiff models whose state is an array.
+"""A Rosenbrock method of order 5, error control by order 4: for stiff models with an array state.
 
 It solves linear systems with the model's Jacobian (`system.compute_jacobian`) instead of iterating, is L-stable and
 stiffly accurate. Coefficients: Rodas5P, G. Steinebach, "Construction of Rosenbrock-Wanner method Rodas5P and numerical
@@ -73,7 +73,10 @@ class Rodas(NamedTuple):
 
 @routine
 def rosenbrock_step(p, t, x, u, h, k1):
-    """Return (the state one step of size h after (t, x), the last increment); k1 is the derivative at (t, x)."""
+    """Return (the state one step of size h after (t, x), the last increment).
+
+    k1 is the derivative at (t, x).
+    """
     jacobian, change = compute_jacobian(p, t, x, u)
     factors = factor_shifted(p, jacobian, 1.0 / (GAMMA * h))
     ks, y, work = np.empty((STAGES, len(x))), x.copy(), workspace(p)
@@ -107,7 +110,10 @@ def reach_stage(s, x, ks, y):
 
 @routine
 def try_step(method, p, t, x, u, h, k1, out):
-    """Write the state one step of size h after (t, x) into `out`, and return its error relative to the tolerance."""
+    """Write the state one step of h after (t, x) into `out`; return its relative error.
+
+    The error is relative to the tolerance.
+    """
     y, error = rosenbrock_step(p, t, x, u, h, k1)
     out[:] = y
     return sqrt(squared_error_norm(error, x, y, method.rtol, method.atol) / len(x))

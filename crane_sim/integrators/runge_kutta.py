@@ -16,7 +16,10 @@ from crane_sim.system import rhs, rhs_into
 
 
 def to_dense_tableau(rows):
-    """Return the rows of a tableau as a matrix (stages, stages); the first stage, which has no row, is a row of 0."""
+    """Return the rows of a tableau as a matrix (stages, stages).
+
+    The first stage, which has no row, is a row of 0.
+    """
     matrix = np.zeros((len(rows) + 1, len(rows) + 1))
     for i, row in enumerate(rows):
         matrix[i + 1, : len(row)] = [entry or 0.0 for entry in row]
@@ -39,7 +42,7 @@ def make_tableau(a, b, c):
 
 
 def evaluate_first_stage(scratch, p, t, x, u):
-    """Return the derivative at (t, x), the first of the stages; of an array state the first row of its scratch."""
+    """Return the derivative at (t, x), the first stage; of arrays the first row of the scratch."""
     if scratch is None:
         return rhs(p, t, x, u)
     rhs_into(p, t, x, u, scratch.rows[0], scratch.work)
@@ -47,12 +50,15 @@ def evaluate_first_stage(scratch, p, t, x, u):
 
 
 def evaluate_stage(p, t, x, u, h, row, node, ks):
-    """Return the derivative at the stage with this row and node, given those of the stages before, `ks`."""
+    """Return the derivative at the stage with this row and node; `ks`: of the stages before."""
     return rhs(p, t + node * h, add(x, weighted_sum(h, row, ks)), u)
 
 
 def evaluate_stages(method, scratch, k1, p, t, x, u, h):
-    """Return the derivatives at all stages, the first one that of `evaluate_first_stage`; of an array its scratch."""
+    """Return the derivatives at all stages, for an array its scratch.
+
+    The first one is that of `evaluate_first_stage`.
+    """
     tableau = method.tableau
     if scratch is not None:
         fill_stages(scratch, p, t, x, u, h, tableau.dense, tableau.nodes)

@@ -15,7 +15,10 @@ class Status(IntEnum):
 
     @property
     def cause(self) -> str:
-        """Text for the user of a failed integration; empty where it continues or the model describes the event."""
+        """Text for the user of a failed integration.
+
+        It is empty where the integration continues or the model describes the event.
+        """
         return _CAUSES.get(self, "")
 
 

@@ -1,4 +1,4 @@
-"""Sizes of steps: equal ones up to an instant, or those that hold an error estimate to the tolerance."""
+"""Sizes of steps: equal ones up to an instant, or those that keep errors within the tolerance."""
 
 from math import ceil, inf, isfinite, sqrt
 
@@ -28,19 +28,22 @@ def max_steps(method):
 
 
 def equal_step(largest, t, end):
-    """Return (size, time after it) of the next of the steps of equal size, at most `largest`, up to `end`."""
+    """Return (size, time after it) of the next step up to `end`.
+
+    Steps are of equal size, at most `largest`.
+    """
     n = max(1.0, ceil((end - t) / largest * (1.0 - 1e-12)))
     h = (end - t) / n
     return h, end if n == 1.0 else t + h
 
 
 def periods_per_step(method, period):
-    """Return how many periods [s] a fixed step spans where nothing jumps between them, at least one."""
+    """Return how many periods [s], at least one, a fixed step spans if nothing jumps in between."""
     return max(1, int(method.step / period * (1.0 + 1e-12)))
 
 
 def latest_step_end(method, k, steps, period):
-    """Return the instant [s] that no step in period k of `steps` may pass when nothing jumps at its end.
+    """Return the instant [s] that no step in period k of `steps` may pass if nothing jumps there.
 
     Fixed steps end where as many periods end as they span.
     """
@@ -51,7 +54,10 @@ def latest_step_end(method, k, steps, period):
 
 
 def advance(method, p, u, integration, end):
-    """Return the integration one accepted step further, not past `end`; fixed methods take equal steps up to there."""
+    """Return the integration one accepted step further, not past `end`.
+
+    Fixed methods take equal steps up to there.
+    """
     if controls_error(method):
         return accepted_step(method, p, u, integration, end)
     (h, t), x = equal_step(method.step, integration.t, end), integration.x
@@ -61,7 +67,7 @@ def advance(method, p, u, integration, end):
 
 
 def select_initial_step(scratch, p, t, x, u, k1, rtol, atol, order):
-    """Return a first step that an explicit Euler step shows to be careful (Hairer, Norsett, Wanner, II.4)."""
+    """Return a careful first step, from an explicit Euler step (Hairer, Norsett, Wanner, II.4)."""
     n = dimension(x)
     d0 = sqrt(squared_error_norm(x, x, x, rtol, atol) / n)
     d1 = sqrt(squared_error_norm(k1, x, x, rtol, atol) / n)
@@ -73,14 +79,16 @@ def select_initial_step(scratch, p, t, x, u, k1, rtol, atol, order):
 
 
 def second_derivative_norm(scratch, k1, p, t, x, u, h, rtol, atol):
-    """Return the weighted square of the change of the derivative in an explicit Euler step of size h."""
+    """Return the weighted square of the derivative's change in an explicit Euler step of size h."""
     change = add(rhs(p, t + h, add(x, scale(h, k1)), u), scale(-1.0, k1))
     return squared_error_norm(change, x, x, rtol, atol)
 
 
 @routine
 def adaptive_step(method, scratch, p, t, x, u, h, end, out):
-    """Try steps, smaller and smaller, until the error of one is within the tolerance; arguments of `step_with_error`.
+    """Try smaller and smaller steps until the error of one is within the tolerance.
+
+    The arguments are those of `step_with_error`.
 
     Returns:
         (state after the step as of `step_with_error`, its time, size to try next, evaluations, steps rejected, status)
@@ -113,7 +121,10 @@ def copy_state(x, out):
 
 @routine
 def accepted_step(method, p, u, integration, end):
-    """Return the integration one step further, tried with smaller steps until its error is within the tolerance."""
+    """Return the integration one step further, with a step whose error is within tolerance.
+
+    Smaller steps are tried until it is.
+    """
     x, scratch = integration.x, integration.scratch
     y, t, h, n, rejected, status = adaptive_step(
         method, scratch, p, integration.t, x, u, integration.h, end, allocate(x)

@@ -1,1 +1,1 @@
-"""Message packages that ROS 2's wheels lack: which are importable, and how they are built into the environment."""
+"""Message packages that ROS 2's wheels lack: which are importable, and how they are built."""

@@ -1,4 +1,4 @@
-"""Builds a message package with CMake, and puts it into the environment as ROS 2's wheels put theirs."""
+"""Builds a message package with CMake, and installs it as ROS 2's wheels do theirs."""
 
 import os
 import re
@@ -58,7 +58,10 @@ def _compile(name: str, folder: Path, on_progress: Callable[[int, int], None]) -
 
 
 def _install(staged: Path, name: str) -> None:
-    """Move the files of a package into the environment, its Python module last: once that is there, all is."""
+    """Move the files of a package into the environment, its Python module last.
+
+    Once that is there, all is.
+    """
     module = Path(sysconfig.get_path("purelib"), name)
     shutil.rmtree(module, ignore_errors=True)
     waiting = toolchain.FOLDER / f"{name}-module"

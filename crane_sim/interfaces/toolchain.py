@@ -1,4 +1,4 @@
-"""The generators of message packages: wheels from PyPI in an environment of their own, which is removed afterwards."""
+"""The generators of message packages: PyPI wheels in a temporary environment of their own."""
 
 import os
 import re
@@ -56,7 +56,7 @@ def make_tools() -> None:
 
 
 def _correct_includes() -> None:
-    """Name the headers of this Python where the wheels name those of the machine that they were made on."""
+    """Name this Python's headers where the wheels name those of the machine that built them."""
     numpy = next(_TOOLS.glob("lib/python3*/site-packages/numpy/_core/include"))
     includes = f'"{sysconfig.get_path("include")};{numpy}"'
     for file in _TOOLS.glob("share/*/cmake/*rosidl_generator_pyExport.cmake"):

@@ -1,4 +1,4 @@
-"""Models of cranes: supports, cables, loads, the cranes composed of them, and closed forms that are faster.
+"""Models of cranes: supports, cables, loads, cranes composed of them, and faster closed forms.
 
 Importing any module of this package imports all models, so that every model is registered with the functions of
 `crane_sim.system`.

@@ -1,4 +1,4 @@
-"""Optional effects: a NamedTuple of parameters and an add_* function each. None (absent) returns what it was given.
+"""Optional effects: a NamedTuple of parameters and an add_* function each; None has no effect.
 
 To add one: write its NamedTuple and its function (and its `*_power` or `*_energy`), call them in the model, and name it
 in the scene schema.
@@ -69,7 +69,7 @@ class PayloadDrag(NamedTuple):
 
 
 def add_drag(drag, force, velocity):
-    """Return the force (3,) plus the drag on a body moving at velocity (3,), both in the same axes."""
+    """Return the force (3,) plus the drag on a body at velocity (3,), both in the same axes."""
     if drag is None:
         return force
     return subtract(force, scale(drag.coefficient * sqrt(dot(velocity, velocity)), velocity))
@@ -97,7 +97,7 @@ def values_of(forces, t):
 
 
 def force_on_node(forces, values, k):
-    """Return the force (3,) [N] on node k, given the values of all forces at one instant: `values_of`."""
+    """Return the force (3,) [N] on node k, given the values of all forces by `values_of`."""
     if forces is None:
         return 0, 0, 0
     total = ZERO
@@ -109,7 +109,10 @@ def force_on_node(forces, values, k):
 
 
 def add_forces(forces, t, inv_masses, acc):
-    """Add the forces at time t to the nodes' accelerations acc (N + 1, 3) [m/s²]; `inv_masses` (N,) [1/kg]."""
+    """Add the forces at time t to the nodes' accelerations acc (N + 1, 3) [m/s²].
+
+    `inv_masses` (N,) [1/kg] are those of the nodes.
+    """
     for force in forces or ():
         acc[force.node, force.axis] += value_at(force.channel, t) * inv_masses[force.node - 1]
 
@@ -143,7 +146,10 @@ class LinearFriction(NamedTuple):
 
 
 class QuadraticFriction(NamedTuple):
-    """Swing joint friction tangential cos²θ2 |θ1'| θ1' and radial |θ2'| θ2' [N m] (paper, eq. 14, corrected)."""
+    """Swing joint friction tangential cos²θ2 |θ1'| θ1' and radial |θ2'| θ2' [N m].
+
+    It is that of the paper, eq. 14, corrected.
+    """
 
     tangential: NonNegative  # N m s², about the tangential swing's axis
     radial: NonNegative  # N m s², about the radial swing's axis
@@ -155,7 +161,10 @@ class QuadraticFriction(NamedTuple):
 
 
 class PaperFriction(NamedTuple):
-    """Swing joint friction tangential cos²θ2 |θ1| θ1' and radial |θ2| θ2' [N m], as the knuckle paper prints it."""
+    """Swing joint friction tangential cos²θ2 |θ1| θ1' and radial |θ2| θ2' [N m].
+
+    It is as the knuckle paper prints it.
+    """
 
     tangential: NonNegative  # N m s, about the tangential swing's axis
     radial: NonNegative  # N m s, about the radial swing's axis

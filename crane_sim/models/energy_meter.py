@@ -1,10 +1,13 @@
-"""An energy meter: a state that integrates the external work, where samples would not give it exactly."""
+"""An energy meter: a state that integrates the external work where samples are not exact."""
 
 from typing import NamedTuple
 
 
 class Meter(NamedTuple):
-    """Marks a crane whose state has the integral of the external power [J]: of drives, base, wind and losses."""
+    """Marks a crane whose state has the integral of the external power [J].
+
+    It is the power of drives, base, wind and losses.
+    """
 
 
 def meter_size(meter):

@@ -54,5 +54,8 @@ def smaller_guard(best, value, number):
 
 
 def travel_guard(limits, best, q, number):
-    """Return the smaller one of `best` and the guard of a coordinate's limits (low, high) at q; None: no limits."""
+    """Return the smaller one of `best` and the guard of limits (low, high) at q.
+
+    None stands for no limits.
+    """
     return best if limits is None else smaller_guard(best, min(q - limits[0], limits[1] - q), number)

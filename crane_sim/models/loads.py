@@ -1,4 +1,4 @@
-"""Loads at the lower end of a cable: a point mass, or a rigid body that hangs from one of its points; their dynamics.
+"""Loads at the lower end of a cable: a point mass, or a rigid body that hangs from one point.
 
 A rigid body with mass m, inertia I about its centre of mass C and attachment r (C to the point P where it hangs), under
 the pull -T n of the last link, moves by
@@ -28,7 +28,7 @@ class PointLoad(NamedTuple):
 
 
 class RigidLoad(NamedTuple):
-    """A payload that is a rigid body; vectors are in its own axes, with the origin in its centre of mass."""
+    """A payload that is a rigid body; vectors are in its axes from its centre of mass."""
 
     mass: float  # kg
     inertia: Matrix  # kg m², rows of the inertia tensor about the centre of mass
@@ -72,7 +72,7 @@ def quaternion_at(x, i, v):
 
 
 def align_quaternion(x, i, v):
-    """Give the quaternion at x[i] its length 1, and take from its rate at x[v] what is not across it."""
+    """Give the quaternion at x[i] length 1, and make its rate at x[v] perpendicular to it."""
     (x[i], x[i + 1], x[i + 2], x[i + 3]), (x[v], x[v + 1], x[v + 2], x[v + 3]) = quaternion_at(x, i, v)
 
 
@@ -93,7 +93,10 @@ def load_state(load, x, nq, end):
 
 
 def from_centre(state, point):
-    """Return a point (3,) of the load, given from that of its coordinates, from its centre of mass, in its axes."""
+    """Return a load's point (3,) from its centre of mass, given from that of its coordinates.
+
+    Both are in the load's axes.
+    """
     return point if state.centre is None else subtract(point, state.centre)
 
 
@@ -105,7 +108,10 @@ def coordinate_velocity(state):
 
 
 def coordinate_acceleration(state, centre, alpha):
-    """Return that of the load's coordinates, from its centre's (3,) [m/s²] and α (3,) in its own axes."""
+    """Return the acceleration of the load's coordinates, from those of its centre of mass.
+
+    These are the centre's (3,) [m/s²], and α (3,) in the load's axes.
+    """
     if state.centre is None:
         return centre
     turning = add(cross(alpha, state.centre), cross(state.omega, cross(state.omega, state.centre)))
@@ -113,13 +119,16 @@ def coordinate_acceleration(state, centre, alpha):
 
 
 def centre_acceleration(load, base, state, force, gravity):
-    """Return the acceleration (3,) [m/s²] of the centre of mass under a force (3,) [N], relative to the base."""
+    """Return the centre's acceleration (3,) [m/s²] relative to the base under a force (3,) [N]."""
     x, y, z = imposed_acceleration(base, state.position, state.velocity)
     return x + force[0] / load.mass, y + force[1] / load.mass, z + force[2] / load.mass - gravity
 
 
 def end_mobility(load, state, n):
-    """Return the mobility [1/kg] of the load's attachment along the unit vector n (3,), in the axes of the base."""
+    """Return the mobility [1/kg] of the load's attachment along n (3,), both in base axes.
+
+    n is a unit vector.
+    """
     if isinstance(load, PointLoad):
         return 1.0 / load.mass
     moment = cross(load.attachment, rotate_to_base(state.rows, n))
@@ -127,7 +136,10 @@ def end_mobility(load, state, n):
 
 
 def end_acceleration_across(load, state, n, tension):
-    """Return the attachment's acceleration (3,) [m/s²] across the last link, along n, by the pull of that link."""
+    """Return the attachment's acceleration (3,) [m/s²] across the last link by that link's pull.
+
+    The link is along n.
+    """
     if isinstance(load, PointLoad):
         return ZERO
     own = rotate_to_base(state.rows, n)
@@ -137,7 +149,7 @@ def end_acceleration_across(load, state, n, tension):
 
 
 def absolute_spin(base, state):
-    """Return (Ω, w' + w × ω), both (3,) in the body's axes; `base` as of `moving_base.base_kinematics_at`."""
+    """Return (Ω, w' + w × ω), both (3,) in the body's axes; `base`: by `base_kinematics_at`."""
     if base is None:
         return state.omega, ZERO
     w = base.angular_velocity
@@ -167,7 +179,7 @@ def angular_acceleration(load, base, state, moment):
 
 
 def write_load_acceleration(load, base, state, pull, out, first):
-    """Write the second derivatives of the load's own coordinates to the end of the crane's in `out`.
+    """Write the second derivatives of the load's own coordinates into `out`, from `first` on.
 
     Args:
         load, base, state: parameters, base, kinematics of the load.
@@ -184,7 +196,9 @@ def write_load_acceleration(load, base, state, pull, out, first):
 
 
 def wind_on_load(flow, base, load, state):
-    """Return force (3,) [N] and moment (3,) [N m, in the load's axes] of the wind: on a point mass it has no moment.
+    """Return force (3,) [N] and moment (3,) [N m] of the wind.
+
+    The moment is in the load's axes, and 0 on a point mass.
 
     `flow` is an Airflow, None without wind.
     """
@@ -206,7 +220,7 @@ def moment_power(load, state, moment):
 
 
 def imposed_load_power(base, load, state):
-    """Return the power [W] that the base supplies to the load; of a rigid one its rotation turns it, too."""
+    """Return the power [W] that the base supplies to the load, also by turning a rigid one."""
     if base is None:
         return 0.0
     acc = imposed_acceleration(base, state.position, state.velocity)
@@ -238,7 +252,9 @@ def load_energies(base, load, state, gravity):
 
 
 def load_force(p, body, t, flow, base, load):
-    """Return force (3,) [N] and moment (3,) [N m, in the load's axes] of air, wind and given forces on the load.
+    """Return force (3,) [N] and moment (3,) [N m] of air, wind and given forces on the load.
+
+    The moment is in the load's axes.
 
     Args:
         p: the crane.
@@ -252,7 +268,7 @@ def load_force(p, body, t, flow, base, load):
 
 
 def add_given_force(given, force, base, t):
-    """Return the force (3,) [N] plus the given one on the payload at time t, in the axes of the base."""
+    """Return the force (3,) [N] plus the given one on the payload at time t, in base axes."""
     if given is None:
         return force
     whole = value_at(given.x, t), value_at(given.y, t), value_at(given.z, t)

@@ -1,4 +1,4 @@
-"""Moving base, such as a ship: the inertial forces on a crane that stands on it, in the axes of the base.
+"""Moving base, such as a ship: the inertial forces on a crane that stands on it, in base axes.
 
 A vector r of the base is (surge, sway, heave) + R r in the world, with R = Rz(yaw) Ry(pitch) Rx(roll): yaw about the
 vertical first, then pitch about the new y, then roll about the new x, all right-handed. A crane's state stays relative
@@ -55,7 +55,7 @@ class BaseState(NamedTuple):
 
 
 def rotation(roll, pitch, yaw):
-    """Return the rows of R = Rz(yaw) Ry(pitch) Rx(roll), which takes vectors of the base to the world."""
+    """Return the rows of R = Rz(yaw) Ry(pitch) Rx(roll), which takes base vectors to the world."""
     (sr, cr), (sp, cp), (sy, cy) = sincos(roll), sincos(pitch), sincos(yaw)
     return (
         (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
@@ -65,7 +65,10 @@ def rotation(roll, pitch, yaw):
 
 
 def angular_motion(angles, rates, seconds):
-    """Return (angular velocity, its derivative) in base axes, from (roll, pitch, yaw) and their derivatives."""
+    """Return (angular velocity, its derivative) in base axes, from (roll, pitch, yaw) and rates.
+
+    `rates` and `seconds` are the first and second derivatives of the angles.
+    """
     (sr, cr), (sp, cp) = sincos(angles[0]), sincos(angles[1])
     r, p, y = rates
     turn = (r - y * sp, p * cr + y * sr * cp, y * cr * cp - p * sr)
@@ -83,7 +86,10 @@ def rotate_to_base(rows, a):
 
 
 def base_kinematics_at(base, gravity, t) -> Any:
-    """Return the BaseKinematics at time t [s], gravity [m/s²] acting along -z of the world; None for a base at rest."""
+    """Return the BaseKinematics at time t [s], None for a base at rest.
+
+    Gravity [m/s²] acts along -z of the world.
+    """
     if base is None:
         return None
     if isinstance(base, MountedBase):
@@ -103,7 +109,9 @@ def vessel_kinematics(base, gravity, t):
 
 @routine
 def mounted_kinematics(base, gravity, vessel):
-    """Return the BaseKinematics of a base mounted on a vessel with these, gravity [m/s²] along -z of the world.
+    """Return the BaseKinematics of a base mounted on a vessel that moves as `vessel`.
+
+    Gravity [m/s²] acts along -z of the world.
 
     At the lever arm r the velocity is v + ω × r and the acceleration a + α × r + ω × (ω × r).
     """
@@ -120,7 +128,9 @@ def mounted_kinematics(base, gravity, vessel):
 
 
 def imposed_acceleration(base, r, v):
-    """Return the imposed acceleration (3,) [m/s²] in addition to gravity along the base's z: zero for a base at rest.
+    """Return the imposed acceleration (3,) [m/s²] besides gravity along the base's z.
+
+    It is zero for a base at rest.
 
     Args:
         base: see `base_kinematics_at`.
@@ -134,22 +144,31 @@ def imposed_acceleration(base, r, v):
 
 
 def add_imposed(base, mass, force, r, v):
-    """Return the force (3,) [N] plus what the base imposes on a mass; other arguments of `imposed_acceleration`."""
+    """Return the force (3,) [N] plus what the base imposes on a mass.
+
+    Other arguments as in `imposed_acceleration`.
+    """
     return force if base is None else add(force, scale(mass, imposed_acceleration(base, r, v)))
 
 
 def airspeed(base, r, v):
-    """Return the velocity (3,) [m/s] through the air, which rests in the world; arguments of `imposed_acceleration`."""
+    """Return the velocity (3,) [m/s] through the air, which rests in the world.
+
+    Arguments of `imposed_acceleration`.
+    """
     return v if base is None else add(add(base.velocity, cross(base.angular_velocity, r)), v)
 
 
 def turned_about_z(base, angle):
-    """Return BaseKinematics or a BaseState in axes that are turned by an angle [rad] about the base's z."""
+    """Return BaseKinematics or a BaseState in axes turned by an angle [rad] about the base's z."""
     return None if base is None else turned_by(base, *sincos(angle))
 
 
 def turned_by(base: Any, s: Any, c: Any) -> Any:
-    """Return BaseKinematics or a BaseState in axes turned about z by an angle whose sine and cosine are s and c."""
+    """Return BaseKinematics or a BaseState in axes turned about z.
+
+    s and c are sine and cosine of the angle.
+    """
     velocity, w = to_turned_axes(base.velocity, s, c), to_turned_axes(base.angular_velocity, s, c)
     if isinstance(base, BaseState):
         return BaseState(velocity, w, to_turned_axes(base.up, s, c), base.height)
@@ -181,7 +200,10 @@ def to_base(pose, a):
 
 
 def base_state(base, t, angle):
-    """Return the BaseState at time t [s] in axes turned by an angle [rad] about the base's z; None where it rests."""
+    """Return the BaseState at time t [s], None where the base rests.
+
+    Its axes are turned by an angle [rad] about the base's z.
+    """
     if base is None:
         return None
     kinematics, pose = base_kinematics_at(base, 0.0, t), pose_at(base, t)
@@ -190,7 +212,7 @@ def base_state(base, t, angle):
 
 
 def added_energy(base, gravity, mass, r, v):
-    """Return (kinetic, potential) energy [J] of a mass in the world less those relative to the base.
+    """Return (kinetic, potential) energy [J] of a mass in the world less those in the base.
 
     Args:
         base: BaseState.
@@ -203,7 +225,7 @@ def added_energy(base, gravity, mass, r, v):
 
 
 def added_spin(base, tensor, own):
-    """Return the kinetic energy [J] of a body's turning in the world less that relative to the base.
+    """Return the kinetic energy [J] of a body's turning in the world less that in the base.
 
     Args:
         base: BaseState.

@@ -23,7 +23,7 @@ class Stops(NamedTuple):
 
 
 def make_switching(stops, positions):
-    """Return the result of `system.switching` for a crane with these stops, None for a crane without.
+    """Return `system.switching` of a crane with these stops, None for a crane without.
 
     Args:
         stops: the stops.
@@ -35,7 +35,7 @@ def make_switching(stops, positions):
 
 
 def length_guard(stops, best, length, rate):
-    """Return the smallest one of `best` and the guards of a rope's shortest and longest length, by length and rate."""
+    """Return the smallest one of `best` and the guards of a rope's shortest and longest length."""
     shortest = length + stops.lookahead * min(rate, 0.0) - stops.shortest
     best = smaller_guard(best, shortest, encode(Guard.LENGTH, LOWER))
     return smaller_guard(best, stops.longest - length, encode(Guard.LENGTH, UPPER))
@@ -57,7 +57,7 @@ def describe_length_event(rope: str, key: str, end: int, shortest: float) -> tup
 
 
 def describe_cable_event(number: int, shortest: float) -> tuple[str, str]:
-    """Return texts (what an event was, what a user can change) of an overhead crane's hoist or links."""
+    """Return texts (what an event was, what a user can change) of an overhead crane's cable."""
     kind, index, outcome = decode(number)
     if kind == Guard.FRICTION:
         return describe_friction("hoist", outcome), ""
@@ -70,7 +70,10 @@ def describe_cable_event(number: int, shortest: float) -> tuple[str, str]:
 
 
 def describe_stop(support: Any, stops: Stops, number: int) -> tuple[str, str]:
-    """Return texts (meaning of a guard, what a user can change); `support` names its coordinates."""
+    """Return texts (meaning of a guard, what a user can change).
+
+    `support` names its coordinates.
+    """
     kind, index, outcome = decode(number)
     if kind == Guard.FRICTION:
         return describe_friction("winch" if index == WINCH else support.coordinate(index)[0], outcome), ""

@@ -1,4 +1,4 @@
-"""The kink of the mean wind at the lowest height of its profile: steps end where the payload passes it."""
+"""The kink of the mean wind at the lowest height of its profile: steps end at its passage."""
 
 from crane_sim.models.loads import RigidLoad
 from crane_sim.models.moving_base import pose_at, to_world
@@ -34,7 +34,7 @@ def kink_guard(p, value, t0, x0, t, x):
 
 
 def with_kink_switching(wind, switching):
-    """Return the result of `system.switching` for a crane in this wind, without which it is `switching`."""
+    """Return `system.switching` of a crane in this wind, from that without wind."""
     if not has_kink(wind):
         return switching
     return Switching(switching.capacity, switching.positions, KinkStepControl(switching.step_control))

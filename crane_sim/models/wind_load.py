@@ -1,4 +1,6 @@
-"""Forces of the wind on bodies: ½ ρ C A |v| v at the centre of pressure, v the wind less the velocity of that point.
+"""Forces of the wind on bodies: ½ ρ C A |v| v at the centre of pressure.
+
+v is the wind less the velocity of that point.
 
 A rod takes the part of v across it only: flow along a slender body does not press on it (the cross-flow principle,
 Hoerner, Fluid-Dynamic Drag, 1965, chapter 3). All vectors are in the axes of the base, or in axes turned about its z,
@@ -16,7 +18,7 @@ from crane_sim.trajectories.wind import LogarithmicLaw, PowerLaw, gust_at, speed
 
 
 class Windage(NamedTuple):
-    """Area and drag coefficient of a body; the wind acts on a point mass, or on a body's centre of pressure."""
+    """Area and drag coefficient of a body, a point mass or one with a centre of pressure."""
 
     area: NonNegative  # m², that the wind sees
     drag_coefficient: NonNegative  # -, some 1.2 of a box or a tube
@@ -31,7 +33,7 @@ class RodWindage(NamedTuple):
 
 
 class JibWindage(NamedTuple):
-    """Area and drag coefficient of a tower crane's jib or counter-jib, for the part of the wind across it."""
+    """Area and drag coefficient of a tower crane's jib or counter-jib for the wind across it."""
 
     area: NonNegative  # m², that a wind across the jib sees
     drag_coefficient: NonNegative  # -, some 1.7 of a truss of flat-sided members
@@ -39,7 +41,7 @@ class JibWindage(NamedTuple):
 
 
 class BoomWindage(NamedTuple):
-    """Width and drag coefficient of a telescopic boom, for the part of the wind across what is telescoped out."""
+    """Width and drag coefficient of a telescopic boom, for the wind across its telescoped part."""
 
     width: NonNegative  # m, mean, that a wind across the boom sees
     drag_coefficient: NonNegative  # -, some 1.2 of a box with rounded corners
@@ -61,7 +63,10 @@ class Airflow(NamedTuple):
 
 
 def airflow_at(wind, base, t, angle):
-    """Return the Airflow at time t [s] in axes turned by an angle [rad] about the base's z; None without wind."""
+    """Return the Airflow at time t [s], None without wind.
+
+    Its axes are turned by an angle [rad] about the base's z.
+    """
     if wind is None:
         return None
     pose, (x, y), (u, v, w) = pose_at(base, t), wind.direction, [gust_at(gust, t) for gust in wind.gusts]
@@ -73,7 +78,7 @@ def airflow_at(wind, base, t, angle):
 
 
 def turned_flow(flow, angle):
-    """Return the Airflow in axes that are turned by an angle [rad] about the z of its own; None without wind."""
+    """Return the Airflow in axes turned by an angle [rad] about its own z; None without wind."""
     if flow is None:
         return None
     s, c = sincos(angle)
@@ -82,7 +87,10 @@ def turned_flow(flow, angle):
 
 
 def relative_flow(flow, r, velocity):
-    """Return the velocity (3,) [m/s] of the wind at r [m] less that of a body, `velocity` through still air [m/s]."""
+    """Return the velocity (3,) [m/s] of the wind at r [m] less that of a body.
+
+    `velocity` [m/s] is the body's through still air.
+    """
     ratio = speed_ratio(flow.profile, flow.height + dot(flow.up, r), flow.reference)
     return subtract(add(scale(ratio, flow.mean), flow.gust), velocity)
 
@@ -107,7 +115,10 @@ def add_wind(flow, windage, force, r, velocity):
 
 
 def rod_drag(windage, flow, along, r, velocity):
-    """Return the force (3,) [N] of the wind on a rod with the unit vector `along`; others as in `add_wind`."""
+    """Return the force (3,) [N] of the wind on a rod along `along`; others as in `add_wind`.
+
+    `along` is a unit vector.
+    """
     if windage is None:
         return 0.0, 0.0, 0.0
     v = relative_flow(flow, r, velocity)

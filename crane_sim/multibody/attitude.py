@@ -1,4 +1,6 @@
-"""Attitude of a rigid body: a unit quaternion q = (w, x, y, z) and its rate, so that no direction is singular.
+"""Attitude of a rigid body: a unit quaternion q = (w, x, y, z) and its rate.
+
+No direction is singular.
 
 It takes vectors of the body to the axes that the attitude is given in: r = q ⊗ r_b ⊗ q*. With the angular velocity ω
 in the body's axes q' = ½ q ⊗ ω and q'' = ½ q ⊗ ω' - ¼ |ω|² q.
@@ -14,7 +16,10 @@ Quaternion = tuple[Any, Any, Any, Any]
 
 
 def align(vector: tuple[Any, ...], rate: tuple[Any, ...]) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-    """Return (unit vector, rate across it) nearest to a vector and its rate, of any number of components."""
+    """Return (unit vector, rate across it) nearest to a vector of any size and its rate.
+
+    Size is its number of components.
+    """
     inverse = 1.0 / sqrt(inner(vector, vector))
     unit = tuple(x * inverse for x in vector)
     along = inner(unit, rate)

@@ -1,4 +1,4 @@
-"""Small symmetric systems, written out: L D Lᵀ without pivoting, for matrices that are positive definite."""
+"""Small symmetric positive definite systems, written out: L D Lᵀ without pivoting."""
 
 from typing import Any, NamedTuple
 
@@ -54,7 +54,7 @@ def scale(factor: Any, a: tuple[Any, ...]) -> tuple[Any, ...]:
 
 
 def inner(a: tuple[Any, ...], b: tuple[Any, ...]) -> Any:
-    """Return the sum of the products of the entries of a with the first ones of b, from left to right."""
+    """Return the sum, from left to right, of products of the entries of a with the first of b."""
     return sum(x * y for x, y in zip(a, b, strict=False))
 
 

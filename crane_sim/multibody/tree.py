@@ -45,7 +45,7 @@ class Body(NamedTuple):
 
 
 class Joint(NamedTuple):
-    """A joint, and the link that it moves. The link's axes are those of the link below where the position is 0."""
+    """A joint and the link that it moves, whose axes are those of the link below at position 0."""
 
     axis: int  # X, Y or Z of the link below
     position: tuple[tuple[int, int], ...]  # (number of a coordinate, factor): their sum
@@ -106,7 +106,10 @@ class Screw(NamedTuple):
 
 
 class Kinematics(NamedTuple):
-    """Places and motion of a tree's links; `turn` is (sine, cosine) of the angle that the components' axes turn by."""
+    """Places and motion of a tree's links, with components in turned axes.
+
+    `turn` is (sine, cosine) of the angle that the components' axes turn by.
+    """
 
     turn: tuple[Any, Any]
     links: tuple[Link, ...]
@@ -189,14 +192,17 @@ def point_velocity(kinematics: Kinematics, point: Point) -> Vector:
 
 
 def point_acceleration(tree: Tree, kinematics: Kinematics, point: Point, qdd: tuple[Any, ...]) -> Vector:
-    """Return the acceleration [m/s²] of a point relative to the base at accelerations qdd (n,) of coordinates."""
+    """Return the acceleration [m/s²] of a point relative to the base at qdd (n,).
+
+    qdd are the accelerations of the coordinates.
+    """
     link = kinematics.links[point.joint]
     total = add(link.acceleration, multiply(link.gradient, combine(link.axes, point.offset)))
     return add(total, velocity_at_rates(tree, kinematics, point, qdd))
 
 
 def velocity_at_rates(tree: Tree, kinematics: Kinematics, point: Point, rates: tuple[Any, ...]) -> Vector:
-    """Return J v [m/s]: the velocity of a point relative to the base at rates (n,) of coordinates."""
+    """Return J v [m/s]: the velocity of a point relative to the base at rates (n,)."""
     total, place = ZERO, point_position(kinematics, point)
     for i in _ancestors(tree, point.joint):
         screw = kinematics.screws[i]
@@ -206,7 +212,10 @@ def velocity_at_rates(tree: Tree, kinematics: Kinematics, point: Point, rates: t
 
 
 def body_motions(tree: Tree, kinematics: Kinematics) -> tuple[tuple[int, Body, Vector, Vector, Matrix, Vector], ...]:
-    """Return (joint, body, place [m] and velocity [m/s] of its centre, inertia [kg m²], angular velocity) of all."""
+    """Return (joint, body, place, velocity, inertia, angular velocity) of all bodies.
+
+    Place [m] and velocity [m/s] are those of the centre; the inertia is in kg m².
+    """
     motions = ()
     for i, (joint, link) in enumerate(zip(tree.joints, kinematics.links, strict=True)):
         for body in joint.bodies:
@@ -218,7 +227,10 @@ def body_motions(tree: Tree, kinematics: Kinematics) -> tuple[tuple[int, Body, V
 
 
 def tree_reaction(tree: Tree, inertia: Inertia, qdd: tuple[Any, ...], gravity: Any) -> Wrench:
-    """Return the wrench of a base at rest on the tree, on which no other forces act, at accelerations qdd (n,)."""
+    """Return the wrench of a base at rest on the tree, without other forces, at qdd (n,).
+
+    qdd are the accelerations of the coordinates.
+    """
     total = inertia.bias
     for momentum, joint in zip(inertia.momenta, tree.joints, strict=True):
         rate = _sum_of(qdd, joint.position)
@@ -341,7 +353,10 @@ def _join(a: Composite, b: Composite) -> Composite:
 
 
 def _momentum(composite: Composite, screw: Screw) -> Wrench:
-    """Return momentum and angular momentum, about the base's origin, of a composite at a joint's unit velocity."""
+    """Return the momenta of a composite at a joint's unit velocity.
+
+    They are momentum and angular momentum about the base's origin.
+    """
     h = composite.first_moment
     linear_part = add(scale(composite.mass, screw.linear), cross(screw.angular, h))
     return Wrench(linear_part, add(multiply(composite.inertia, screw.angular), cross(h, screw.linear)))
@@ -357,7 +372,10 @@ def _matrix_of_joints(tree: Tree, screws: tuple[Screw, ...], momenta: tuple[Wren
 
 
 def _matrix_of_coordinates(tree: Tree, matrix: linear.Matrix, n: int) -> linear.Matrix:
-    """Return the lower triangle of AᵀMA, M the mass matrix of the joints, A their positions by coordinates."""
+    """Return the lower triangle of AᵀMA.
+
+    M is the mass matrix of the joints, A their positions by coordinates.
+    """
     rows = ()
     for k in range(n):
         full = tuple(sum(f * _entry(matrix, j, i) for i, f in _uses(tree, k)) for j in range(len(matrix)))

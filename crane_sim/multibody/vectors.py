@@ -57,7 +57,7 @@ def to_turned_axes(a: Vector, s: Any, c: Any) -> Vector:
 
 
 def acceleration_gradient(w: Vector, alpha: Vector) -> Matrix:
-    """Return the matrix of r in α × r + ω × (ω × r): how acceleration grows with the place r in a rotating body."""
+    """Return the matrix of r in α × r + ω × (ω × r), the acceleration in a rotating body."""
     xx, yy, zz = w[0] * w[0], w[1] * w[1], w[2] * w[2]
     xy, xz, yz = w[0] * w[1], w[0] * w[2], w[1] * w[2]
     return (
@@ -81,7 +81,10 @@ def point_inertia(mass: Any, r: Vector) -> Matrix:
 
 
 def turned_inertia(axes: Matrix, inertia: Matrix) -> Matrix:
-    """Return a body's inertia in the axes that `axes`, the body's own, are given in: the sum of I_ij e_i e_jᵀ."""
+    """Return a body's inertia in the axes in which its own, `axes`, are given.
+
+    It is the sum of I_ij e_i e_jᵀ.
+    """
     columns = tuple(combine(axes, row) for row in inertia)  # Σ_j I_ij e_j
     rows = tuple(tuple(sum(axes[k][i] * columns[k][j] for k in range(3)) for j in range(3)) for i in range(3))
     return rows  # type: ignore[return-value]

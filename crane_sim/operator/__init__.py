@@ -1,1 +1,1 @@
-"""What an operator at a desk does with a crane: devices, levers, the desk's interlocks, drives by speed; no ROS."""
+"""An operator at a desk: devices, levers, the desk's interlocks, drives by speed; without ROS."""

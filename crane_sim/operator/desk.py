@@ -72,7 +72,7 @@ class Desk:
         self._last_heartbeat = -inf
 
     def take(self, demand: Demand, now: float) -> tuple[float, ...]:
-        """Return the operator's speeds (nu,), exactly the levers' fractions of the largest; zero where interlocked."""
+        """Return speeds (nu,), exactly the levers' fractions of the largest; 0 if interlocked."""
         self._switch_assistance(demand.assistance)
         at_rest = not any(demand.axes)
         self.stopped = demand.stop or (self.stopped and not (demand.release and at_rest and not demand.enabled))
@@ -99,7 +99,7 @@ class Desk:
 
 
 class SoftLimits:
-    """Speeds from which the crane can stop within its travel, with the references that its drives follow.
+    """Speeds from which the crane can stop within its travel, with the references for its drives.
 
     Attributes:
         limited: names of the joints whose last speed was reduced.
@@ -129,7 +129,7 @@ class SoftLimits:
         return allowed
 
     def dragged(self, v: Sequence[float]) -> list[str]:
-        """Return the names of the joints whose velocities (nu,) are far from what their drives follow."""
+        """Return the joints whose velocities (nu,) are far from what their drives follow."""
         joints = zip(self._joints, self._references, v, strict=True)
         return [
             joint.name for joint, reference, now in joints if abs(now - reference.velocity) > _drag_tolerance(joint)
@@ -138,7 +138,7 @@ class SoftLimits:
     def _permitted_speed(
         self, joint: DrivenJoint, reference: ReferenceMotion, speed: float, q: float, v: float
     ) -> float:
-        """Return the permitted speed of a joint: the faster of its velocity and its reference counts."""
+        """Return a joint's permitted speed; the faster of its velocity and reference counts."""
         speed = min(max(speed, -joint.bounds.speed), joint.bounds.speed)
         if speed == 0.0 or (joint.low == -inf and joint.high == inf):
             return speed
@@ -148,5 +148,5 @@ class SoftLimits:
 
 
 def _drag_tolerance(joint: DrivenJoint) -> float:
-    """Return the deviation of velocity that a drive has without a load: of its lag on a ramp, and of its loop."""
+    """Return a drive's deviation of velocity without a load: of its lag on a ramp, and its loop."""
     return DRAG_THRESHOLD * joint.bounds.speed + joint.lag * joint.bounds.acceleration

@@ -1,4 +1,6 @@
-"""Speed drives for an operator: a scene without its law, whose actuated joints all follow speeds within ramps.
+"""Speed drives for an operator: a scene without its law, whose actuated joints follow speeds.
+
+Ramps bound the accelerations.
 
 Joints that are driven by force, torque or acceleration get a frequency converter: `drive: velocity` with a PI loop and
 a reference within bounds of speed, acceleration and jerk. The PI loop places both poles at `BANDWIDTH` for the joint
@@ -103,7 +105,10 @@ class DriveRequirement(NamedTuple):
 
 
 def _drive_requirements(scene: Scene, speeds: Mapping[str, float]) -> dict[str, DriveRequirement]:
-    """Return bounds and inertia of each joint; a drive that is too weak for the default ramp gets a slower one."""
+    """Return bounds and inertia of each joint.
+
+    A drive that is too weak for the default ramp gets a slower one.
+    """
     mechanics = joint_mechanics(scene)
     units = dict(zip(scene.joint_names, scene.joint_units, strict=True))
     records = ideal_drives(len(scene.actuated)) if scene.hardware is None else scene.hardware.drives
@@ -146,7 +151,10 @@ def _make_actuator_group(
 
 
 def driven_joints(scene: Scene) -> tuple[DrivenJoint, ...]:
-    """Return the joints (nu,) of a scene from `with_operator_drives`, with speeds, ramps and soft limits."""
+    """Return the joints (nu,) of a scene from `with_operator_drives`.
+
+    They have speeds, ramps and soft limits.
+    """
     units = dict(zip(scene.joint_names, scene.joint_units, strict=True))
     start = dict(zip(scene.joint_names, scene.initial_q, strict=True))
     joints = []
@@ -157,7 +165,7 @@ def driven_joints(scene: Scene) -> tuple[DrivenJoint, ...]:
 
 
 def _lag(scene: Scene, i: int) -> float:
-    """Return the lag [s] of a joint behind its command: of its drive, its delay, and of a winch driven by its speed."""
+    """Return a joint's lag [s] behind its command: of drive, delay, and winch driven by speed."""
     drive = scene.hardware.drives[i]
     lag = float(drive.lag) + int(drive.delay) * scene.period
     if scene.effort_units[i] != "m/s":

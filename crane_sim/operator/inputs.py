@@ -1,4 +1,4 @@
-"""Inputs of the operator's device: positions of levers and buttons, from a keyboard's keys or a controller's axes.
+"""Inputs of an operator's device: levers and buttons, from keys or a controller's axes.
 
 A terminal reports that a key is pressed, and repeats it while it is held, but never that it is released. So a key moves
 its joint until no repetition has come for a while: longer after the first press, since repetition begins late.
@@ -54,7 +54,7 @@ def demand_of(sample: Sample, assignment: Assignment) -> Demand:
 
 
 class Keyboard:
-    """The keys of a terminal as levers; a key that is held or pressed is the dead man's switch as well.
+    """The keys of a terminal as levers; a held or pressed key is the dead man's switch as well.
 
     Attributes:
         level: index in LEVELS of the fraction of the largest speed that keys command.
@@ -86,7 +86,7 @@ class Keyboard:
             self._pressed.add(key)
 
     def demand(self, now: float, tail: float = 0.0) -> Demand:
-        """Return the demand at `now` [s]; `tail`: s for which the switch stays closed after the last key."""
+        """Return the demand at `now` [s]; `tail` [s] keeps the switch closed after the last key."""
         axes = [0.0] * self._count
         for key, until in self._until.items():
             if now < until:

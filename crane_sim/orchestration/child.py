@@ -35,7 +35,7 @@ class Child:
     """
 
     def __init__(self, name: str, start: Callable[[int, int], object]) -> None:
-        """Create the process by `start(control_fd, report_fd)`: its ends of two pipes, for requests and for reports."""
+        """Create it by `start(control_fd, report_fd)`: its pipe ends for requests and reports."""
         self.name, self.fault, self.waiting = name, "", ""
         self.active, self.ready, self.exited, self.fatal = True, False, False, False
         self.step = self.recorded = self.lost_commands = self.last_bag_step = self.resets = 0
@@ -79,7 +79,7 @@ class Child:
                 signal.pidfd_send_signal(self._pidfd, number)
 
     def wait_for_exit(self, deadline: float) -> bool:
-        """Wait for the exit until an instant [s] of the monotonic clock; return whether the process has exited."""
+        """Wait for the exit until an instant [s] of the monotonic clock; return whether it came."""
         return self._wait(max(deadline - time.monotonic(), 0.0))
 
     def close(self) -> None:
@@ -96,7 +96,7 @@ class Child:
         return True
 
     def wait_for_start(self) -> None:
-        """Wait for the report of its process id: it may have been forked just as the group was shut down."""
+        """Wait for the report of its process id: it may be forked during the shutdown."""
         while not (self.pid or self.exited) and select.select([self.report_fd], [], [], _START_TIMEOUT)[0]:
             self.read()
 

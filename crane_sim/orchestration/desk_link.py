@@ -13,7 +13,7 @@ QUIT = "quit"
 
 
 class DeskLink(NamedTuple):
-    """What an operator at this terminal has of a run; its functions may be called from any thread."""
+    """An operator's access to a run at this terminal; any thread may call its functions."""
 
     send: Callable[[str], None]  # a line to the node
     panel: Callable[[], Mapping[str, Any]]  # what the node has reported to show

@@ -1,4 +1,4 @@
-"""The fork server: a program that imports the simulator once, and then forks a node of a run for each request.
+"""The fork server: imports the simulator once, then forks a node of a run for each request.
 
 It never imports ROS: the middleware is started in the forked process, which then has its threads. It also loads the
 compiled code of a scene for standbys, processes that have to be ready at once when they replace a node.
@@ -26,7 +26,7 @@ MODULES = ("crane_sim.simulation.plant", "crane_control", "crane_sim.recording.l
 
 
 def preload(scene: Scene) -> None:
-    """Load the compiled code of the scene's law, of the inner loop of one that has two, and of derived quantities."""
+    """Load the compiled code of a scene's law, its inner loop if any, and derived quantities."""
     if scene.law is not None:
         inner_loop_of(scene.law)(0.0, scene.initial_q, scene.initial_v)
         scene.law(0.0, scene.initial_q, scene.initial_v)
@@ -39,7 +39,7 @@ class _Node(NamedTuple):
 
 
 class ForkServer:
-    """Forks the nodes that are requested, and reports the exit of each on the pipe of its reports."""
+    """Forks the requested nodes, and reports the exit of each on the pipe of its reports."""
 
     def __init__(self, channel: socket.socket) -> None:
         """Serve the requests of a channel."""
@@ -105,7 +105,7 @@ class ForkServer:
 
 
 def run_node(request: list[str], control_fd: int, report_fd: int) -> int:
-    """Run the node of a request (module, arguments) in this forked process; return its exit code."""
+    """Run the node of a request (module, arguments) in this fork; return its exit code."""
     os.setsid()
     module, *arguments = request
     Path("/proc/self/comm").write_text(module.rpartition(".")[2])  # as `top` and `ps -e` show it

@@ -42,7 +42,7 @@ class ForkServerClient:
         server_end.close()
 
     def preload(self, scene_file: Path) -> None:
-        """Request that the compiled code of a scene is loaded, which later forks then need not do."""
+        """Request that a scene's compiled code is loaded, which later forks then need not do."""
         with suppress(OSError):
             self._channel.send(json.dumps(str(scene_file)).encode())
 
@@ -52,7 +52,10 @@ class ForkServerClient:
         return self._process.pid
 
     def spawn(self, module: str, arguments: Sequence[str], control_fd: int, report_fd: int) -> None:
-        """Request a fork that gets these ends of its two pipes; an exited server is detected where the reports end."""
+        """Request a fork that gets these ends of its pipes.
+
+        An exited server is detected where the reports end.
+        """
         with suppress(OSError):
             socket.send_fds(self._channel, [json.dumps([module, *arguments]).encode()], [control_fd, report_fd])
 

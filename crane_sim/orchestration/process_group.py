@@ -81,7 +81,7 @@ class ProcessGroup:
 
     @property
     def time_left(self) -> float:
-        """Seconds until the grace period of the processes begins; inf until a shutdown is requested."""
+        """Seconds until the processes' grace period begins; inf before a shutdown is requested."""
         return self.deadline - sum(_SHORT_GRACE) - time.monotonic() if self.shutting_down else inf
 
     def _terminate_all(self) -> None:
@@ -98,12 +98,12 @@ class ProcessGroup:
             child.close()
 
     def _grace_limit(self, start: float, stage: int) -> float:
-        """Return the end [s] of the grace period of a stage that began at `start` [s]; a shutdown may shorten it."""
+        """Return the end [s] of a stage's grace period from `start` [s]; a shutdown shortens it."""
         grace = _SHORT_GRACE if self.shutting_down else _GRACE
         return min(start + grace[stage], self.deadline - sum(grace[stage + 1 :]))
 
     def preload(self, scene_file: Path) -> None:
-        """Have the fork server load the compiled code of a scene, for nodes that are forked after this."""
+        """Have the fork server load the compiled code of a scene for nodes forked later."""
         self._start_fork_server().preload(scene_file)
 
     def start(self, name: str, module: str, namespace: str, settings: Mapping[str, object]) -> Child:
@@ -129,14 +129,17 @@ class ProcessGroup:
         child.close()
 
     def find_stopped(self) -> dict[int, str]:
-        """Return the processes, the fork server included, that a signal has stopped: their names by process id."""
+        """Return the names, by process id, of processes that a signal has stopped.
+
+        The fork server is included.
+        """
         processes = {child.pid: child.name for child in self.children if child.pid}
         if self._fork_server:
             processes[self._fork_server.pid] = "fork server"
         return {pid: name for pid, name in processes.items() if is_stopped(pid)}
 
     def listen(self, timeout: float) -> bool:
-        """Read the reports of the children within `timeout` seconds; return whether there were any."""
+        """Read the children's reports within `timeout` seconds; return whether there were any."""
         if not self._selector.get_map():
             time.sleep(timeout)
         readable = self._selector.select(timeout)

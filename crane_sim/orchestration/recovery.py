@@ -1,4 +1,4 @@
-"""Recovery of the files of killed recorders; the summary names what was recovered and what was not."""
+"""Recovery of the files of killed recorders; the summary names what was and was not recovered."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Roles of a run: the active process of each, its standbys, and the resume state that a fail-over hands over."""
+"""Roles of a run: the active process of each, its standbys, and the state handed over to them."""
 
 import json
 import time
@@ -50,7 +50,7 @@ class Role:
             self._add_standby()
 
     def fail_over(self, step: int) -> bool:
-        """Make a standby the active process in place of one that has exited, with the plant at `step`.
+        """Make a standby the active process after an exit, with the plant at `step`.
 
         Returns False where that cannot be, or would not help: the role has failed.
         """
@@ -67,7 +67,7 @@ class Role:
         return True
 
     def maintain_standbys(self) -> str:
-        """Start a standby where there are too few; return why that is given up, one line, or empty."""
+        """Start a standby where there are too few; return why that is given up, or empty."""
         for lost in [child for child in self._standbys if child.exited]:
             self._standbys.remove(lost)
             self._group.remove(lost)
@@ -102,7 +102,7 @@ class Role:
 
 
 class RecorderRole(Role):
-    """The recorder's role: the next one resumes after the last step that is known to be on the disk.
+    """The recorder's role: the next one resumes after the last step known to be on the disk.
 
     Attributes:
         path: of the recording, empty where there is none.

@@ -14,7 +14,7 @@ DOMAINS = range(1, 102)  # above 101 the ports of a domain overlap the kernel's 
 
 @contextmanager
 def reserve_domain(domain_id: int | None = None) -> Iterator[int]:
-    """Yield a ROS domain id: `domain_id`, or one that no other process on this machine reserves until the block ends.
+    """Yield a ROS domain id: `domain_id`, or one that no other process on this machine reserves.
 
     Raises:
         RuntimeError: all are taken; the message is one line.
@@ -47,7 +47,7 @@ def _is_in_use(domain: int) -> bool:
 
 
 def node_environment(domain: int, log_folder: Path) -> dict[str, str]:
-    """Return the environment of a node in `domain`: Fast DDS over the loopback interface, this package and its ROS.
+    """Return a node's environment in `domain`: Fast DDS over loopback, this package, its ROS.
 
     Of the variables that ROS, Fast DDS, Python and the loader read it has those of a list only (`environment`): any
     other could choose another discovery, transport or ROS than the one that the simulator is tested with.
@@ -73,7 +73,7 @@ def node_environment(domain: int, log_folder: Path) -> dict[str, str]:
 
 
 def _search_paths() -> dict[str, str]:
-    """Return the search paths of nodes: this package, and the ROS beside it, are found before any other."""
+    """Return the search paths of nodes: this package and the ROS beside it come first."""
     package_root, own = str(Path(__file__).parents[2]), own_ros()
     own["PYTHONPATH"] = [package_root, *own.get("PYTHONPATH", [])]
     paths = {name: [*folders, *filter(None, [os.environ.get(name)])] for name, folders in own.items()}

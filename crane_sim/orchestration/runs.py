@@ -1,4 +1,7 @@
-"""One run over ROS: plant, law (one or two) and recorder as OS processes, from start to summary. No rclpy here."""
+"""One run over ROS: plant, one or two laws and recorder, from start to summary; no rclpy.
+
+Each of them is an OS process.
+"""
 
 import tempfile
 import uuid

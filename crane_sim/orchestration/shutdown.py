@@ -1,4 +1,4 @@
-"""Shutdown of a run: the reports of its nodes become one summary, which says what is missing in the files."""
+"""Shutdown of a run: one summary of its nodes' reports, which says what is missing in the files."""
 
 import json
 import signal
@@ -31,7 +31,7 @@ def collect_controller_summary(supervisor: Supervisor, roles: Sequence[Role]) ->
 
 
 def merge_summaries(*parts: Mapping[str, Any]) -> dict[str, Any]:
-    """Return one summary from those of several nodes, which all refuse the same messages: the largest count of each."""
+    """Return one summary of several nodes that refuse the same messages: the largest counts."""
     merged = {key: value for part in parts for key, value in part.items()}
     refused = [part.get(REFUSED, {}) for part in parts]
     counts = {key: max(each.get(key, 0) for each in refused) for each in refused for key in each}
@@ -39,7 +39,7 @@ def merge_summaries(*parts: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def finish_recording(supervisor: Supervisor, role: RecorderRole | None, summary: dict[str, Any]) -> dict[str, Any]:
-    """Let the recorder finish its files with the summary; return the summary with the recorder's report.
+    """Let the recorder finish its files with the summary; return it with the recorder's report.
 
     Args:
         supervisor: of the run.
@@ -66,13 +66,13 @@ def finish_recording(supervisor: Supervisor, role: RecorderRole | None, summary:
 
 
 def _time_for_files(supervisor: Supervisor) -> Callable[[], float]:
-    """Return a function of no arguments: the seconds left for files, fewer as soon as a shutdown is requested."""
+    """Return a function for the seconds left for files, fewer once a shutdown is requested."""
     deadline = time.monotonic() + _FILES_TIMEOUT
     return lambda: min(deadline - time.monotonic(), supervisor.time_left)
 
 
 def _finish_or_kill(supervisor: Supervisor, role: RecorderRole, summary: dict[str, Any]) -> dict[str, Any] | None:
-    """Return the recorder's report on its files, None where there is none in time; a dead recorder is replaced.
+    """Return the recorder's report, None without one in time; a dead recorder is replaced.
 
     The summary's number of restarts is updated.
     """

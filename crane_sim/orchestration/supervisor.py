@@ -1,4 +1,4 @@
-"""The supervisor of a run: from the start of its nodes to the plant's last step, with fail-over of what exits."""
+"""The supervisor of a run, from the start of its nodes to the last step, with fail-over."""
 
 import signal
 import time
@@ -63,7 +63,7 @@ class Supervisor:
         self._announce_active()
 
     def run(self) -> None:
-        """Start the plant's steps, and wait for its summary; raises RunError when there will be none."""
+        """Start the plant's steps, and wait for its summary; raises RunError if there is none."""
         self.plant.send("go")
         self._wait_until(
             lambda: self.plant.summary is not None, self._recover, _REPORT_TIMEOUT, "waiting for the plant"
@@ -76,7 +76,7 @@ class Supervisor:
             self.drain([self.plant], _SUMMARY_TIMEOUT, _SHUTDOWN_SUMMARY_TIMEOUT)
 
     def drain(self, children: Sequence[Child], timeout: float, shutdown_timeout: float = inf) -> None:
-        """Read reports until the children are done or have exited, but no longer than `timeout` seconds.
+        """Read reports until the children are done or exited, at most for `timeout` seconds.
 
         Once a shutdown is requested, no longer than `shutdown_timeout` seconds and than the time that is left.
         """
@@ -99,7 +99,7 @@ class Supervisor:
                     self._callbacks.on_news(line)
 
     def fail_over(self, role: Role) -> bool:
-        """Let a standby take over a role whose active process has exited, and report it; False where it cannot."""
+        """Let a standby take over a role after an exit, and report it; False where it cannot."""
         reason = f"{role.name}: {role.active.fault}"
         if not role.fail_over(self.plant.step):
             return False
@@ -148,7 +148,7 @@ class Supervisor:
             self._callbacks.on_news(f"{name}: a signal has stopped process {pid}; `kill -CONT {pid}` lets it go on")
 
     def _describe_silence(self) -> str:
-        """Return which processes have not answered, and what may be why; empty where nothing is known."""
+        """Return which processes have not answered, and possible reasons; empty if unknown."""
         stopped = [f"{name} is stopped" for name in self._stopped.values()]
         missing = [f"{child.name} is not ready" for child in self._group.children if not child.ready]
         return "".join(f"; {reason}" for reason in stopped or missing) + describe_unusual()
@@ -176,7 +176,7 @@ class Supervisor:
         self._check_timeout()
 
     def _announce_active(self) -> None:
-        """Report each new active process, as soon as it has an id: a node that is just being forked has none."""
+        """Report each new active process once it has an id: a node being forked has none."""
         for role in self._roles:
             pid = role.active.pid
             if pid and self._announced.get(role.name) != pid:
@@ -192,7 +192,10 @@ class Supervisor:
             self.plant.send(f"brake {role.failure}")
 
     def _check_timeout(self) -> None:
-        """Report that the plant waits for a command; kill our own controller, or end the run, after the time-out."""
+        """Report that the plant waits for a command; act after the time-out.
+
+        Our own controller is then killed; otherwise the run ends.
+        """
         if not self.plant.waiting:
             if self._waiting_since:
                 self._callbacks.on_news("the plant goes on")

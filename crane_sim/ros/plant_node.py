@@ -1,4 +1,4 @@
-"""The node `plant`: the crane, simulated in lockstep with its controller, in real time, or open loop."""
+"""The node `plant`: the crane in lockstep with its controller, in real time, or open loop."""
 
 import json
 import os
@@ -127,7 +127,7 @@ class PlantNode:
         standard_services.offer(host.node, control, self._simulation, settings.frame_prefix)
 
     def run(self) -> None:
-        """Wait for the peers, simulate, report; raises Fault after the report when the run failed."""
+        """Wait for the peers, simulate, report; then raise Fault if the run failed."""
         host, simulation = self._host, self._simulation
         host.manage(self._settings.autostart, self._activate)
         host.wait(self._missing, simulation.publish_clock_if_due)
@@ -152,7 +152,7 @@ class PlantNode:
             raise Fault(error)
 
     def _further_publishers(self, scene: Scene) -> list[StatePublisher]:
-        """Return the publishers of base and frames that this scene has, and of which the messages are installed."""
+        """Return the publishers of base and frames of this scene whose messages are installed."""
         node, settings, publishers = self._host.node, self._settings, list[StatePublisher]()
         if getattr(scene.model, "base", None) is not None:
             publishers.append(BaseOdometry(node, settings.frame_prefix))
@@ -165,7 +165,7 @@ class PlantNode:
         return publishers
 
     def _remark_on_missing_packages(self) -> None:
-        """Say in the diagnostics, and in the log of a node without a supervisor, what is off and why."""
+        """Say in the diagnostics what is off and why; without a supervisor also in the log."""
         reasons = {
             "transforms": missing_package(self._settings.publish_tf),
             "standard services": standard_services.missing_package(),
@@ -177,7 +177,7 @@ class PlantNode:
                 self._host.node.get_logger().info(f"{subject} are {reason}")
 
     def _refuse_duplicate(self) -> None:
-        """Raise Fault where another plant publishes the same joint states: each one's controller would drive both.
+        """Raise Fault if another plant publishes these joint states: controllers would drive both.
 
         Another one is in the graph some announcements after this one came. A plant that was killed stays there until
         its liveliness lease ends; that is waited for.
@@ -189,7 +189,7 @@ class PlantNode:
             raise Fault(f"{line}; possible: one plant in a namespace and ROS domain; end the other, or use another")
 
     def _set_priority(self) -> None:
-        """Give the loop over steps, not the middleware's threads, the real-time priority of the parameter."""
+        """Give the loop over steps the real-time priority, not the middleware's threads."""
         priority = self._settings.fifo_priority
         if not priority:
             return
@@ -234,7 +234,10 @@ class PlantNode:
 
 
 def _clock_leads(scene: Scene, settings: SimpleNamespace) -> bool:
-    """Return whether /clock is ahead of the states; raises ValueError, one line, for what contradicts the scheduler."""
+    """Return whether /clock leads the states; raises ValueError for what contradicts the scheduler.
+
+    The error is one line.
+    """
     lockstep = settings.mode == RunMode.LOCKSTEP and scene.sampled
     leads = settings.command_stamps == CommandStamps.ROS and lockstep
     beside = f"parameter beside is {settings.beside!r}"

@@ -1,4 +1,4 @@
-"""The node `recorder`: subscribes to a run and writes it to files; the plant does not depend on it."""
+"""The node `recorder`: subscribes to a run and writes files; the plant does not depend on it."""
 
 import json
 import os
@@ -73,7 +73,7 @@ def check_settings(settings: SimpleNamespace) -> None:
 def _stand_by(
     host: NodeHost, scene: "Scene", settings: SimpleNamespace
 ) -> tuple[RecorderSubscriptions, Outputs | None]:
-    """Buffer messages until another recorder has failed, and resume after it; no outputs where the run ended before."""
+    """Buffer messages until another recorder fails, then resume; no outputs if the run ended."""
     buffer = ReplayBuffer(NAMES if settings.mcap else TOPICS, settings.resets)
     subscriptions = RecorderSubscriptions(host.node, [buffer.callbacks()])
     if settings.path:
@@ -135,7 +135,7 @@ def _report_statistics(host: NodeHost, outputs: Outputs) -> None:
 def _finish_files(
     host: NodeHost, subscriptions: RecorderSubscriptions, outputs: Outputs, summary: dict[str, Any], time_limit: float
 ) -> dict[str, Any]:
-    """Wait for messages that are still on their way, complete the files, return what they add to the summary."""
+    """Wait for messages on their way, complete the files, return what they add to the summary."""
     steps, start = summary.get("steps"), time.monotonic()
     deadline = start + _WAIT_SHARE * time_limit
     subscriptions.dispatch()
@@ -151,7 +151,7 @@ def _finish_files(
 
 
 def _final_summary(scene: "Scene", request: str) -> tuple[dict[str, Any], float]:
-    """Return the summary of the request to finish, or the recorder's own, and the time [s] to complete the files."""
+    """Return the request's summary, or the recorder's, and the time [s] to complete the files."""
     _, _, document = request.partition(" ")
     if document:
         argument = json.loads(document)
@@ -161,13 +161,16 @@ def _final_summary(scene: "Scene", request: str) -> tuple[dict[str, Any], float]
 
 
 def _lower_priority() -> None:
-    """Set SCHED_BATCH: wake-ups preempt neither plant nor controller; threads of Fast DDS inherit it."""
+    """Set SCHED_BATCH, so that wake-ups preempt neither plant nor controller.
+
+    Threads of Fast DDS inherit it.
+    """
     with suppress(PermissionError):  # a sandbox may forbid it, which costs speed alone
         os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
 
 
 def _return_free_memory() -> None:
-    """Have Rerun's allocator, which reads this when it is loaded, return free memory to the system at once.
+    """Have Rerun's allocator return free memory at once; it reads this when it is loaded.
 
     Otherwise a recorder grows for minutes: the allocator keeps what other threads have freed.
     """

@@ -1,4 +1,4 @@
-"""The motion of a scene's base at one instant: where it is, how it moves, and what an accelerometer on it feels."""
+"""The motion of a scene's base at one instant, and what an accelerometer on it measures."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class BaseState(NamedTuple):
 @entry_point
 @optimisation(NONE)
 def fill_base_state(base, gravity, t, out):
-    """Fill out (8, 3) with the fields of `BaseState`, in their order, of a moving base at time t [s]."""
+    """Fill out (8, 3) with the fields of `BaseState`, in order, of a moving base at time t [s]."""
     pose, motion = pose_at(base, t), base_kinematics_at(base, gravity, t)
     out[:3], out[3], out[4] = pose.rows, pose.origin, motion.velocity
     out[5], out[7] = motion.angular_velocity, motion.angular_acceleration
@@ -40,7 +40,7 @@ def fill_base_state(base, gravity, t, out):
 
 
 def base_state(scene: Scene, t: float) -> BaseState:
-    """Return the motion of a scene's base at time t [s]; one that rests is at the origin of the world."""
+    """Return the motion of a scene's base at time t [s]; a resting one is at the world's origin."""
     base, gravity = getattr(scene.model, "base", None), float(scene.model.gravity)
     rows = np.zeros((8, 3))
     if base is None:

@@ -92,7 +92,10 @@ def _count(parameters: Mapping[str, Any]) -> int:
 
 
 def _check_alike(first: Scene, scene: Scene, i: int) -> None:
-    """Raise SceneError when crane i has other joints or periods than the first one, or its law cannot run compiled."""
+    """Raise SceneError when crane i cannot run in one batch with the first one.
+
+    It has other joints or periods, or its law cannot run compiled.
+    """
     for name in ("duration", "period"):
         value, expected = getattr(scene, name), getattr(first, name)
         if value != expected:
@@ -195,7 +198,7 @@ def simulate_batch(
 
 
 def run_groups(scenes: Sequence[Scene], times: Array, threads: int, metrics: bool) -> Batch:
-    """Run scenes that may differ in kind, those of one kind together; arguments of `simulate_batch`."""
+    """Run scenes that may differ in kind, grouped by kind; arguments of `simulate_batch`."""
     keys = ((kind_of(make_driven(each)), each.actuated, kind_of_run(each) if metrics else None) for each in scenes)
     groups, parts, ends = group_indices(keys), list[Batch](), list[RunEnd]()
     for numbers in groups:
@@ -216,7 +219,10 @@ def run_groups(scenes: Sequence[Scene], times: Array, threads: int, metrics: boo
 
 
 def measure_cranes(scenes: Sequence[Scene], times: Array) -> tuple[Batch, list[RunEnd]]:
-    """Run scenes of one kind that have compiled metrics, sampled at `times` (m,); return how each ended as well."""
+    """Run scenes of one kind with compiled metrics; return how each ended as well.
+
+    They are sampled at `times` (m,) [s].
+    """
     start, compiled = time.perf_counter(), compile_time()
     ends, arrays = run_with_metrics(scenes, times)
     compiled = compile_time() - compiled
@@ -242,7 +248,7 @@ def _join(parts: Sequence[Batch], order: npt.NDArray[np.int64]) -> Batch:
 
 
 def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) -> Batch:
-    """Run scenes of one kind, sampled at `times` (m,), in lanes if `wide`; other arguments of `simulate_batch`."""
+    """Run scenes of one kind, sampled at `times` (m,), in lanes if `wide`; see `simulate_batch`."""
     start, n = time.perf_counter(), len(scenes)
     grid = TimeGrid(scenes[0].period, scenes[0].steps, times)
     scenes = [*scenes, *[scenes[-1]] * (-n % LANES if wide else 0)]
@@ -267,7 +273,7 @@ def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) 
 
 
 def moves_in_lanes(scenes: Sequence[Scene]) -> bool:
-    """Return whether the cranes take the same steps, without branches, and are enough to fill most lanes."""
+    """Return whether the cranes take the same steps, without branches, and fill most lanes."""
     first = scenes[0]
     in_step = isinstance(first.method, RK4 | RK8) and all(scene.method == first.method for scene in scenes)
     starts = begin(first.model, np.array(first.initial_q), np.array(first.initial_v))[0]

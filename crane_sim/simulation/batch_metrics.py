@@ -1,4 +1,4 @@
-"""Whole runs of many cranes with the metrics of `simulate`, in one compiled call for all cranes of a kind.
+"""Whole runs of many cranes with the metrics of `simulate`, in one compiled call for each kind.
 
 Every crane's metrics, its hash included, are those of `Metrics`, which gathers them by the same compiled functions.
 """
@@ -56,7 +56,10 @@ class RunEnd(NamedTuple):
 
 
 def run_all(scenes: Sequence[Scene]) -> list[RunEnd]:
-    """Return how runs of scenes end, those that compiled code can gather the metrics of in one call for each kind."""
+    """Return how runs of scenes end.
+
+    Those whose metrics compiled code can gather run in one call for each kind.
+    """
     keys = (kind_of_run(scene) if has_compiled_metrics(scene) else i for i, scene in enumerate(scenes))
     found: dict[int, RunEnd] = {}
     for group in group_indices(keys):
@@ -87,7 +90,7 @@ def attempt_run(scene: Scene) -> Attempt:
 
 
 def run_alone(scene: Scene, measure: Measure | None = None) -> RunEnd:
-    """Return how the run of a scene ends; `measure`: further metrics of one that reaches its end."""
+    """Return how the run of a scene ends; `measure`: further metrics if it reaches its end."""
     run, error, refused = attempt_run(scene)
     if run is None:
         return RunEnd({}, error, (), refused)
@@ -101,7 +104,7 @@ def run_alone(scene: Scene, measure: Measure | None = None) -> RunEnd:
 
 
 def has_compiled_metrics(scene: Scene) -> bool:
-    """Return whether compiled code runs a scene with all metrics of its summary: nothing switches."""
+    """Return whether compiled code runs a scene with all metrics, since nothing switches."""
     if scene.hardware is not None and not scene.hardware.ideal:
         return False
     if scene.sampled and not system.command.has_implementation(type(scene.law)):
@@ -126,7 +129,7 @@ class RunScratch(NamedTuple):
 
 
 def run_with_metrics(scenes: Sequence[Scene], times: Array = NO_TIMES) -> tuple[list[RunEnd], BatchArrays]:
-    """Run scenes of one kind, which have compiled metrics, from their beginning to their end or failure.
+    """Run scenes of one kind, which have compiled metrics, to their end or failure.
 
     Args:
         scenes: to run.
@@ -157,7 +160,9 @@ def run_with_metrics(scenes: Sequence[Scene], times: Array = NO_TIMES) -> tuple[
 
 @entry_point
 def measure_range(cranes, grid, arrays, totals, limited, scratch, first, last):
-    """Run cranes `first` to `last` (excluded), columns of (`Driven`, `Watched`), as `simulate_range` does.
+    """Run cranes `first` to `last` (excluded) of `cranes`, as `simulate_range` does.
+
+    Their columns are (`Driven`, `Watched`).
 
     Totals, states, and in how many periods a command was limited (n,) are filled, too.
     """
@@ -180,7 +185,10 @@ def measure_range(cranes, grid, arrays, totals, limited, scratch, first, last):
 
 
 def count_limited(commands, efforts, periods):
-    """Return in how many periods a command was limited: `commands` (n, nu) and the efforts applied differ."""
+    """Return in how many periods a command was limited.
+
+    There `commands` (n, nu) and the efforts applied differ.
+    """
     limited = 0
     for k in range(periods):
         differs = False
@@ -203,7 +211,7 @@ def _allocate_scratch(scene: Scene) -> RunScratch:
 
 
 def allocate_arrays(scenes: Sequence[Scene], samples: int) -> BatchArrays:
-    """Return the arrays of scenes of one kind, that are sampled at so many instants, with their initial states."""
+    """Return the arrays of scenes of one kind, with initial states, for `samples` instants."""
     n, nq, nu = len(scenes), len(scenes[0].joint_names), len(scenes[0].actuated)
     q, v = np.array([scene.initial_q for scene in scenes]), np.array([scene.initial_v for scene in scenes])
     width = row_width(scenes[0].model, nq, nu)

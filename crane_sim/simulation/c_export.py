@@ -17,7 +17,7 @@ from crane_sim.tracing.trees import rebuilt
 
 
 def export_c(scene: SceneSource, function: str = "rhs") -> str:
-    """Return C99 source, which needs nothing but the C library, with the scene's parameters as constants.
+    """Return C99 source of a scene, its parameters as constants; it needs the C library only.
 
     It defines `void rhs(double t, double *x, double *u, double *derivative)`, the derivative of the state x at time
     t [s] under efforts u, or `void step(double t, double h, double *x, double *u, double *next)`, the state a step of

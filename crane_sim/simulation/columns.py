@@ -1,4 +1,4 @@
-"""Many scenes of one kind as columns: trees of NamedTuples whose numbers are arrays, one entry for each scene."""
+"""Many scenes of one kind as columns: trees of NamedTuples of arrays, one entry for each scene."""
 
 from collections.abc import Hashable, Iterable, Sequence
 from typing import Any
@@ -21,7 +21,7 @@ def make_driven(scene: Scene) -> Driven:
 
 
 def stack_columns(trees: Sequence[Any], path: str = "") -> Any:
-    """Return the tree whose numbers are arrays over all trees; None and the types of NamedTuples stay.
+    """Return the tree whose numbers are arrays over all trees; None and NamedTuple types stay.
 
     Raises:
         SceneError: the trees are not of one type; it names the first one that differs from tree 0, and where.
@@ -39,7 +39,7 @@ def stack_columns(trees: Sequence[Any], path: str = "") -> Any:
 
 
 def group_indices(keys: Iterable[Hashable]) -> list[list[int]]:
-    """Return the indices of equal keys, group by group, in the order in which the keys first occur."""
+    """Return the indices of equal keys, group by group, ordered by first occurrence."""
     groups: dict[Hashable, list[int]] = {}
     for i, key in enumerate(keys):
         groups.setdefault(key, []).append(i)
@@ -73,7 +73,7 @@ def _form(tree: Any) -> str:
 
 
 def kind_of(tree: Any) -> Any:
-    """Return what decides on the compiled type of a tree: two trees of one kind can be columns of one."""
+    """Return what decides on a tree's compiled type: trees of one kind can be columns of one."""
     if isinstance(tree, tuple):
         return type(tree), *[float if type(part) is float else kind_of(part) for part in tree]
     return tree.shape if isinstance(tree, np.ndarray) else None if tree is None else float

@@ -1,4 +1,4 @@
-"""Quantities that follow from the joint coordinates of a run's instants: positions, energies, tensions."""
+"""Quantities derived from the joint coordinates of a run: positions, energies, tensions."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -18,7 +18,9 @@ DIFFERENCE_STEP = 1e-3  # s: rounding leaves 1e-8 of an acceleration, what the t
 
 
 def tip_acceleration(p, t, q, v, u):
-    """Return the magnitude of the tip's acceleration relative to the base [m/s²] at joints q, v under efforts u.
+    """Return the magnitude of the tip's acceleration relative to the base [m/s²] at q, v, u.
+
+    These are joint positions, joint velocities and efforts.
 
     Second difference of the tip's position, along a parabola of the joints with the model's accelerations: exact up to
     the square of its step.
@@ -38,7 +40,7 @@ def tip_acceleration(p, t, q, v, u):
 
 
 def to_base(base, t, point):
-    """Return a point of the world (3,) [m] at time t [s] in the axes of the base, from its origin."""
+    """Return a point of the world (3,) [m] at time t [s] in the base frame."""
     pose, (x, y, z) = pose_at(base, t), point
     return rotate_to_base(pose.rows, (x - pose.origin[0], y - pose.origin[1], z - pose.origin[2]))
 
@@ -46,7 +48,7 @@ def to_base(base, t, point):
 @entry_point
 @optimisation(LIGHT)
 def in_base(base, t, points):
-    """Return points of the world (K, 3) [m] at times t (K,) [s] in the axes of the base, from its origin."""
+    """Return points of the world (K, 3) [m] at times t (K,) [s] in the base frame."""
     out = np.empty_like(points)
     for i in range(len(points)):
         out[i] = to_base(base, t[i], (points[i, 0], points[i, 1], points[i, 2]))
@@ -55,7 +57,10 @@ def in_base(base, t, points):
 
 @entry_point
 def in_bases(bases, t, points):
-    """Return points of the world (n, 3) [m] at times t (n,), each in the axes of its base; `bases` are columns."""
+    """Return points of the world (n, 3) [m] at times t (n,), each in the frame of its base.
+
+    `bases` are columns.
+    """
     out = np.empty_like(points)
     for i in range(len(points)):
         out[i] = to_base(take_entry(bases, i), t[i], (points[i, 0], points[i, 1], points[i, 2]))
@@ -63,7 +68,7 @@ def in_bases(bases, t, points):
 
 
 def swing_angles(tips: Array, payloads: Array) -> Array:
-    """Return the angles (K,) [rad] of the ropes between tips and payloads (K, 3) from the vertical of the world."""
+    """Return the angles (K,) [rad] from the world's vertical of ropes, tips to payloads (K, 3)."""
     x, y, z = (payloads - tips).T
     return np.arctan2(np.hypot(x, y), -z)
 
@@ -101,14 +106,19 @@ class Derived(NamedTuple):
 @entry_point
 @optimisation(NONE)
 def fill_falls(p, t, q, v, u, out):
-    """Fill `out` (K, n + 2) as `system.fall_tensions` does, at times t (K,) and joints q, v (K, nq), efforts u."""
+    """Fill `out` (K, n + 2) as `system.fall_tensions` does.
+
+    The times are t (K,), the joints q, v (K, nq), the efforts u.
+    """
     for i in range(len(q)):
         x = system.state(p, t[i], q[i], v[i])
         system.fall_tensions(p, t[i], x, system.efforts_from_row(p, u[i]), out, i)
 
 
 def fall_tensions(model: Any, t: Array, q: Array, v: Array, u: Array) -> Array:
-    """Return (K, n + 2) of a rope with n falls: lead line, falls [N] and the drum's torque [N m]; (K, 0) without one.
+    """Return (K, n + 2) of a rope with n falls: lead line and falls [N], drum torque [N m].
+
+    It is (K, 0) without such a rope.
 
     Args:
         model: the crane.
@@ -145,7 +155,10 @@ def fill_derived(p, t, q, v, u, nodes, scalars, tensions):
 @entry_point
 @seldom_called
 def world_points(p, t, q, v):
-    """Return (points base .. tip .. payload in the world [m] (N, 3), index of the tip) at t [s] and joints q, v."""
+    """Return (points from base to payload in the world [m] (N, 3), index of the tip).
+
+    The instant is t [s], with joints q, v.
+    """
     points = np.empty((system.point_count(p), 3))
     system.points(p, t, system.state(p, t, q, v), points)
     return points, system.tip_index(p)
@@ -154,13 +167,16 @@ def world_points(p, t, q, v):
 @entry_point
 @optimisation(LIGHT)
 def fill_contact_forces(p, t, q, v, out):
-    """Fill out (K,) with the normal force [N] of a surface on the load at times t (K,) and joints q, v."""
+    """Fill out (K,) with a surface's normal force [N] on the load at times t (K,), q, v (K, nq)."""
     for i in range(len(q)):
         out[i] = system.contact_force(p, t[i], system.state(p, t[i], q[i], v[i]))
 
 
 def derive(scene: Scene, t: Array, q: Array, v: Array, u: Array) -> Derived:
-    """Return what follows from positions q (K, nq), velocities v (K, nq), efforts applied u (K, nu) at times t (K,)."""
+    """Return what follows from q, v (K, nq) and the efforts applied u (K, nu) at times t (K,).
+
+    q and v are joint positions and velocities.
+    """
     points, tip_index = world_points(scene.model, 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
     nodes, scalars = np.empty((len(q), *points.shape)), np.empty((len(q), 4))
     tensions = np.empty((len(q), system.link_count(scene.model)))
@@ -174,5 +190,5 @@ def derive(scene: Scene, t: Array, q: Array, v: Array, u: Array) -> Derived:
 
 
 def derive_instant(scene: Scene, t: float, q: Sequence[float], v: Sequence[float]) -> Derived:
-    """Return `derive` of one instant, K = 1, without efforts: positions q (nq,), velocities v (nq,), t in s."""
+    """Return `derive` of one instant, K = 1, without efforts: q (nq,), v (nq,), t in s."""
     return derive(scene, np.array([t]), np.array([q]), np.array([v]), np.zeros((1, len(scene.actuated))))

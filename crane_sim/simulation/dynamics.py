@@ -1,4 +1,4 @@
-"""The equations of motion of a scene as functions of joint coordinates: forward dynamics and energy."""
+"""The equations of motion of a scene in joint coordinates: forward dynamics and energy."""
 
 from collections.abc import Mapping, Sequence
 from math import isfinite
@@ -19,7 +19,10 @@ Vector = Sequence[float] | npt.NDArray[np.float64]
 @entry_point
 @seldom_called
 def joint_acceleration(p, t, q, v, u):
-    """Compiled `acceleration`: joints held by friction start to slip first where the efforts exceed static friction."""
+    """Return the result of `acceleration`, compiled.
+
+    Joints held by friction start to slip first where the efforts exceed static friction.
+    """
     switches = system.switching(p)
     integration = apply_pending_events(switches, p, u, start(p, t, system.state(p, t, q, v), make_event_log(switches)))
     return system.acceleration(p, t, integration.x, u)
@@ -53,7 +56,7 @@ def _time(t: Any) -> float:
 
 
 def acceleration(scene: SceneSource, q: Vector, v: Vector, u: Vector, t: float = 0.0) -> npt.NDArray[np.float64]:
-    """Return the accelerations of all joints (nq,) [m/s² or rad/s²]: the forward dynamics of the scene's crane.
+    """Return the accelerations of all joints (nq,) [m/s² or rad/s²], by forward dynamics.
 
     Args:
         scene: a Scene, or what `load_scene` reads.

@@ -1,4 +1,4 @@
-"""Energy balance of a run: its energy less the initial one and the supplied one, which should be zero.
+"""Energy balance of a run: its energy less the initial and the supplied one, ideally zero.
 
 The balance is of energies relative to the base. It sees errors that change the energy, and only those: a state that is
 wrong along the surface of its energy, such as a swing that is late, passes unseen. A small one does not prove a run.
@@ -22,7 +22,7 @@ class Balance(NamedTuple):
 
 
 def empty_balance(nu: int, *runs: int) -> Balance:
-    """Return the sums before the first instant, the energy at the start 0, of nu actuated joints."""
+    """Return the sums of nu actuated joints before the first instant; the start's energy is 0."""
     extremes = np.zeros((*runs, 4))
     extremes[..., 2:] = np.inf, -np.inf
     start, work, supplied = np.zeros((*runs, 2)), np.zeros((*runs, 2)), np.zeros((*runs, 1))
@@ -31,7 +31,7 @@ def empty_balance(nu: int, *runs: int) -> Balance:
 
 
 def work_up_to(balance, watched, q):
-    """Return (sum, rounding error) [J] of the work of held efforts up to joint positions q (nq,)."""
+    """Return (sum, rounding error) [J] of the work of held efforts up to positions q (nq,)."""
     done, last = 0.0, balance.last
     for j in range(len(watched.driven)):
         done += last[1, j] * (q[watched.driven[j]] - last[0, j])
@@ -73,7 +73,7 @@ def add_energies(balance, kinetic, potential):
 
 
 def supplied_up_to(balance, watched, q, metered):
-    """Return the energy [J] supplied up to joint positions q (nq,), where the meter reads `metered` [J]."""
+    """Return the energy [J] supplied up to positions q (nq,); the meter reads `metered` [J]."""
     if watched.metered or balance.count[0] == 0:
         return balance.start[1] + metered
     total, lost = work_up_to(balance, watched, q)
@@ -81,7 +81,7 @@ def supplied_up_to(balance, watched, q, metered):
 
 
 def relative_errors(balance, watched, q, energy, metered):
-    """Note the errors of a run that ends at joint positions q (nq,), relative to the range of its energies.
+    """Note the errors of a run that ends at positions q (nq,), relative to its energies' range.
 
     Args:
         balance, watched, q: of the run.

@@ -20,7 +20,7 @@ def leaves(summary: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, An
 
 
 def flatten(summary: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the metrics of a summary by dotted key: numbers, flags and text as they are, lists as JSON."""
+    """Return the metrics of a summary by dotted key; lists become JSON, other values stay."""
     return {key: cell_of(value) for key, value in leaves(summary) if key not in _NOT_METRICS}
 
 
@@ -34,7 +34,7 @@ def cell_of(value: Any) -> Any:
 
 
 def metric_columns(rows: Sequence[Mapping[str, Any]]) -> dict[str, npt.NDArray[Any]]:
-    """Return the metrics of n runs, as `flatten` gives them, as arrays (n,); numbers that are missing are NaN."""
+    """Return the metrics of n runs, from `flatten`, as arrays (n,); missing numbers are NaN."""
     columns = {key: [row.get(key) for row in rows] for key in dict.fromkeys(key for row in rows for key in row)}
     return {key: _column(values) for key, values in columns.items()}
 

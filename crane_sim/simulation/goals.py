@@ -1,4 +1,4 @@
-"""Where the payload should be, in the axes of the base: on the scene's path, or at rest at the target."""
+"""Where the payload should be, in the base frame: on the scene's path, or at rest at the target."""
 
 from typing import Any
 
@@ -19,7 +19,7 @@ def follows_path(scene: Scene) -> bool:
 
 
 def target_position(scene: Scene) -> Array:
-    """Return the payload's position (1, 3) [m] at rest at the target of the actuated joints, in the axes of the base.
+    """Return the payload's position (1, 3) [m] at rest at the joints' target, in the base frame.
 
     Of cranes that bend or have an elastic cable it is their rest under the means of what disturbs them, steady wind
     included; of all others the payload is straight below the tip, without wind.

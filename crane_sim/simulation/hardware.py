@@ -86,7 +86,10 @@ def fit_brakes(drives: Any, scene: Scene) -> None:
 
 
 def stiffened(model: Any, q: Array) -> tuple[Any, Array]:
-    """Return (model, positions) without play of drives and bending, which would hide joints' inertia; else both."""
+    """Return (model, positions) without play of drives and bending, which hide joints' inertia.
+
+    A model without them is returned as it is.
+    """
     support = getattr(model, "support", None)
     if not isinstance(support, Support) or not trailing_count(support):
         return model, q
@@ -117,7 +120,7 @@ def joint_mechanics(scene: Scene) -> JointMechanics:
 
 
 def holding_efforts(scene: Scene, config: HardwareConfig) -> Array:
-    """Return the efforts (nu,) that servo drives with an integral begin with: those which hold the crane at rest."""
+    """Return the efforts (nu,) that hold the crane at rest, at which servo integrals begin."""
     integral = config.servos.stiffness > 0.0
     if not integral.any():
         return np.zeros(len(integral))
@@ -125,7 +128,10 @@ def holding_efforts(scene: Scene, config: HardwareConfig) -> Array:
 
 
 def choose_brake_stiffness(scene: Scene, joints: JointMechanics) -> Array:
-    """Return spring stiffnesses (nu,) low enough for the integration step and for the control period of the slip."""
+    """Return spring stiffnesses (nu,) low enough for integration step and control period.
+
+    The control period is that of the slip.
+    """
     safe_step = getattr(scene.method, "safe_step", None)
     step_limit = np.inf if safe_step is None else safe_step(1.0) / scene.method.step / FREQUENCY_MARGIN
     period_limit = min(MAX_JOINT_FREQUENCY, 1.0 / scene.period)
@@ -194,7 +200,7 @@ class HardwareRun:
         return sample_first_state(model, self.state, integration, period)
 
     def open_loop_command(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the value (nu,) of the scene's source at time t [s], zero without one: what drives hold."""
+        """Return the value (nu,) of the scene's source at t [s], zero without; drives hold it."""
         source = unwrap(self._scene.source)
         if type(source) is tuple:
             return source
@@ -262,7 +268,7 @@ def sensed_coordinates(equipment: HardwareConfig | None, nq: int) -> tuple[int, 
 
 
 def measure(scene: Scene, q: Array, v: Array) -> Array:
-    """Return the measurements (K, 2 nq) of the true states q, v (K, nq) at the starts of a scene's first K periods.
+    """Return measurements (K, 2 nq) of true states q, v (K, nq) at starts of the first periods.
 
     Their random numbers are functions of the period's number: these are the very values that the law got in the run,
     whose faults were those of the scene's schedule.
@@ -290,7 +296,7 @@ def _delayed_inputs(scene: Scene, hardware: HardwareState) -> Any:
 
 
 def _initial_servos(scene: Scene, loops: Any) -> Servos | None:
-    """Return the servo drives at the start of a run; None where all drives are commanded efforts."""
+    """Return the servo drives at the start of a run; None if all drives are commanded efforts."""
     if loops is None:
         return None
     own = np.flatnonzero(loops.ideal)

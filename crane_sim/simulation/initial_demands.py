@@ -1,4 +1,4 @@
-"""Demands of drives before the start of a run, which a delay, a lag or a rate limit still has at t = 0.
+"""Demands before a run starts, which a delay, a lag or a rate limit still has at t = 0.
 
 A drive begins with what its scene says, else with what holds its joint: a force or torque carries the weight on it, a
 position is the initial one, everything else is zero.
@@ -26,7 +26,10 @@ def potential_at(p, q):
 
 
 def initial_demands(scene: Scene, config: HardwareConfig) -> dict[str, float]:
-    """Return the demands before t = 0 of the drives that remember one, in the units of commands, by joint."""
+    """Return the demands before t = 0, by joint, of drives that remember one.
+
+    They are in the units of commands.
+    """
     demands = {}
     for i, (joint, drive) in enumerate(zip(scene.actuated, config.drives, strict=True)):
         if drive.delay or drive.lag or np.isfinite(drive.rate_limit):
@@ -44,13 +47,16 @@ def holding_demand(scene: Scene, i: int) -> float:
 
 
 def weight_on(model: Any, q: Sequence[float], joint: int) -> float:
-    """Return the effort [N or N m] that carries the weight on a joint at positions q (nq,), other joints fixed."""
+    """Return the effort [N or N m] that carries the weight on a joint at positions q (nq,).
+
+    The other joints are fixed.
+    """
     up, further = (_difference(model, q, joint, size) for size in (STEP, 2.0 * STEP))
     return (8.0 * up - further) / (12.0 * STEP)
 
 
 def _difference(model: Any, q: Sequence[float], joint: int, size: float) -> float:
-    """Return the potential energy [J] with the joint moved by `size`, less that with it moved back by as much."""
+    """Return the potential energy [J] with a joint moved by `size`, less that moved by -`size`."""
     ahead, behind = np.array(q), np.array(q)
     ahead[joint] += size
     behind[joint] -= size

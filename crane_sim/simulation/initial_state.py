@@ -29,21 +29,27 @@ def as_tuple(vector: Any) -> tuple[float, ...]:
 @entry_point
 @optimisation(NONE)
 def switch_at_start(p, integration, row):
-    """Return an integration at its start, switched by every guard that fails there under efforts `row` (nu,)."""
+    """Return an initial integration, switched by every guard that fails under `row` (nu,).
+
+    `row` has the efforts.
+    """
     return apply_pending_events(switching(p), p, efforts_from_row(p, row), integration)
 
 
 @entry_point
 @optimisation(NONE)
 def restart_within_step(method, p, u, integration, t):
-    """Return the integration restarted at time t [s] within the last step, taken under the source u."""
+    """Return the integration restarted at time t [s] within the last step, under the source u."""
     return restart(integration, t, dense_output(method, p, u, integration, t))
 
 
 @entry_point
 @optimisation(NONE)
 def restart_under_drives(method, p, hardware, inputs, integration, t):
-    """Return the integration restarted at time t [s] within the last step, taken under drives with these inputs."""
+    """Return the integration restarted at time t [s] within the last step, taken under drives.
+
+    The drives have these inputs.
+    """
     u = Drives(t, hardware.drives, hardware.servos, inputs)
     return restart(integration, t, state_at(inputs, method, p, u, integration, t))
 
@@ -60,7 +66,10 @@ def make_initial(scene: Scene) -> tuple[Any, Any, Any, Any, HardwareRun | None]:
 
 
 def resume(metered: Any, integration: Any, t: float, q: Sequence[float], v: Sequence[float]) -> Any:
-    """Return an integration, under way without a meter, as one of the metered model from time t [s], joints q, v on."""
+    """Return an integration without a meter as one of the metered model.
+
+    It goes on from time t [s] and joints q, v.
+    """
     initial, _, _ = begin(metered, np.array(q), np.array(v))  # without a meter no part of a state depends on the time
     evaluations, steps, rejected = integration.evaluations, integration.steps, integration.rejected
     return initial._replace(t0=t, t=t, evaluations=evaluations, steps=steps, rejected=rejected)
@@ -109,7 +118,7 @@ def _as_tuple(scene: Scene, what: str, values: Sequence[float]) -> tuple[float, 
 
 
 def _check_possible(scene: Scene, what: str, wanted: tuple[float, ...], actual: tuple[float, ...]) -> None:
-    """Raise SceneError for a joint that the crane holds elsewhere, such as a locked rope's length."""
+    """Raise SceneError for a joint that the crane holds elsewhere, e.g. a locked rope's length."""
     for name, unit, expected, possible in zip(scene.joint_names, scene.joint_units, wanted, actual, strict=True):
         turn = unit == "rad" and what == "positions"
         gap = remainder(expected - possible, 2.0 * pi) if turn else expected - possible

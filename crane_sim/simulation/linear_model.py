@@ -1,4 +1,4 @@
-"""The linear equations of a scene about a point where it can be held: what control design starts from.
+"""Linear equations of a scene about a point where it can be held, for control design.
 
 model = crane_sim.linearise("overhead_energy")
 model.a, model.b, model.states, model.inputs
@@ -90,7 +90,10 @@ def _equilibrium_positions(scene: Scene, at: Sequence[float] | None) -> tuple[fl
 
 
 def _coordinates(scene: Scene, basis: Array) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return names and units of the n deviations: joints, or directions along which unit vectors turn [rad]."""
+    """Return names and units of the n deviations.
+
+    They are joints, or directions along which unit vectors turn [rad].
+    """
     names, units = [], []
     for column in basis.T:
         turned = np.flatnonzero(np.abs(column) > _UNIT_VECTOR)

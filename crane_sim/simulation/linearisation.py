@@ -34,7 +34,9 @@ MAX_TURN = 0.5  # rad, in one of them: full steps from below may end a turn furt
 
 
 def without_dry_friction(scene: Scene) -> Scene:
-    """Return the scene with viscous friction only: dry friction jumps where the equations are to be linearised.
+    """Return the scene with viscous friction only.
+
+    Dry friction jumps where the equations are to be linearised.
 
     So does that of bristles. A winch below a support loses all of its friction, and sheaves their loss.
     """
@@ -56,14 +58,17 @@ def without_dry_friction(scene: Scene) -> Scene:
 
 
 def acceleration_at(p, z, nq):
-    """Return the joint accelerations (nq,) at t = 0 at z: joint positions, velocities and efforts (2 nq + nu,)."""
+    """Return the joint accelerations (nq,) at t = 0 at z (2 nq + nu,).
+
+    z: joint positions, velocities and efforts.
+    """
     return joint_acceleration(p, 0.0, z[:nq], z[nq : 2 * nq], system.efforts_from_row(p, z[2 * nq :]))
 
 
 @entry_point
 @optimisation(LIGHT)
 def fill_accelerations(models, points, directions, out, slopes):
-    """Fill `out` (n, nq) with accelerations of n cranes, `slopes` (n, k, nq) with derivatives along k directions.
+    """Fill `out` (n, nq) with accelerations, `slopes` (n, k, nq) with directional derivatives.
 
     At a kink a derivative is the mean of those of both sides.
 
@@ -93,7 +98,10 @@ def fill_accelerations(models, points, directions, out, slopes):
 
 
 def move_aside(point, directions, distance, z):
-    """Write into z what is at a distance from a point, along a mixture of directions that is parallel to no kink."""
+    """Write into z the point at a distance from `point`, in a direction parallel to no kink.
+
+    The direction is a mixture of `directions`.
+    """
     for j in range(len(z)):
         z[j] = point[j]
     for k in range(len(directions)):
@@ -103,14 +111,20 @@ def move_aside(point, directions, distance, z):
 
 
 class Accelerations(NamedTuple):
-    """Joint accelerations of c cranes, each at a point z: joint positions, velocities and efforts, at t = 0."""
+    """Joint accelerations of c cranes at t = 0, each at its own point z.
+
+    z: joint positions, velocities and efforts.
+    """
 
     values: Array  # (c, nq)
     slopes: Array  # (c, k, nq), derivatives along directions of z
 
 
 def accelerations(scenes: Sequence[Scene], points: Array, directions: Array) -> Accelerations:
-    """Return the accelerations of scenes of one kind at points (c, 2 nq + nu), along directions (c, k, 2 nq + nu)."""
+    """Return accelerations of scenes of one kind and their slopes along directions.
+
+    Points (c, 2 nq + nu), directions (c, k, 2 nq + nu).
+    """
     nq = len(scenes[0].joint_names)
     found = Accelerations(np.empty((len(points), nq)), np.empty((*directions.shape[:2], nq)))
     fill_accelerations(stack_columns([scene.model for scene in scenes]), points, directions, *found)
@@ -154,7 +168,9 @@ def by_kind(scenes: Sequence[Scene]) -> list[list[int]]:
 
 
 def equilibrium(scene: Scene) -> tuple[Array, Array]:
-    """Return (joint positions (nq,), efforts (nu,)) that hold the actuated joints at the reference, the others hanging.
+    """Return (positions (nq,), efforts (nu,)) that hold actuated joints at the reference.
+
+    The other joints hang.
 
     Raises:
         SceneError: there is no target, or no joint to command, or Newton's method finds nothing that stays at rest.
@@ -186,7 +202,10 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
 
 
 def hanging_positions(scene: Scene, reference: tuple[float, ...]) -> Array:
-    """Return the joint positions (nq,) at the reference with the cable straight down, or those that the file gives."""
+    """Return the joint positions (nq,) at the reference with the cable straight down.
+
+    Those that the file gives take precedence.
+    """
     if (rest := scene.file.rest_positions(reference)) is not None:
         return np.array(rest, np.float64)
     down = {"rad": 0.0}
@@ -204,7 +223,7 @@ def _step_scale(scene: Scene, dq: Array) -> float:
 
 
 def _unit_vectors(scene: Scene) -> dict[int, int]:
-    """Return the size of every unit vector (3) or quaternion (4) among the joint positions, by its first index."""
+    """Return the size of each unit vector (3) or quaternion (4) in the joints, by first index."""
     starts = {"_x": 3, "_qw": 4}
     return {
         i: size
@@ -222,7 +241,7 @@ def _normalise(scene: Scene, q: Array) -> Array:
 
 
 def tangent_basis(scene: Scene, q: Array) -> Array:
-    """Return an orthonormal basis (nq, n) of the deviations from q (nq,) that keep unit vectors of length 1.
+    """Return an orthonormal basis (nq, n) of deviations from q (nq,) that keep unit lengths.
 
     A unit vector has two and a quaternion three, perpendicular to it; any other joint its own. Without them it is the
     identity.
@@ -237,7 +256,7 @@ def tangent_basis(scene: Scene, q: Array) -> Array:
 
 
 def state_matrices(scene: Scene, q: Array, u: Array) -> tuple[Array, Array]:
-    """Return A (2 n, 2 n) and B (2 n, nu) of the deviations from rest at q (nq,) under efforts u (nu,).
+    """Return A (2 n, 2 n) and B (2 n, nu) about rest at q (nq,) under efforts u (nu,).
 
     The n deviations are the coordinates in the tangent basis at q, then come their rates.
     """
@@ -246,7 +265,7 @@ def state_matrices(scene: Scene, q: Array, u: Array) -> tuple[Array, Array]:
 
 
 def state_matrices_of(scenes: Sequence[Scene], q: Sequence[Array], u: Sequence[Array]) -> tuple[Array, Array]:
-    """Return A and B, as `state_matrices` does, of c scenes of one kind: (c, 2 n, 2 n) and (c, 2 n, nu)."""
+    """Return A (c, 2 n, 2 n) and B (c, 2 n, nu) of c scenes of one kind, see `state_matrices`."""
     bases = [tangent_basis(scene, x) for scene, x in zip(scenes, q, strict=True)]
     averaged = [average_scene(scene) for scene in scenes]
     found = accelerations(averaged, _points(q, u), _directions(bases, len(u[0])))
@@ -259,7 +278,10 @@ def _points(q: Sequence[Array], u: Sequence[Array]) -> Array:
 
 
 def _directions(bases: Sequence[Array], nu: int) -> Array:
-    """Return the directions (c, 2 n + nu, 2 nq + nu) of deviations in tangent bases, of their rates and of efforts."""
+    """Return directions (c, 2 n + nu, 2 nq + nu) of deviations, their rates and efforts.
+
+    Deviations and rates are in tangent bases.
+    """
     across = np.swapaxes(bases, 1, 2)
     count, n, nq = across.shape
     directions = np.zeros((count, 2 * n + nu, 2 * nq + nu))
@@ -269,7 +291,7 @@ def _directions(bases: Sequence[Array], nu: int) -> Array:
 
 
 def _to_state_matrices(slopes: Array, bases: Sequence[Array]) -> tuple[Array, Array]:
-    """Return A and B from the derivatives (c, 2 n + nu, nq) of accelerations along `_directions`."""
+    """Return A and B from derivatives (c, 2 n + nu, nq) of accelerations along `_directions`."""
     rows = np.swapaxes([each @ basis + 0.0 for each, basis in zip(slopes, bases, strict=True)], 1, 2)
     count, n, size = rows.shape
     a, b = np.zeros((count, 2 * n, 2 * n)), np.zeros((count, 2 * n, size - 2 * n))
@@ -278,7 +300,10 @@ def _to_state_matrices(slopes: Array, bases: Sequence[Array]) -> tuple[Array, Ar
 
 
 def imposed_rows(a: Array, b: Array) -> npt.NDArray[np.bool_]:
-    """Return which of the n deviations of A (…, 2 n, 2 n), B (…, 2 n, nu) nothing accelerates: of imposed joints."""
+    """Return which of the n deviations nothing accelerates, those of imposed joints.
+
+    A is (…, 2 n, 2 n), B (…, 2 n, nu).
+    """
     slopes = np.abs(np.concatenate([a, b], axis=-1)[..., a.shape[-1] // 2 :, :])
     largest = slopes.max(axis=-2, keepdims=True)
     sizes = np.maximum(largest, REACH * largest.max(axis=-1, keepdims=True))  # one may have nothing but rounding

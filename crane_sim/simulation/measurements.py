@@ -1,4 +1,4 @@
-"""What a scene's instruments (IMU, camera) measure: functions of the control period in which the sample is taken."""
+"""Measurements of a scene's instruments (IMU, camera), as functions of the control period."""
 
 from __future__ import annotations
 
@@ -48,7 +48,9 @@ def measure_imu(scene: Scene, imu: Imu, k: int) -> ImuSample:
 
 
 def measure_payload(scene: Scene, camera: Camera, k: int, payload: Sequence[float]) -> Array:
-    """Return the payload's position (3,) [m] in the axes of the base as a camera sees it at the beginning of period k.
+    """Return the payload's position (3,) [m] in the base frame as a camera sees it.
+
+    It is that at the beginning of period k.
 
     Args:
         scene, camera, k: the scene, its camera, the period.
@@ -60,7 +62,7 @@ def measure_payload(scene: Scene, camera: Camera, k: int, payload: Sequence[floa
 
 
 def rotation_matrix(vector: Array) -> Array:
-    """Return the matrix (3, 3) of the rotation about the direction of a vector (3,) by its length [rad] (Rodrigues)."""
+    """Return the rotation matrix (3, 3) of a rotation vector (3,) [rad] (Rodrigues)."""
     angle = float(np.linalg.norm(vector))
     x, y, z = vector
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -33,7 +33,10 @@ Vector = tuple[float, ...]
 
 
 class Metrics:
-    """Metrics of one run, from blocks of rows, one row a control period: the same bits however long the blocks are."""
+    """Metrics of one run, from blocks of rows, one row a control period.
+
+    They have the same bits however long the blocks are.
+    """
 
     def __init__(self, scene: Scene, model: Any, x: Any, picklable: bool = False) -> None:
         """Start with state x of the model that is integrated; `picklable`: as of `StateHash`."""
@@ -48,7 +51,10 @@ class Metrics:
         add_rows(self._scene.model, self._watched, self._totals, t, rows)
 
     def change(self, scene: Scene, model: Any, q: Vector, energy: float = 0.0) -> None:
-        """Continue from positions q with another model: with a meter, or a payload whose change supplied `energy`."""
+        """Continue from positions q with another model.
+
+        It has a meter, or a payload whose change supplied `energy` [J].
+        """
         balance, metered = self._totals.balance, model.energy_meter is not None
         if metered and not self._watched.metered:  # the work of held efforts ends here
             balance.start[1] = supplied_up_to(balance, self._watched, q, 0.0)
@@ -57,7 +63,7 @@ class Metrics:
         self._scene, self._model = scene, model
 
     def summary(self, t: float, q: Vector, v: Vector, integration: Any, saturated: int) -> dict[str, Any]:
-        """Return the metrics of the run that ends at time t [s] with joint coordinates q, v; see `name_metrics`."""
+        """Return the metrics of the run that ends at t [s] with q, v; see `name_metrics`."""
         totals, end = _copy(self._totals), (np.array(q), np.array(v))
         meters = read_final_meters(self._model, integration.x, t, *end)
         finish(self._scene.model, self._watched, totals, t, *end, meters)
@@ -94,7 +100,9 @@ class Ended(NamedTuple):
 
 
 def name_metrics(first: Scene, ended: Ended) -> dict[str, Any]:
-    """Return the metrics of n runs of a scene's kind by name, arrays (n,) in groups by joint; None: a run has none.
+    """Return the metrics of n runs of a scene's kind by name, arrays (n,), grouped by joint.
+
+    None: a run has none.
 
     `settling_time` is the time after which a joint stays near its target, see `crane_sim.simulation.settling`;
     `residual_swing_deg` is the largest swing in the last quarter of the scene's duration; tensions are the smallest and

@@ -65,7 +65,7 @@ class Plant:
         self.reset()
 
     def reset(self, q: Sequence[float] | None = None, v: Sequence[float] | None = None) -> None:
-        """Return to t = 0 in a state, the scene's initial one when none is given, and forget the run.
+        """Return to t = 0 in the given or the scene's initial state, and forget the run.
 
         Args:
             q: joint positions (nq,), the scene's own when left out.
@@ -120,7 +120,7 @@ class Plant:
 
     @property
     def braking(self) -> bool:
-        """Whether the brakes of all actuated joints hold, and the drives are off, in the periods that follow."""
+        """Whether brakes hold all actuated joints, and drives are off, from the next period on."""
         return self._braking
 
     @braking.setter
@@ -148,7 +148,10 @@ class Plant:
         return self._hardware
 
     def _change_metrics(self, hardware: HardwareRun, energy: float = 0.0) -> None:
-        """Let the metrics continue with the present model and payload, whose change supplied `energy` [J]."""
+        """Continue the metrics with the present model and payload.
+
+        The payload's change supplied `energy` [J].
+        """
         of_payload = partial(hardware.model_with_payload, mass=hardware.payload_mass)
         scene = replace(self._start, model=of_payload(self.scene.model))
         self._metrics.change(scene, of_payload(self.model), self.q, energy)
@@ -164,7 +167,7 @@ class Plant:
         return all(abs(self.v[i]) < SLOW for i in self._driven)
 
     def set_fault(self, name: str, on: bool) -> None:
-        """Activate or clear a fault of the scene from the next period on, independent of its schedule.
+        """Activate or clear a fault from the next period on, whatever its schedule.
 
         Raises:
             ValueError: there is no such fault; the message is one line.
@@ -214,7 +217,7 @@ class Plant:
         return tuple(map(float, u))
 
     def _integrate(self, u: tuple[float, ...] | None) -> tuple[bool, Any, Any, tuple[float, ...]]:
-        """Return (whether the period's end was reached, (q, v), (q, v) as seen, efforts applied)."""
+        """Return (whether the period's end was reached, (q, v), (q, v) as seen, efforts)."""
         if self._hardware is not None:
             return self._integrate_with_hardware(self._hardware, u)
         if u is None:
@@ -227,7 +230,7 @@ class Plant:
         return reached, joints, joints, applied
 
     def _restart_at_period(self, mass: float = 0.0) -> None:
-        """Restart the integration at the start of the period, if a step of the scene's own source has passed it.
+        """Restart at the period's start if a step of the scene's own source has passed it.
 
         Args:
             mass: of the payload in that step [kg], where a fault may change it.

@@ -43,7 +43,7 @@ class RawRun(NamedTuple):
     loads: Array = np.empty((0, 2))  # (begun periods, 2) of the payload: kg, J that its changes supplied up to there
 
     def segments(self, scene: Scene) -> list[tuple[int, int, Any]]:
-        """Return (first period, the one after the last, model) of the stretches in which the payload keeps its mass."""
+        """Return (first period, last one + 1, model) of stretches of constant payload mass."""
         periods = len(self.rows) - 1
         if self.hardware is None or scene.hardware.payload_fault is None:
             return [(0, periods, scene.model)]
@@ -86,7 +86,10 @@ def run_raw(scene: Scene, law: Any, times: Array) -> RawRun:
 
 
 def _with_hardware(scene: Scene, law: Any, integration: Any, out: Output) -> RawRun:
-    """Return the run of a scene with hardware; drives that hold their demand take open-loop inputs as commands."""
+    """Return the run of a scene with hardware.
+
+    Drives that hold their demand take open-loop inputs as commands.
+    """
     hardware, loads = HardwareRun(scene), np.empty((scene.steps, 2))
     source = _compile_law(scene, law) if scene.sampled else unwrap(scene.source)
     if type(source) is tuple:
@@ -120,7 +123,10 @@ def _compile_law(scene: Scene, law: Any) -> Any:
 
 
 def _collect_commands(scene: Scene, law: Any) -> Array:
-    """Return the commands (steps, nu) of a law that is Python, sampled every period; NaN after a run that fails."""
+    """Return the commands (steps, nu) of a Python law, sampled every period.
+
+    They are NaN after a run that fails.
+    """
     plant = Plant(scene)
     commands = np.full((scene.steps, len(scene.actuated)), np.nan)
     for k in range(scene.steps):
@@ -138,7 +144,7 @@ LawFunction = Callable[[float, tuple[float, ...], tuple[float, ...]], Sequence[f
 
 @dataclass(frozen=True, repr=False)
 class Rollout:
-    """A run: K instants, joint coordinates in the order of scene.joint_names, world frame, SI units."""
+    """A run: K instants, joints in the order of scene.joint_names, world frame, SI units."""
 
     scene: Scene  # what was run
     t: Array  # (K,) s
@@ -181,7 +187,7 @@ class Rollout:
 
     @property
     def falls(self) -> Array:
-        """Tensions (K, n) [N] of the n falls of a reeved rope at their upper ends, from the lead line to the dead end.
+        """Tensions (K, n) [N] of a reeved rope's n falls at the top, lead line to dead end.
 
         (K, 0) without one.
         """
@@ -208,7 +214,9 @@ class Rollout:
         return self.derived.energy_relative
 
     def record(self, path: Path | str) -> Path:
-        """Write the run as a recording FILE.rrd, the same as that of a run over ROS; needs the package rerun-sdk.
+        """Write the run as a recording FILE.rrd; needs the package rerun-sdk.
+
+        It is the same as that of a run over ROS.
 
         `crane_sim.read_recording` reads it back; the `rerun` viewer shows it. Returns the file's path.
 
@@ -223,11 +231,13 @@ class Rollout:
         return find_view("plot")(self)
 
     def show(self, height: int = 900) -> Any:
-        """Return the page of the run for a notebook, `height` pixels high, as `RecordedRun.show` does."""
+        """Return the run's page for a notebook, `height` pixels high; see `RecordedRun.show`."""
         return find_view("show")(self, height)
 
     def lyapunov(self) -> Array:
-        """Return (V [J], dV/dt [W]) of the scene's law at every instant (K, 2), as `laws.EnergyShaping` says.
+        """Return (V [J], dV/dt [W]) of the scene's law at all instants (K, 2).
+
+        See `laws.EnergyShaping`.
 
         dV/dt is that of the law's nominal crane; what V does in the run is `np.gradient(V, run.t)`.
 
@@ -299,7 +309,10 @@ def _end_early(result: Rollout, integration: Any, model: Any) -> None:
 
 
 def _check_law(law: Any) -> None:
-    """Raise SceneError for what is no law: changes of the scene are most likely to be given in its place."""
+    """Raise SceneError for what is no law.
+
+    Changes of the scene are most likely to be given in its place.
+    """
     if law is None or isinstance(law, str) or callable(law):
         return
     line = f"law = {shorten(law)}: must be a name or a callable(t, q, v) -> efforts"

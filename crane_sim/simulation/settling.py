@@ -13,7 +13,10 @@ STAY = 0.1
 
 
 def nearness(target: Array, initial: Array) -> Array:
-    """Return which distance (…, nu) from their targets counts as near, for joints that begin at `initial` (…, nu)."""
+    """Return which distances (…, nu) from targets count as near, for starts at `initial`.
+
+    `initial` is (…, nu).
+    """
     return np.maximum(SETTLED * np.abs(target - initial), RESOLUTION)
 
 

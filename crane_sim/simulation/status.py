@@ -21,14 +21,17 @@ class SimulationError(RuntimeError):
 
 
 def check_status(integration: Any, model: Any) -> None:
-    """Raise SimulationError when the integration under way has failed, or the model is no longer valid."""
+    """Raise SimulationError when the integration has failed, or the model is no longer valid."""
     line = describe_failure(model, integration.status, integration.terminal_guard, integration.t)
     if line is not None:
         raise SimulationError(line)
 
 
 def describe_failure(model: Any, status: int, terminal_guard: int, t: float) -> str | None:
-    """Return why an integration ended with this status at t [s], which guard ended it; None for one that goes on."""
+    """Return why an integration ended with this status at t [s]; None for one that goes on.
+
+    `terminal_guard` is the guard that ended it.
+    """
     if status == Status.OK:
         return None
     cause, remedy = Status(status).cause, "check the scene's parameters and steps"
@@ -51,7 +54,7 @@ def events_of(integration: Any, model: Any, end: float, failed: bool = False) ->
 
 
 def noted_events(integration: Any, model: Any, end: float, failed: bool = False) -> dict[str, Any]:
-    """Return what `events_of` returns for the summary: the first ones, their number, kinds where there are more.
+    """Return the events for the summary: the first ones, their number, kinds if there are more.
 
     Nothing of a model without events.
     """
@@ -67,7 +70,7 @@ def noted_events(integration: Any, model: Any, end: float, failed: bool = False)
 
 
 def list_kinds(events: Sequence[tuple[float, str]]) -> list[dict[str, Any]]:
-    """Return what happened, how often, and when first and last [s], in the order of the first time."""
+    """Return what happened, how often, and when first and last [s], ordered by first time."""
     kinds: dict[str, dict[str, Any]] = {}
     for t, what in events:
         kind = kinds.setdefault(what, {"what": what, "count": 0, "first": t, "last": t})

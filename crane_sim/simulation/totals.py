@@ -1,4 +1,4 @@
-"""What a run has shown up to an instant: one compiled accumulator for a run, a batch, a study and a plant under ROS.
+"""Totals of a run up to an instant: one compiled accumulator for runs, batches, studies, plants.
 
 `add_rows` takes instants, however many at once; `finish` takes the end of a run. A run's metrics are functions of the
 totals (`metrics`).
@@ -27,7 +27,7 @@ LARGEST_ERROR, TIP_ACCELERATION = 2, 3
 
 
 class Watched(NamedTuple):
-    """What the metrics of a run depend on besides its rows; of many runs, each number is a column."""
+    """What a run's metrics depend on besides its rows; of many runs, each number is a column."""
 
     late: Any  # s, when the last part of the run begins
     metered: Any  # whether the model's meter tells what is supplied, and not the work of held efforts
@@ -66,7 +66,7 @@ class Tilt(NamedTuple):
 
 
 def watched_of(scene: Scene, metered: bool) -> Watched:
-    """Return what is watched of a scene's run; `metered`: whether the model that is integrated has a meter."""
+    """Return what is watched of a scene's run; `metered`: the integrated model has a meter."""
     names, path = scene.joint_names, scene.trajectory
     driven = np.array([names.index(name) for name in scene.actuated], np.int64)
     target, near = np.zeros(len(driven)), np.full(len(driven), np.inf)
@@ -80,7 +80,7 @@ def watched_of(scene: Scene, metered: bool) -> Watched:
 
 
 def empty_totals(scene: Scene, *runs: int) -> Totals:
-    """Return the totals before the first instant, the energy at the start 0, of a scene's run or of many."""
+    """Return the totals before the first instant of one or many runs; the start's energy is 0."""
     nq, nu, falls = len(scene.joint_names), len(scene.actuated), system.fall_count(scene.model)
     swing, tension, ranges = np.zeros((*runs, 2, 4)), np.full((*runs, 2), np.inf), np.full((*runs, 2, nq), np.inf)
     swing[..., 2], tension[..., 1], ranges[..., 1, :] = -1.0, -np.inf, -np.inf
@@ -102,7 +102,10 @@ def empty_totals(scene: Scene, *runs: int) -> Totals:
 @entry_point
 @optimisation(LIGHT)
 def add_rows(p, watched, totals, t, rows):
-    """Take K instants into the totals, one a period: rows (K, width), see `stepping.rows`, at times t (K,) [s]."""
+    """Take K instants, one a period, into the totals: rows (K, width) at times t (K,) [s].
+
+    For the rows see `stepping.rows`.
+    """
     add_instants(p, watched, totals, t, rows, len(rows))
 
 
@@ -128,7 +131,10 @@ def add_instants(p, watched, totals, t, rows, count):
 
 
 def add_position(p, watched, totals, t, q, x, points, is_late):
-    """Take what counts at the end of a run as well: positions at time t [s] and state x; `points` is overwritten."""
+    """Take what counts at the end of a run, too: positions at time t [s] and state x.
+
+    `points` is overwritten.
+    """
     for j in range(len(system.joints(p, x)[0])):  # a tuple of joints is no loop
         totals.ranges[0, j], totals.ranges[1, j] = min(totals.ranges[0, j], q[j]), max(totals.ranges[1, j], q[j])
     system.points(p, t, x, points)
@@ -148,7 +154,10 @@ def add_position(p, watched, totals, t, q, x, points, is_late):
 
 
 def swings_further(distance, height, largest):
-    """Return whether a rope, from tip to payload, is further from the vertical than `largest`: a sine's sign."""
+    """Return whether a rope is further from the vertical than `largest`.
+
+    The height and the distance are those from tip to payload; the sign of a sine decides.
+    """
     return largest[3] * height - distance * largest[2] > 0.0
 
 
@@ -164,7 +173,10 @@ def tilt_of(quaternion):
 
 
 def tracking_error(p, watched, t, q, payload):
-    """Return the distance from the path, in its own coordinates, at time t [s], joints q and the payload (3,) [m]."""
+    """Return the distance from the path, in its coordinates, of joints q or the payload.
+
+    The payload (3,) is in m, the time t in s.
+    """
     if watched.joint_path is not None:
         (goal,) = derivatives_at(watched.joint_path, t, (0,))
         point = tuple([q[watched.driven[k]] for k in range(len(goal))])
@@ -195,7 +207,10 @@ def add_tensions(totals, tensions):
 
 
 def add_forces(p, totals, t, x, u):
-    """Take the forces that only some cranes have, in state x under efforts u (nu,), into the totals."""
+    """Take the forces that only some cranes have into the totals.
+
+    The state is x, the efforts are u (nu,).
+    """
     if totals.contact is not None:
         totals.contact[0] = max(totals.contact[0], system.contact_force(p, t, x))
     if totals.falls is not None:
@@ -207,7 +222,10 @@ def add_forces(p, totals, t, x, u):
 @entry_point
 @optimisation(NONE)
 def finish(p, watched, totals, t, q, v, meters):
-    """Take the end of a run into the totals, with joints q, v at t [s]; `meters`: of `read_final_meters`."""
+    """Take the end of a run, joints q, v at t [s], into the totals.
+
+    `meters` are those of `read_final_meters`.
+    """
     finish_run(p, watched, totals, t, q, v, meters)
 
 
@@ -228,7 +246,9 @@ def read_meters(p, x):
 @entry_point
 @seldom_called
 def read_final_meters(p, x, t, q, v):
-    """Return `read_meters` of a run that ends in state x, with joints q, v of the last instant t [s] that counts.
+    """Return `read_meters` of a run that ends in state x, with joints q, v at the end t [s].
+
+    That is the last instant that counts.
 
     One that failed within a period has a state beyond these joints. Without a meter the work is that up to them, so the
     energy must be, too.

@@ -39,7 +39,10 @@ class TimeGrid(NamedTuple):
 
 
 class BatchArrays(NamedTuple):
-    """Initial states and results of n cranes: rows of the samples and of the end, see `stepping.rows`."""
+    """Initial states and results of n cranes.
+
+    The rows of the samples and of the end are as in `stepping.rows`.
+    """
 
     q: Any  # (n, nq), at the start
     v: Any  # (n, nq)
@@ -68,7 +71,10 @@ def state_at_start(p, arrays, i):
 
 @routine
 def store_result(p, grid, arrays, i, integration, periods_done):
-    """Store status, counters and payload positions of crane i; samples beyond the last whole period are NaN."""
+    """Store status, counters and payload positions of crane i.
+
+    Samples beyond the last whole period are NaN.
+    """
     counts, rows, nq, m = arrays.counts[i], arrays.rows[i], arrays.q.shape[1], len(grid.times)
     counts[0], counts[1] = integration.status, periods_done
     counts[2], counts[3], counts[4] = integration.evaluations, integration.steps, integration.rejected
@@ -126,19 +132,22 @@ def pass_lanes(method, cranes, grid, arrays, first, last):
 
 
 def first_lane(cranes, arrays, block):
-    """Return (state, held efforts, source) of the first crane of a block: what the lanes look like."""
+    """Return (state, held efforts, source) of the first crane of a block, the type of its lanes."""
     crane = take_entry(cranes, block)
     x = state_at_start(crane.model, arrays, block)
     return x, held_efforts(crane.source, crane.model, 0.0, x), crane.source
 
 
 def held_periods(source, method, period):
-    """Return the number of periods in which the equations' source does not jump, as many as a step spans."""
+    """Return for how many periods the equations' source does not jump.
+
+    It is as many as a step spans.
+    """
     return 1 if isinstance(source, Sampled) else periods_per_step(method, period)
 
 
 def held_efforts(source, p, t, x):
-    """Return the efforts that are held from time t on as a tuple; empty where the equations evaluate the source."""
+    """Return the efforts held from time t on as a tuple; empty if the equations use the source."""
     return sampled_source(source.law, p, t, x, None, 0) if isinstance(source, Sampled) else ()
 
 
@@ -156,7 +165,10 @@ def sample(method, crane, x, efforts, t, time, rows, i):
 
 @routine
 def end_lane(method, crane, x, efforts, grid, arrays, i, taken, sampled):
-    """Write the rows of crane i from number `sampled` on, in state x at the end, and store_result how its run went."""
+    """Write the rows of crane i from `sampled` on; store how its run went.
+
+    It ends in state x.
+    """
     end, rows, u = grid.steps * grid.period, arrays.rows[i], driving(crane.source, efforts)
     integration = start(crane.model, end, x, None)
     integration = integration._replace(status=status_of(x), evaluations=taken * method.stages, steps=taken)

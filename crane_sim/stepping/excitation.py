@@ -1,4 +1,4 @@
-"""Compiled loops from one given instant to the next, under held commands: what measured runs are compared with."""
+"""Compiled loops between given instants, under held commands, for comparison with measured runs."""
 
 from typing import Any, NamedTuple
 
@@ -14,7 +14,7 @@ MEAN_STEPS = 1000  # from instant to instant, above which an integration is give
 
 
 class Excitation(NamedTuple):
-    """Instants at which a command changes or the state is wanted, and the part of them that is integrated."""
+    """Instants at which a command changes or the state is wanted, and the part to integrate."""
 
     times: Any  # (n,) s, increasing
     commands: Any  # (n, nu), each held from its instant to the next
@@ -26,13 +26,13 @@ class Excitation(NamedTuple):
 
 @routine
 def start_at(p, excitation, q, v):
-    """Return the integration that begins at the first instant with joint positions and velocities q, v (nq,)."""
+    """Return the integration from the first instant on, with joint states q, v (nq,)."""
     t = excitation.times[excitation.first]
     return start(p, t, system.project(p, system.state(p, t, q, v)), make_event_log(system.switching(p)))
 
 
 def write_positions(excitation, p, integration, out, i):
-    """Write the joint positions (nq,) into out[i]; return whether the integration came there and may go on."""
+    """Write the joint positions (nq,) into out[i]; return whether the integration may go on."""
     if integration.t < excitation.times[i] or integration.steps > MEAN_STEPS * (i - excitation.first + 1):
         return False
     q, _ = system.joints(p, integration.x)
@@ -86,7 +86,7 @@ def differentiate_held(method, p, excitation, q, v, out, directions):
 
 @entry_point
 def integrate_with_drives(method, p, drives, servos, excitation, q, v, out):
-    """Integrate with drives that follow the commands; further arguments and result of `integrate_held`.
+    """Integrate with drives that follow the commands; otherwise as `integrate_held`.
 
     Before the first instant only the drives move: what they apply is a function of the commands alone.
 

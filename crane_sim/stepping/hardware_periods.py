@@ -48,7 +48,7 @@ from crane_sim.trajectories.breakpoints import PiecewiseSource
 
 
 class HardwareState(NamedTuple):
-    """The hardware of one run: its parameters, and its state in arrays that compiled functions change in place."""
+    """The hardware of one run: its parameters, and its state, in arrays changed in place."""
 
     seed: Any  # uint64
     faults: Faults
@@ -65,7 +65,10 @@ class HardwareState(NamedTuple):
 
 
 def state_at(inputs, method, p, u, integration, t):
-    """Return the state at time t [s], which the last step has covered; with efforts that are held it ended there."""
+    """Return the state at time t [s], which the last step covers.
+
+    With held efforts the step ended there.
+    """
     if inputs is None or integration.t == t:
         return integration.x
     return dense_output(method, p, u, integration, t)
@@ -73,7 +76,7 @@ def state_at(inputs, method, p, u, integration, t):
 
 @integrate_source_to.register(Drives)
 def integrate_drives_to(u, method, p, integration, t, latest):
-    """Return the result of `integrate_source_to` under drives: steps end at breakpoints of their inputs."""
+    """Return the result of `integrate_source_to` under drives; steps end at input breakpoints."""
     if isinstance(u.inputs, PiecewiseSource):
         return integrate_to_breakpoints(u.inputs, u, method, p, integration, t, latest)
     return integrate_to(method, p, u, integration, t, latest)
@@ -107,7 +110,10 @@ def sample_first_state(p, hardware, integration, period):
 
 @entry_point
 def measure_states(hardware, period, q, v, out):
-    """Fill out (K, 2 nq) with the measurements of the states q, v (K, nq) at the starts of the first K periods."""
+    """Fill out (K, 2 nq) with measurements of states q, v (K, nq) at starts of periods.
+
+    They are the first K periods.
+    """
     for k in range(len(q)):
         update_active(hardware.faults, hardware.overrides, hardware.active, hardware.log, k * period, 1e-9 * period)
         apply_to_sensors(hardware.faults, hardware.active, hardware.sensors)
@@ -137,13 +143,15 @@ def update_payload(p, hardware, x):
 
 
 def nominal_payload_mass(fault):
-    """Return the payload's mass [kg] while no fault is active; 0 in scenes without faults of the payload."""
+    """Return the payload's mass [kg] without active faults; 0 in scenes without payload faults."""
     return 0.0 if fault is None else fault.nominal_mass
 
 
 @routine
 def apply_command(p, hardware, u, x, k, period, command):
-    """Let the drives take `command` (nu,) in state x at the start of period k; return whether faults or brakes change.
+    """Let the drives take `command` (nu,) in state x at the start of period k.
+
+    Returns whether faults or brakes change.
 
     Without faults and brakes, efforts change there of drives only whose steps end with the period anyway.
     """
@@ -187,7 +195,7 @@ def latest_end(method, u, k, steps, period):
 
 @routine
 def integrate_period_with_drives(method, p, u, integration, end, latest, out, i):
-    """Return the result of `integrate_period`, by steps that also end where a drive's effort has a breakpoint."""
+    """Return the result of `integrate_period`; steps also end at breakpoints of drives' efforts."""
     while True:
         break_time = next_breakpoint(u, integration.t, end)
         last = latest if break_time == end else break_time
@@ -198,7 +206,10 @@ def integrate_period_with_drives(method, p, u, integration, end, latest, out, i)
 
 @routine
 def end_period(p, hardware, u, x, k, period):
-    """End period k in state x: latch the drives' efforts, let brakes slip, read limit switches, sample the state."""
+    """End period k in state x.
+
+    Latches the drives' efforts, lets brakes slip, reads limit switches, samples the state.
+    """
     latch_efforts(p, u, (k + 1) * period, x)
     for i in range(len(hardware.drives)):
         slip(hardware.drives[i])
@@ -259,7 +270,7 @@ def hardware_period(method, p, hardware, inputs, command, integration, k, period
 
 @entry_point
 def hardware_rollout(method, p, law, hardware, inputs, integration, period, out, loads):
-    """Run a law that is evaluated at the start of every period, on the measured positions and velocities.
+    """Run a law that is evaluated at the start of every period, on measured joint coordinates.
 
     Args:
         method, p, law, integration, period, out: see `stepping.periods.roll_out`.

@@ -41,7 +41,7 @@ def recorded_command(law, t, q, v):
 
 
 class Sampled(NamedTuple):
-    """A law that is sampled every period; any other source is evaluated by the equations themselves."""
+    """A law that is sampled every period; the equations evaluate any other source themselves."""
 
     law: Any
 
@@ -98,7 +98,7 @@ class RunUnderWay(NamedTuple):
 
 
 def output_of(rows: Any, commands: Any, times: Any, samples: Any) -> Output:
-    """Return the output of a whole run: rows (steps + 1, width), of which the last one is that of the end."""
+    """Return the output of a whole run: rows (steps + 1, width), the last one of the end."""
     return Output(len(rows) - 1, rows, commands, rows[len(rows) - 1 :], times, samples)
 
 
@@ -129,18 +129,21 @@ def write(rows, i, p, t, x, u):
 
 @generic
 def integrate_source_to(u, method, p, integration, t, latest):
-    """Return the result of `integrate_to` under a source u; steps pass neither `latest` nor a breakpoint of u."""
+    """Return the result of `integrate_to` under a source u.
+
+    Steps pass neither `latest` nor a breakpoint of u.
+    """
     return integrate_to(method, p, u, integration, t, latest)
 
 
 @integrate_source_to.register(PiecewiseSource)
 def integrate_pieces_to(u, method, p, integration, t, latest):
-    """Return the result of `integrate_source_to` under a source in pieces: steps end where one ends."""
+    """Return the result of `integrate_source_to` under a source in pieces; steps end with each."""
     return integrate_to_breakpoints(u, u, method, p, integration, t, latest)
 
 
 def integrate_to_breakpoints(inputs, u, method, p, integration, t, latest):
-    """Return the result of `integrate_source_to` under a source u that has the breakpoints of `inputs`."""
+    """Return the result of `integrate_source_to` under a source u with breakpoints of `inputs`."""
     while integration.t < t and integration.status == OK:
         breakpoint_ = next_breakpoint(inputs, integration.t)
         end = min(latest, last_instant_before(breakpoint_, integration.t))
@@ -155,7 +158,7 @@ def integrate_to_breakpoints(inputs, u, method, p, integration, t, latest):
 
 @routine
 def integrate_period(method, p, u, integration, end, latest, times, samples, i):
-    """Return (integration covering `end`, index of the next sample); write the samples of this period.
+    """Return (integration covering `end`, index of the next sample); write the period's samples.
 
     Args:
         method, p, u, integration: settings, parameters, source, integration under way.
@@ -195,7 +198,9 @@ def reaches(integration, end):
 
 
 def hold_period(method, p, command, integration, end, rows, i):
-    """Write row i, then integrate up to `end` [s], of the period, with the efforts of `command` after limits.
+    """Write row i, then integrate up to `end` [s] with the efforts of `command` after limits.
+
+    `end` is that of the period.
 
     Returns:
         (integration, q, v, effort applied)
@@ -215,7 +220,7 @@ def as_floats(like, vector):
 
 @entry_point
 def continuous_step(run, source, k):
-    """Integrate over period k with the source in the equations; arguments of `zero_order_hold_step`.
+    """Integrate over period k with the source in the equations; see `zero_order_hold_step`.
 
     Returns:
         (whether the period's end was reached, (q, v), effort applied, effort demanded), as of `zero_order_hold_step`
@@ -279,7 +284,9 @@ def hold_each_period(method, p, law, integration, period, out):
 
 
 def sampled_source(law, p, t, x, commands, k):
-    """Return the source from time t on for a sampled law: efforts (nu,) that actuators apply; write command k.
+    """Return the source of a sampled law from time t on, efforts (nu,); write command k.
+
+    The efforts are those that actuators apply.
 
     A law that has `source_at(p, t, x)` gives another source, and has no commands.
     """

@@ -1,4 +1,4 @@
-"""Rows of results: layout of the results of one instant, which the loops over control periods write."""
+"""Rows of results: the layout of an instant's results, which loops over control periods write."""
 
 from typing import Any, NamedTuple
 
@@ -21,7 +21,7 @@ class Rows(NamedTuple):
 
 
 def row_width(model: Any, nq: int, nu: int) -> int:
-    """Return the number of floats in a row of a model with nq joint coordinates, nu of them actuated."""
+    """Return the number of floats in a row of a model with nq joint coordinates, nu actuated."""
     return 2 * nq + nu + 1 + system.link_count(model)
 
 

@@ -1,4 +1,4 @@
-"""Cases of a study: what each run changes of the scene. They depend on the study alone, not on how it is run."""
+"""Cases of a study: what each run changes of the scene, however the study is run."""
 
 import hashlib
 from collections.abc import Iterator
@@ -26,7 +26,7 @@ class Case(NamedTuple):
 
 
 class CaseList:
-    """The cases of a study, made when they are asked for: variants of one sample follow one another."""
+    """The cases of a study, made on demand: variants of one sample follow one another."""
 
     def __init__(self, study: Study) -> None:
         """Take the study; draws its samples.
@@ -39,7 +39,10 @@ class CaseList:
         self._nominal = {key: self._own_value(key) for key in study.parameters}
 
     def _own_value(self, key: str) -> Any:
-        """Return the scene's own value of a parameter, or that of the study's changes; values in a list need none."""
+        """Return a parameter's own value in the scene with the study's changes.
+
+        A parameter with a list of values needs none.
+        """
         found, value = get_value(self._document, key)
         if not found and not isinstance(self.study.parameters[key], Values):
             raise SceneError(f"study: parameters.{key}: the scene has no {key} of its own to vary; list values of it")
@@ -107,5 +110,5 @@ def cases(study: Study) -> CaseList:
 
 
 def scene_seed(seed: int, sample: int) -> int:
-    """Return the seed of a sample's scenes: the same for all variants, which so have the same random numbers."""
+    """Return the seed of a sample's scenes: all variants have the same random numbers."""
     return int.from_bytes(hashlib.sha256(f"{seed}/{sample}".encode()).digest()[:4], "big")

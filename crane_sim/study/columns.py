@@ -1,4 +1,4 @@
-"""Names of the columns of a study's table that every study has, and how a metric's columns tell better from worse."""
+"""Columns that the table of every study has, and in which sense a metric is better."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -17,12 +17,12 @@ LARGER_IS_BETTER = ("limit_margin", "min_rope_tension")
 
 
 def is_better_larger(metric: str) -> bool:
-    """Return whether of a metric, or of its column of one joint, larger values are the better ones."""
+    """Return whether larger values of a metric, or of its column of one joint, are better."""
     return metric.partition(".")[0] in LARGER_IS_BETTER
 
 
 def worst_joint(metric: str, by_joint: Sequence[Any]) -> npt.NDArray[np.float64]:
-    """Return a metric as studies compare it: that of its worst joint, the magnitude of a signed one.
+    """Return a metric as studies compare it: of the worst joint, the magnitude if signed.
 
     Args:
         metric: its name, or that of its column of one joint.

@@ -98,7 +98,7 @@ def check_cases(study: Study) -> CaseList:
 
 
 def check_metrics(listed: CaseList) -> None:
-    """Run the first case of a study with metrics of its own, to see whether they can be columns of its table.
+    """Check that a study's own metrics of its first case can be columns of its table.
 
     An error that the function raises may be of this case only, and is in its row.
 
@@ -120,7 +120,10 @@ def check_metrics(listed: CaseList) -> None:
 def _run_missing(
     store: Store, study: Study, pools: Iterator[AbstractContextManager[Workers]], on_progress: Progress
 ) -> None:
-    """Run the blocks that are missing and write their rows; those of a process that ended are tried by new workers."""
+    """Run the missing blocks and write their rows.
+
+    Blocks of a process that ended are tried again by new workers.
+    """
     attempts = ATTEMPTS
     while missing := store.missing():
         done = store.cases - sum(len(store.cases_of(block)) for block in missing)
@@ -158,7 +161,7 @@ def _results(store: Store, study: Study, blocks: list[int], workers: Workers) ->
 
 @lru_cache(maxsize=1)
 def _cases_of(study: str, scene: str) -> tuple[CaseList, dict[str, Any]]:
-    """Return the cases of a study and the document of its scene, both in JSON: once for each process."""
+    """Return the cases of a study and its scene's document, both in JSON: once per process."""
     document = json.loads(scene)
     return cases(load_study(json.loads(study) | {"scene": document})), document
 

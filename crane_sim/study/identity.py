@@ -1,4 +1,4 @@
-"""Identity of a study: all that makes its numbers, so that rows by two of them never meet in a folder."""
+"""Identity of a study: all that its numbers depend on, so that rows of two studies never mix."""
 
 import hashlib
 import json
@@ -28,18 +28,25 @@ MODULES = (batch_metrics, derived, energy_balance, flat_summary, metrics, rollou
 
 @cache
 def versions() -> dict[str, str]:
-    """Return versions of packages, system and processor, and the hash of the source of the metrics."""
+    """Return versions of packages, system and processor, and the hash of the metrics' source."""
     source = b"".join(Path(str(module.__file__)).read_bytes() for module in MODULES)
     return of_this_process() | {"metrics_sha256": hashlib.sha256(source).hexdigest()}
 
 
 def deciding_versions() -> dict[str, str]:
-    """Return the versions that a study's processes have to share; the processor may differ, as in a cluster."""
+    """Return the versions that a study's processes have to share.
+
+    The processor may differ, as in a cluster.
+    """
     return {key: value for key, value in versions().items() if key not in ("cpu", "system")}
 
 
 def identity_of(study: Study) -> dict[str, Any]:
-    """Return the study, the document of its scene in JSON, and versions and own functions that make its numbers."""
+    """Return all that makes a study's numbers.
+
+    These are the study, the document of its scene in JSON, versions, and functions of the user's
+    own.
+    """
     document = scene_document(study)
     identity = {
         "study": study.model_dump(mode="json"),
@@ -51,7 +58,7 @@ def identity_of(study: Study) -> dict[str, Any]:
 
 
 def block_needs(identity: dict[str, Any]) -> tuple[str, dict[str, str], dict[str, str]]:
-    """Return the scene, versions and functions that every process has to share which runs a part of a study."""
+    """Return the scene, versions and functions that all processes of a study have to share."""
     return identity["scene"], identity["versions"], identity.get("functions", {})
 
 
@@ -84,7 +91,7 @@ def read_identity(file: Path) -> dict[str, Any]:
 
 
 def hash_functions(study: Study, document: Mapping[str, Any]) -> dict[str, str]:
-    """Return the SHA-256 of the sources of the functions of one's own that a study or its scene's document names.
+    """Return the SHA-256 of the sources of the user's functions that a study or its scene names.
 
     They are by file or module. One that is not there has none: what names it is refused where it is used.
     """

@@ -13,7 +13,9 @@ def check_store(url: str) -> None:
 
 
 def copy_study(folder: Path, url: str) -> None:
-    """Copy table, study and recordings of a folder to a URL, such as s3://bucket/masses or file:///data/masses.
+    """Copy table, study and recordings of a folder to a URL.
+
+    Examples are s3://bucket/masses and file:///data/masses.
 
     Raises:
         SceneError: the store does not take them.

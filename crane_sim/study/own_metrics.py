@@ -14,11 +14,11 @@ from crane_sim.study.schema import Study
 
 
 class UnusableMetrics(MetricError):
-    """The value that a function of metrics returned makes no columns of a table; other runs would fail, too."""
+    """A function of metrics returned what cannot be columns; other runs would fail, too."""
 
 
 def load_metrics(study: Study) -> Measure | None:
-    """Return the function of a run that has the study's further metrics, None where it asks for none.
+    """Return the function of a run that has the study's own metrics, None without one.
 
     When called it raises `MetricError` where the function raised an error, and `UnusableMetrics`.
 
@@ -56,7 +56,10 @@ def _cause(error: BaseException) -> str:
 
 
 def _numbers_by_name(found: Any, run: Rollout) -> dict[str, float | None]:
-    """Return what a function of metrics returned of a run, as numbers by name; raises UnusableMetrics."""
+    """Return what a function of metrics returned of a run, as numbers by name.
+
+    Raises UnusableMetrics where it cannot.
+    """
     if not isinstance(found, Mapping):
         line = f"returned {shorten(found)}; must return a dict of name: number, None where a run has none"
         raise UnusableMetrics(line)

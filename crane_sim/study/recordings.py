@@ -42,7 +42,7 @@ def check_recorder(study: Study) -> None:
 
 
 def check_worst_metric(listed: CaseList) -> None:
-    """Run the first sample of a study that records its worst runs, to see whether the metric is a column of its table.
+    """Check by the first sample that the metric of the worst runs is a column of the table.
 
     Raises:
         SceneError: its runs have no such metric, or it is text.
@@ -54,7 +54,7 @@ def check_worst_metric(listed: CaseList) -> None:
 
 
 def _to_numbers(metric: str, columns: Mapping[str, Any]) -> Any:
-    """Return the column of `worst.metric` as numbers; raises SceneError where there is none, or it is text."""
+    """Return the column of `worst.metric` as numbers; raises SceneError if missing or text."""
     if metric not in columns:
         raise SceneError(f"study: {unknown_key(metric, list(columns), 'metric', 'of recordings.worst.metric')}")
     if any(isinstance(value, str) for value in columns[metric]):
@@ -63,7 +63,7 @@ def _to_numbers(metric: str, columns: Mapping[str, Any]) -> Any:
 
 
 def record_selected(result: StudyResult) -> None:
-    """Write the recordings that the study asks for and that are not there: FOLDER/recordings/000012.rrd."""
+    """Write the study's recordings that are missing: FOLDER/recordings/000012.rrd."""
     if result.study.recordings == Recordings() or not (chosen := selected_cases(result)):
         return
     folder, listed, document = result.folder / "recordings", cases(result.study), scene_document(result.study)

@@ -65,7 +65,7 @@ def columns_of(metric: str, columns: Sequence[str]) -> list[str]:
 
 @dataclass(frozen=True, repr=False)
 class StudyResult:
-    """A study that has been run: a row for each run, samples in order, the variants of one after the other.
+    """A study that has been run: a row for each run, the variants of a sample in succession.
 
     Metrics are read from the file column by column; only `table` holds all of them.
     """
@@ -104,7 +104,10 @@ class StudyResult:
         return int(self._file.metadata.num_rows)
 
     def column(self, name: str) -> npt.NDArray[Any]:
-        """Return a column of the table, an entry for each run: numbers, NaN where a run has none, or text and None."""
+        """Return a column of the table, an entry for each run.
+
+        Numbers are NaN where a run has none, text is None.
+        """
         return self._file.read([name])[name].to_numpy(zero_copy_only=False)
 
     def __repr__(self) -> str:
@@ -117,7 +120,9 @@ class StudyResult:
         return self.table.to_pandas()
 
     def metric(self, name: str, variant: str) -> npt.NDArray[np.float64]:
-        """Return a metric of all samples (n,) under a variant, NaN for runs that have none or did not reach the end.
+        """Return a metric of all samples (n,) under a variant, NaN for incomplete runs.
+
+        It is NaN too for runs that have no such metric.
 
         The name of a metric of every joint, as `settling_time`, stands for that of the worst one: the greatest, of
         `limit_margin` the least. Of `final_error`, also of one joint, it is the magnitude; `column` has the sign.
@@ -135,7 +140,10 @@ class StudyResult:
         return self.metric(name, variant)
 
     def failed(self, variant: str) -> npt.NDArray[np.bool_]:
-        """Return of all samples (n,) whether the run under a variant failed; raises SceneError without the variant."""
+        """Return of all samples (n,) whether the run under a variant failed.
+
+        Raises SceneError without the variant.
+        """
         return self.column("status")[self._rows_of(variant)] != OK
 
     def _rows_of(self, variant: str) -> npt.NDArray[np.bool_]:
@@ -145,7 +153,7 @@ class StudyResult:
         return self.column("variant") == variant
 
     def differences(self, metric: str) -> dict[str, PairedDifference]:
-        """Return how each further variant differs from the first one in a metric, on the same samples."""
+        """Return how variants differ from the first one in a metric, on the same samples."""
         first, *others = self.study.variant_changes
         base, seed = self.metric(metric, first), self.study.seed
         return {other: compare_pairs(base, self.metric(metric, other), seed) for other in others}

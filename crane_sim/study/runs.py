@@ -22,7 +22,9 @@ Table = dict[str, Any]
 
 
 def rows_of(listed: CaseList, first: int, end: int, document: Mapping[str, Any]) -> Table:
-    """Return the rows of the cases `first` to `end` (excluded): parameters, all metrics of the summary, status, error.
+    """Return the rows of the cases `first` to `end` (excluded).
+
+    A row has the parameters, all metrics of the summary, status and error.
 
     Whatever ends a run is in its row: no error is raised. Scenes of one kind run in one compiled call; a case has the
     numbers of its single run, bit for bit.
@@ -75,7 +77,7 @@ def each_row(table: Table) -> Iterator[dict[str, Any]]:
 
 
 def simulate_case(case: Case, document: Mapping[str, Any]) -> tuple[Rollout | None, str, str | None]:
-    """Return (the run, up to where it failed; None without one), its status, and why it is not `ok`."""
+    """Return (run up to a failure, None without one; status; why it is not `ok`)."""
     (scene,) = load_scenes(document, [case.changes])
     found = Attempt(None, str(scene), refused=True) if isinstance(scene, SceneError) else attempt_run(scene)
     return found.run, _status_of(found), found.error

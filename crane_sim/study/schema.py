@@ -1,4 +1,4 @@
-"""The file of a study: the scene, which of its parameters vary and how, and the variants to compare."""
+"""The file of a study: its scene, the parameters that vary and how, and the variants."""
 
 import copy
 import os
@@ -37,7 +37,7 @@ class _Group(BaseModel):
 
 
 class Values(_Group):
-    """A list of values of a parameter: the points of a grid, or equally likely where samples are drawn."""
+    """A list of values of a parameter: points of a grid, equally likely in drawn samples."""
 
     values: Annotated[tuple[Any, ...], Field(min_length=1)]
 
@@ -61,7 +61,7 @@ def _write_parameter(parameter: Any) -> Any:
 
 
 def _read_parameter(value: Any) -> Any:
-    """Return `Values` for a list or a group with `values`, else a distribution as scenes have it."""
+    """Return `Values` for a list or a group with `values`, else a distribution as in scenes."""
     if isinstance(value, list | tuple):
         return Values(values=tuple(value))
     if not isinstance(value, dict):
@@ -83,7 +83,7 @@ class Worst(_Group):
 
 
 class Recordings(_Group):
-    """Which runs are recorded: they are run once more after the study, which changes no bit of them."""
+    """Which runs are recorded: they are repeated after the study, bit for bit the same."""
 
     failures: bool = False  # those that failed
     every: Count | None = None  # -, every n-th case
@@ -107,7 +107,7 @@ class Gain(_Group):
 
 
 class Tune(_Group):
-    """What `crane tune` searches: gains of least metrics over the samples, judged on other samples."""
+    """What `crane tune` searches: the gains of least metrics, judged on other samples."""
 
     gains: Annotated[dict[str, Gain], Field(min_length=1)]  # by dotted key of the scene
     changes: dict[str, Any] = {}  # of the scene in every trial, by dotted key: another law, a list that gains enter
@@ -141,7 +141,7 @@ class Study(_Group):
 
     @property
     def variant_changes(self) -> dict[str, dict[str, Any]]:
-        """Changes of the scene by variant; the variant `BASELINE` without changes where the file names none."""
+        """Changes of the scene by variant; only `BASELINE`, without changes, if there are none."""
         return self.variants or {BASELINE: {}}
 
 
@@ -169,7 +169,7 @@ def load_study(source: "Study | str | Path | Mapping[str, Any]") -> Study:
 
 
 def rename_keys(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a study's document with new names in place of deprecated ones; where it has both, both stay."""
+    """Return a study's document with deprecated names replaced; if it has both, both stay."""
     return {
         DEPRECATED_KEYS[key] if DEPRECATED_KEYS.get(key, key) not in document else key: value
         for key, value in document.items()
@@ -177,7 +177,7 @@ def rename_keys(document: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _read_file(path: Path) -> dict[str, Any]:
-    """Return the document of a study's file, its scene's file and those of functions as absolute paths."""
+    """Return the document of a study's file, with absolute paths of scene and functions."""
     if not os.path.exists(path):  # unlike Path.exists, no error for a name that no file can have
         raise SceneError(f"study file {path}: there is no such file")
     document, folder = read_groups(path, "study file"), path.resolve().parent
@@ -199,7 +199,7 @@ def _read_file(path: Path) -> dict[str, Any]:
 
 
 def _group(value: Any) -> dict[str, Any]:
-    """Return a group of a file, an empty one for anything else: what is wrong with it is said later."""
+    """Return a group of a file, an empty one for anything else: its error is reported later."""
     return value if isinstance(value, dict) else {}
 
 
@@ -264,7 +264,7 @@ def _varies_own(parameter: Any) -> bool:
 
 
 def varied_document(study: Study) -> dict[str, Any]:
-    """Return the document that the parameters vary: of the study's scene, with the changes of every run.
+    """Return the document that the parameters vary: the scene with the changes of every run.
 
     Raises:
         SceneError: there is no such scene, or a change has no place in it.
@@ -277,7 +277,10 @@ def varied_document(study: Study) -> dict[str, Any]:
 
 
 def changed_document(document: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a scene's document with changes by dotted key; raises SceneError where one has no place."""
+    """Return a scene's document with changes by dotted key.
+
+    Raises SceneError where one has no place.
+    """
     switched, _ = switch_law(copy.deepcopy(dict(document)), changes)
     return with_values(switched, changes)
 

@@ -59,7 +59,7 @@ def sensitivities(result: StudyResult, metric: str, variant: str) -> list[Sensit
 
 
 def _analyse_elementary_effects(study: Study, y: npt.NDArray[np.float64], options: dict[str, Any]) -> Any:
-    """Return (μ*, half-widths of its intervals, σ) of the parameters by Morris' method, of a metric (runs,).
+    """Return (μ*, half-widths of its intervals, σ) of a metric (runs,) by Morris' method.
 
     SALib takes the levels as 0 … 1, where probabilities are from 1 / (2 LEVELS) to 1 - 1 / (2 LEVELS).
     """

@@ -1,4 +1,7 @@
-"""Statistics of runs: intervals of one variant's metrics, and paired runs: two variants on the same samples."""
+"""Statistics of runs: intervals of a metric, and paired differences of two variants.
+
+Pairs are runs on the same samples.
+"""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -19,7 +22,10 @@ Array = npt.NDArray[np.float64]
 
 
 class PairedDifference(NamedTuple):
-    """The difference of a metric between two variants, second minus first, over samples in which both have it."""
+    """The paired difference of a metric between two variants, second minus first.
+
+    It is over the samples in which both have the metric.
+    """
 
     pairs: int
     mean: float  # in the metric's unit
@@ -48,7 +54,7 @@ class IntervalEstimate(NamedTuple):
 
 
 def estimate_median(values: Array, seed: int = 0) -> IntervalEstimate:
-    """Return the median of values (n,), infinite ones included, with the percentiles of bootstrapped medians.
+    """Return the median of values (n,) and its percentiles by bootstrap; values may be infinite.
 
     Args:
         values: at least one; infinity stands for a run without the metric, which is worse than any other.
@@ -73,7 +79,10 @@ def estimate_share(count: int, of: int) -> IntervalEstimate:
 
 
 def adjust_p_values(p_values: Sequence[float]) -> list[float]:
-    """Return p-values of m tests as Holm (1979) adjusts them: the chance of any false rejection stays at the level."""
+    """Return p-values of m tests adjusted by Holm (1979).
+
+    The chance of any false rejection stays at the level.
+    """
     adjusted, largest, m = [1.0] * len(p_values), 0.0, len(p_values)
     for rank, i in enumerate(sorted(range(m), key=p_values.__getitem__)):
         largest = max(largest, min(1.0, (m - rank) * p_values[i]))
@@ -82,7 +91,9 @@ def adjust_p_values(p_values: Sequence[float]) -> list[float]:
 
 
 def rank_pairs(difference: Array) -> tuple[float, float]:
-    """Return (p of Wilcoxon's signed-rank test, two-sided; share of negative ones, zeros count half) of (n,) pairs.
+    """Return (two-sided p of Wilcoxon's signed-rank test, share of negative ones) of (n,) pairs.
+
+    Zeros count half in the share.
 
     The p-value is 1 where no pair differs.
     """
@@ -91,7 +102,7 @@ def rank_pairs(difference: Array) -> tuple[float, float]:
 
 
 def sum_signed_ranks(difference: Array) -> float:
-    """Return the sum of the ranks of (n,) differences by size, with their signs: Wilcoxon's W+ - W-, without zeros."""
+    """Return Wilcoxon's W+ - W- of (n,) differences, without zeros: the sum of signed ranks."""
     some = difference[difference != 0.0]
     return float(np.sum(np.sign(some) * scipy.stats.rankdata(np.abs(some))))
 
@@ -102,7 +113,7 @@ def is_constant(values: Array) -> bool:
 
 
 def equate_rounded(values: Array, tolerance: float) -> Array:
-    """Return numbers (n,) with one magnitude for those as near as `tolerance`, and 0 for those as near to 0."""
+    """Return numbers (n,), magnitudes within `tolerance` made equal, those as near to 0 zero."""
     order = np.argsort(np.abs(values), kind="stable")
     ordered = np.abs(values)[order]
     first = np.diff(ordered, prepend=0.0) > tolerance  # of equal magnitudes
@@ -113,7 +124,9 @@ def equate_rounded(values: Array, tolerance: float) -> Array:
 
 
 def compare_pairs(first: Array, second: Array, seed: int = 0, few: int = FEW) -> PairedDifference:
-    """Return the difference of a metric (n,) of two variants; samples in which one has no finite one are left out.
+    """Return the paired difference of a metric (n,) of two variants.
+
+    Samples in which one has no finite value are left out.
 
     Args:
         first: the metric under the first variant.

@@ -1,4 +1,4 @@
-"""Rows of a study on disk: an Arrow file for each block of cases, written whole or not at all, then one table.
+"""Rows of a study on disk: an Arrow file per block, written whole or not at all, then one table.
 
     FOLDER/study.json         which study this is: its hash, versions and functions of one's own that run it
     FOLDER/rows/000012.arrow  a file for each block: Arrow's own form costs a fifth of Parquet's time
@@ -75,7 +75,7 @@ class Store:
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Hold the folder for this process; what a killed one left in the middle of a write is removed.
+        """Hold the folder for this process; remove the unfinished files of a killed process.
 
         Raises:
             SceneError: another process runs the study of this folder, it holds another study, or cannot be written.
@@ -166,7 +166,7 @@ class Store:
 
 
 def _open_block(path: Path) -> Any:
-    """Return the reader of a block's file, which is mapped into memory; raises SceneError where it is damaged."""
+    """Return the reader of a block's memory-mapped file; raises SceneError if it is damaged."""
     arrow = load_pyarrow()
     try:
         return load_pyarrow("pyarrow.ipc").open_file(arrow.memory_map(str(path)))
@@ -175,7 +175,10 @@ def _open_block(path: Path) -> Any:
 
 
 def table_of(columns: Mapping[str, Any]) -> Any:
-    """Return columns by name as a `pyarrow.Table`; numbers are floats but for counts, mixed values text."""
+    """Return columns by name as a `pyarrow.Table`.
+
+    Numbers are floats except counts, mixed values are text.
+    """
     arrow = load_pyarrow()
     arrays = [_array(arrow, name, values) for name, values in columns.items()]
     marks = [OWN_METRIC if isinstance(values, OwnMetric) else None for values in columns.values()]

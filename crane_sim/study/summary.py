@@ -14,14 +14,14 @@ SHOWN = ("residual_swing_deg", "peak_swing_deg", "settling_time", "peak_effort",
 
 
 def shown_metrics(result: StudyResult) -> list[str]:
-    """Return the columns of the table that a summary shows: those of SHOWN, and the study's own metrics."""
+    """Return the columns that a summary shows: those of SHOWN and the study's own metrics."""
     numbers = [name for name, kind in result.types.items() if kind in ("double", "int64")]
     shown = [name for start in SHOWN for name in numbers if name == start or name.startswith(f"{start}.")]
     return list(dict.fromkeys([*shown, *(name for name in result.own_metrics if name in numbers)]))
 
 
 def summarise(result: StudyResult) -> dict[str, Any]:
-    """Return counts, and the median and extremes of metrics by variant, with their paired differences."""
+    """Return counts, medians and extremes of metrics by variant, and paired differences."""
     first, *_ = variants = list(result.study.variant_changes)
     metrics = {
         name: {variant: spread_of(result.metric(name, variant)) for variant in variants}
@@ -40,7 +40,10 @@ def summarise(result: StudyResult) -> dict[str, Any]:
 
 
 def find_sensitivities(result: StudyResult) -> dict[str, dict[str, list[dict[str, Any]]]]:
-    """Return by metric and variant how a metric that all runs have depends on the parameters, in designs for it."""
+    """Return the sensitivities by metric and variant.
+
+    Only metrics that all runs have are included, and only in designs made for it.
+    """
     if result.study.design not in (MORRIS, SALTELLI):
         return {}
     found: dict[str, dict[str, list[dict[str, Any]]]] = {}

@@ -1,4 +1,4 @@
-"""Tuning of gains: a search for the least metrics over the samples of a study, judged on samples it has not seen.
+"""Tuning of gains: a search for the least metrics over samples, judged on other samples.
 
 Optuna proposes gains, a trial runs the samples, and its values are the means of the objectives. A trial in which a run
 fails, or has no such metric, is infeasible; how far it came guides the search. The best of the Pareto-optimal gains
@@ -116,7 +116,10 @@ def tune(
 
 
 def _front_of(search: Any) -> list[Candidate]:
-    """Return the Pareto-optimal trials, least first objective first; raises SceneError where no trial is feasible."""
+    """Return the Pareto-optimal trials, least first objective first.
+
+    Raises SceneError where no trial is feasible.
+    """
     front = sorted(
         (Candidate(each.params, tuple(each.values)) for each in search.best_trials), key=lambda each: each[1]
     )
@@ -135,7 +138,7 @@ def changes_of(training: Study, settings: Tune, gains: dict[str, float]) -> dict
 
 
 def _list_of(document: dict[str, Any], key: str) -> str:
-    """Return the dotted key of the outermost list that a dotted key is in, itself where it is in none."""
+    """Return the dotted key of the outermost list around a dotted key, itself without one."""
     parts = key.split(".")
     above = (".".join(parts[:i]) for i in range(1, len(parts)))
     return next((each for each in above if isinstance(get_value(document, each)[1], list)), key)
@@ -163,7 +166,7 @@ def _load_optuna() -> Any:
 
 @contextmanager
 def _locked(folder: Path, study: Study) -> Iterator[None]:
-    """Hold the folder of a search for this process; the lock ends with the process, however it ends.
+    """Hold the folder of a search for this process; the lock ends with the process.
 
     Raises:
         SceneError: another process has the folder, or it holds another search; of the same one trials may be more.
@@ -211,7 +214,7 @@ def _search(
         return values
 
     def begin_trial(*_: Any) -> None:
-        """Give the next trial a sampler of its own: a search that goes on proposes what an undisturbed one does."""
+        """Give the next trial its own sampler: a resumed search proposes what a whole one does."""
         done = _count_finished(search)
         on_progress(done, settings.trials)
         seed = _seed_of(study.seed, done)
@@ -223,13 +226,13 @@ def _search(
 
 
 def _drop_unfinished_line(file: Path) -> None:
-    """Cut off what a power cut left of a journal's last line, which would make the file unreadable."""
+    """Cut off the incomplete last line of a journal, which would make the file unreadable."""
     if file.exists() and not (lines := file.read_bytes()).endswith(b"\n"):
         write_whole(file, lambda path: path.write_bytes(lines[: lines.rfind(b"\n") + 1]))
 
 
 def _own_gains(training: Study, settings: Tune) -> dict[str, float]:
-    """Return the gains that the scene itself has as numbers within their limits: the search begins with them."""
+    """Return the scene's own gains that are within their limits: the search begins there."""
     document, own = trial_document(training, settings), dict[str, float]()
     for key, gain in settings.gains.items():
         value = get_value(document, key)[1]
@@ -239,7 +242,7 @@ def _own_gains(training: Study, settings: Tune) -> dict[str, float]:
 
 
 def _count_finished(search: Any) -> int:
-    """Return the number of trials that have values: one in flight when its process ended counts for nothing."""
+    """Return the number of trials that have values; interrupted ones do not count."""
     return sum(trial.state.name == "COMPLETE" for trial in search.get_trials(deepcopy=False))
 
 
@@ -250,7 +253,7 @@ def _seed_of(seed: int, trial: int) -> int:
 def evaluate_gains(
     training: Study, changes: dict[str, Any], objectives: Sequence[str], pool: Workers
 ) -> tuple[tuple[float, ...], float]:
-    """Return (the means of the objectives over the samples, 0), or (infinities, the share of samples not reached).
+    """Return (mean objectives, 0), or (infinities, the share of samples not reached).
 
     Samples are run in order, and the first one whose run fails or has no such metric ends the trial: gains that
     destabilise a crane make the longest runs.
@@ -277,7 +280,9 @@ def evaluate_gains(
 
 
 def _objectives_of(row: dict[str, Any], objectives: Sequence[str]) -> list[float] | None:
-    """Return the objectives of a run as `StudyResult.metric` has them, None where it failed or has no such metric.
+    """Return the objectives of a run as `StudyResult.metric`.
+
+    It is None where the run failed or has no such metric.
 
     Raises:
         SceneError: there is no such metric.
@@ -290,7 +295,7 @@ def _objectives_of(row: dict[str, Any], objectives: Sequence[str]) -> list[float
 
 
 def choose(front: list[Candidate], settings: Tune) -> dict[str, Candidate]:
-    """Return the candidates to evaluate, by name: the best of each objective, and those nearest to the ideal.
+    """Return candidates by name: the best of each objective, and those nearest to the ideal.
 
     The distance from the ideal is that of objectives scaled to 0 .. 1 over the front.
     """

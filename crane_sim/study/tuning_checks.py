@@ -1,4 +1,4 @@
-"""Checks of a search of gains, of its file before the first trial, and of what its objectives are in a row."""
+"""Checks of a search of gains: of its file before the first trial, of objectives in a row."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def _check_design(study: Study, settings: Tune) -> None:
 
 
 def base_changes(study: Study, settings: Tune) -> dict[str, Any]:
-    """Return the changes of the scene that every trial has before its gains: those of the first variant, and tune's."""
+    """Return the changes of the scene for all trials: those of the first variant, and tune's."""
     return next(iter(study.variant_changes.values())) | settings.changes
 
 
@@ -88,7 +88,9 @@ def _error_with(study: Study, changes: Mapping[str, Any]) -> str | None:
 
 
 def find_objectives(row: Mapping[str, Any], objectives: Sequence[str]) -> list[list[Any]]:
-    """Return the values of each objective in the row of a run, several of a metric by joint; None or NaN: not there.
+    """Return the values of each objective in a run's row; None or NaN where there is none.
+
+    A metric by joint has several values.
 
     Raises:
         SceneError: there is no such metric, or it is text.

@@ -61,13 +61,13 @@ class WorkerProcesses(ProcessPoolExecutor):
         super().__init__(count, multiprocessing.get_context("spawn"), _begin_worker, (os.getpid(),))
 
     def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Return the future of a task; a process that is started for it does not see SIGINT before it ignores it."""
+        """Return the future of a task; a new process blocks SIGINT until it ignores it."""
         with blocked_interrupts():
             return super().submit(fn, *args, **kwargs)
 
 
 def _begin_worker(parent: int) -> None:
-    """Ignore SIGINT, which the parent handles for all, and exit when the parent exits, in whatever way."""
+    """Ignore SIGINT, which the parent handles for all, and exit when the parent exits."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     end_with_parent(parent)
@@ -100,7 +100,10 @@ def start_workers(count: int | None, scheduler: str | None) -> Iterator[Workers]
 
 @contextmanager
 def _limit_threads() -> Iterator[None]:
-    """Limit linear algebra to one thread in each process started in the block: more would wait for one another."""
+    """Limit linear algebra to one thread in each process started in the block.
+
+    More threads would wait for one another.
+    """
     missing = [name for name in _THREAD_COUNTS if name not in os.environ]
     os.environ.update(dict.fromkeys(missing, "1"))
     try:

@@ -16,7 +16,10 @@ AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
 class Base(NamedTuple):
-    """Each axis: offset + the sum of amplitude sin(frequency t + phase). Terms of amplitude 0 cost nothing."""
+    """Each axis: offset + the sum of amplitude sin(frequency t + phase).
+
+    Terms of amplitude 0 cost nothing.
+    """
 
     offsets: Any  # (6,) m, rad
     amplitudes: Any  # (6, n) m, rad
@@ -25,7 +28,10 @@ class Base(NamedTuple):
 
 
 class SplineBase(NamedTuple):
-    """Each axis: polynomials between knots; the first and the last one hold beyond the ends as well."""
+    """Each axis: polynomials between knots.
+
+    The first and the last one hold beyond the ends as well.
+    """
 
     knots: Any  # (k,) s, increasing, k >= 2
     coefficients: Any  # (6, k - 1, 6) of the powers 0 .. 5 of t - knots[piece]
@@ -64,7 +70,10 @@ def axis_at(base, t, i):
 
 @routine
 def base_motion_at(base, t):
-    """Return (positions, velocities, accelerations) of the six axes at time t [s], each a tuple (6,) in m and rad."""
+    """Return (positions, velocities, accelerations) of the axes at time t [s], in m and rad.
+
+    Each is a tuple (6,).
+    """
     axes = [axis_at(base, t, i) for i in range(len(AXES))]
     return tuple([tuple([axis[k] for axis in axes]) for k in range(3)])
 
@@ -102,7 +111,7 @@ def rotations(angles: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
 
 def angles_of(rotation: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return (roll, pitch, yaw) (K, 3) [rad] of rotations (K, 3, 3), yaw continuous from one to the next."""
+    """Return (roll, pitch, yaw) (K, 3) [rad] of rotations (K, 3, 3), with a continuous yaw."""
     roll = np.arctan2(rotation[:, 2, 1], rotation[:, 2, 2])
     pitch = np.arctan2(-rotation[:, 2, 0], np.hypot(rotation[:, 0, 0], rotation[:, 1, 0]))
     yaw = np.unwrap(np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0]))

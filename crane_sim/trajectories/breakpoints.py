@@ -1,4 +1,4 @@
-"""Breakpoints: instants at which a function of time is not smooth, which no step with error control may pass.
+"""Breakpoints: instants where a function of time is not smooth; no adaptive step passes one.
 
 A crane at rest has no error, so its steps grow: without breakpoints one of them would pass a motion that begins later
 without a stage in it. Where efforts are held over a period, steps end with it, and have no breakpoints within.
@@ -22,7 +22,10 @@ _ULPS = 1e-15  # of a breakpoint: a few of its last digits
 
 
 class PiecewiseSource(NamedTuple):
-    """A source of efforts; it, and the motions that are prescribed to the crane, are smooth between breakpoints."""
+    """A source of efforts that is smooth between breakpoints, as are prescribed motions.
+
+    The motions are those that are prescribed to the crane.
+    """
 
     source: Any
     breakpoints: Any  # (n,) s, increasing, n > 0
@@ -41,7 +44,7 @@ def piecewise_demand(u, p, t, x):
 
 
 def next_breakpoint(u, t):
-    """Return the first breakpoint [s] of a `PiecewiseSource` after time t, infinite where there is none."""
+    """Return the first breakpoint [s] of a `PiecewiseSource` after time t, else infinity."""
     count = len(u.breakpoints)
     if t < u.breakpoints[0]:
         return u.breakpoints[0]
@@ -50,7 +53,10 @@ def next_breakpoint(u, t):
 
 
 def last_instant_before(instant, t):
-    """Return the end [s] of a step from t up to a breakpoint: stages at its end must not see what begins there."""
+    """Return the end [s] of a step from t up to a breakpoint.
+
+    Stages at its end must not see what begins there.
+    """
     end = instant - _ULPS * instant
     return end if end > t else instant  # of an infinite one `end` is no number
 
@@ -61,7 +67,10 @@ def unwrap(source: Any) -> Any:
 
 
 def with_breakpoints(source: Any, model: Any) -> Any:
-    """Return a source with its breakpoints and those of the model; the source itself where none is after t = 0."""
+    """Return a source with its and the model's breakpoints.
+
+    It is the source itself where none is after t = 0.
+    """
     found = _collect((source, model))
     if not found:  # as in most scenes, of which a batch makes thousands
         return source
@@ -72,7 +81,7 @@ def with_breakpoints(source: Any, model: Any) -> Any:
 
 
 def _collect(tree: Any) -> list[Any]:
-    """Return the breakpoints [s] of all functions of time in a tree of tuples; none of what is no tuple."""
+    """Return the breakpoints [s] of all functions of time in a tree of tuples."""
     if isinstance(tree, Motion | Trajectory):
         return [np.asarray(tree.starts, dtype=float)[1:]]
     if isinstance(tree, Delayed):

@@ -62,7 +62,7 @@ class Inputs(NamedTuple):
 
 
 def delay_inputs(inputs: Inputs, delays: Sequence[float], before: Sequence[float]) -> Inputs:
-    """Return the inputs of nu joints, each of them `delays[j]` [s] later, and `before[j]` until then."""
+    """Return the inputs of nu joints, `delays[j]` [s] later; `before[j]` until then."""
     each = zip(inputs.channels, delays, before, strict=True)
     return Inputs(tuple(Delayed(channel, delay, held) if delay else channel for channel, delay, held in each))
 

@@ -52,7 +52,9 @@ class Point(NamedTuple):
 
 
 class Waypoints(NamedTuple):
-    """Points of named coordinates, as in trajectory_msgs/JointTrajectory; rest before the first and after the last.
+    """Points of named coordinates, as in trajectory_msgs/JointTrajectory, at rest at both ends.
+
+    The coordinates rest before the first point and after the last one.
 
     A key `file` in place of joint_names and points names a YAML file with the message, or a CSV file.
     """
@@ -81,7 +83,7 @@ class Waypoints(NamedTuple):
         return ""
 
     def describe_end_velocity(self, i: int = -1) -> str:
-        """Return one line on a point that is not at rest, empty when it is: the last one, if no other is asked for."""
+        """Return one line on point i if it is not at rest, else empty text."""
         if max(map(abs, self.points[i].velocities), default=0.0) <= ZERO_VELOCITY:
             return ""
         return f"points[{i}].velocities = {list(self.points[i].velocities)}: a path is at rest at both ends"
@@ -103,7 +105,9 @@ class Waypoints(NamedTuple):
 
 
 def read_trajectory(name: str) -> dict[str, Any]:
-    """Return {joint_names, points} of a file, relative to the working directory or to the folder of the catalogue.
+    """Return {joint_names, points} of a file in the working directory or the catalogue.
+
+    `name` is relative to either folder.
 
     Raises:
         ValueError: one line on why it cannot be read.

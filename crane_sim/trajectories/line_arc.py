@@ -47,7 +47,7 @@ class Line(NamedTuple):
 
 
 class Arc(NamedTuple):
-    """An arc of a circle about `centre` in the plane of the first two coordinates, a third one held."""
+    """An arc of a circle about `centre` in the plane of two coordinates, a third one held."""
 
     centre: Annotated[tuple[Real, ...], Field(min_length=2, max_length=3)]  # coordinate's unit, position of the centre
     radius: Positive  # coordinate's unit, of the circle
@@ -80,7 +80,7 @@ class Arc(NamedTuple):
 
 
 def describe_size_mismatch(positions: Mapping[str, Any]) -> str:
-    """Return one line when those of the named positions that are tuples have different numbers of coordinates."""
+    """Return one line if those positions that are tuples differ in their number of coordinates."""
     counts = {name: len(position) for name, position in positions.items() if isinstance(position, tuple)}
     first = next(iter(counts))
     for name, count in counts.items():
@@ -90,7 +90,10 @@ def describe_size_mismatch(positions: Mapping[str, Any]) -> str:
 
 
 def time_scaling(kind: Profile, start: float, duration: float, count: int) -> tuple[Array, Array]:
-    """Return (times (count + 1,) [s], Taylor series (count, DEGREE + 1) of the path parameter in each piece)."""
+    """Return (times (count + 1,) [s], Taylor series (count, DEGREE + 1) of the path parameter).
+
+    There is one series for each piece.
+    """
     knots = np.linspace(0.0, 1.0, count + 1)
     parameter = np.zeros((count, DEGREE + 1))
     if kind == "smooth":
@@ -105,7 +108,7 @@ def time_scaling(kind: Profile, start: float, duration: float, count: int) -> tu
 
 
 def cos_sin_series(angle: Array) -> tuple[Array, Array]:
-    """Return the Taylor series (K, m) of cosine and sine of an angle that is given by its own (K, m)."""
+    """Return the Taylor series (K, m) of cosine and sine of an angle, given by its own (K, m)."""
     cosine, sine = np.zeros_like(angle), np.zeros_like(angle)
     for i, first in enumerate(angle[:, 0]):
         cosine[i, 0], sine[i, 0] = cos(first), sin(first)

@@ -71,7 +71,10 @@ class MinimumJerk(NamedTuple):
 
 
 def minimum_jerk_spline(points: Array, times: Array) -> PiecewisePolynomial:
-    """Return the motion of minimum jerk that is at points (K, n) at times (K,) [s], at rest before and after."""
+    """Return the motion of minimum jerk through points (K, n) at times (K,) [s].
+
+    It is at rest before and after.
+    """
     from scipy.interpolate import make_interp_spline  # here: few scenes have one, and it takes long to import
 
     spline = make_interp_spline(times - times[0], points, k=5, bc_type=(_AT_REST, _AT_REST))
@@ -80,7 +83,10 @@ def minimum_jerk_spline(points: Array, times: Array) -> PiecewisePolynomial:
 
 
 def shortest_duration(polynomials: PiecewisePolynomial, limits: tuple[float | tuple[float, ...] | None, ...]) -> float:
-    """Return the shortest duration [s] within limits of the derivatives of order 1, 2, ...; `polynomials` last 1 s."""
+    """Return the shortest duration [s] within limits of the derivatives of order 1, 2, ...
+
+    `polynomials` last 1 s.
+    """
     factors = [0.0]
     for order, limit in enumerate(limits, start=1):
         if limit is not None:

@@ -87,7 +87,7 @@ class ObstacleDetour(NamedTuple):
         raise ValueError(f"no path was found that keeps clearance = {self.clearance:g} m: {remedy}")
 
     def _enlarge_circle(self, refinement: int) -> tuple[Array, Array] | None:
-        """Return the result of `waypoints` at one distance of them, None where no circle keeps the clearance."""
+        """Return `waypoints` at one spacing, or None where no circle keeps the clearance."""
         radius = min_radius = self.radius + self.clearance
         begin, end, centre = (np.array(position) for position in (self.begin, self.end, self.centre))
         largest = min(float(np.linalg.norm(position - centre)) for position in (begin, end))
@@ -105,7 +105,9 @@ class ObstacleDetour(NamedTuple):
 
 
 def min_distance(polynomials: PiecewisePolynomial, centre: Array) -> float:
-    """Return the smallest distance [m] of a motion in the plane from a position, exactly: at ends or extrema of pieces.
+    """Return the smallest distance [m] of a plane motion from a position, exactly.
+
+    It is at the ends or extrema of pieces.
 
     The first and the last piece are rest.
     """
@@ -144,14 +146,17 @@ def detour_waypoints(begin: Array, end: Array, centre: Array, radius: float, sid
 
 
 def straight_waypoints(begin: Array, end: Array, first: float) -> Array:
-    """Return waypoints (K, 2) [m] between two positions, at steps that double, the first one `first` [m] long or so."""
+    """Return waypoints (K, 2) [m] between two positions, at steps that double.
+
+    The first step is about `first` [m] long.
+    """
     steps = max(1, round(log2(1.0 + float(np.linalg.norm(end - begin)) / first)))
     fractions = (2.0 ** np.arange(1, steps) - 1.0) / (2.0**steps - 1.0)
     return begin + fractions[:, None] * (end - begin)
 
 
 def drop_close(points: list[Array], gap: float) -> Array:
-    """Return the positions (K, 2) [m] without those between the ends that are within `gap` [m] of others."""
+    """Return the positions (K, 2) [m] without inner ones within `gap` [m] of their neighbours."""
     kept, end = points[:1], points[-1]
     for point in points[1:-1]:
         if min(np.linalg.norm(point - kept[-1]), np.linalg.norm(end - point)) > gap:
@@ -160,13 +165,18 @@ def drop_close(points: list[Array], gap: float) -> Array:
 
 
 def _passes_on(side: Side, chord: Array, centre: Array) -> bool:
-    """Return whether a chord from the origin has a centre on its right, where it passes on the left, or vice versa."""
+    """Return whether a chord from the origin passes the centre on the given side.
+
+    A chord that passes on the left has the centre on its right, and vice versa.
+    """
     is_left_of_chord = chord[0] * centre[1] - chord[1] * centre[0] > 0.0
     return is_left_of_chord == (side == "right")
 
 
 def arc_waypoints(begin: Array, end: Array, radius: float, direction: float, step: float) -> Array:
-    """Return waypoints (K, 2) on the circle about the origin, from where the path meets it to where it leaves it.
+    """Return waypoints (K, 2) on the circle about the origin, where the path follows it.
+
+    The path meets the circle at the first one and leaves it at the last one.
 
     Args:
         begin, end: m, outside the circle or on it.

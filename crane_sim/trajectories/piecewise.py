@@ -8,7 +8,7 @@ STEP = 1e-6  # s, between the times of a table at which it has the values before
 
 
 def find_piece(starts, count, t):
-    """Return the last of the first `count` pieces that has begun at time t [s]; the first one holds before as well."""
+    """Return the last of `count` pieces begun at time t [s]; the first one holds before as well."""
     low, high = 0, count
     while high - low > 1:
         middle = (low + high) // 2
@@ -20,7 +20,10 @@ def find_piece(starts, count, t):
 
 
 def polynomial_at(coefficients, piece, s):
-    """Return (value, its first four derivatives) at s of the polynomial in row `piece`, from the constant on."""
+    """Return (value, its first four derivatives) at s of the polynomial in row `piece`.
+
+    Coefficients begin with the constant.
+    """
     value, first, second, third, fourth = 0.0, 0.0, 0.0, 0.0, 0.0  # all but the first over k!
     for k in range(coefficients.shape[1] - 1, -1, -1):
         fourth = fourth * s + third
@@ -32,7 +35,10 @@ def polynomial_at(coefficients, piece, s):
 
 
 def find_table_error(times: Sequence[float], values: Sequence[float], spacing: float = 0.0) -> str:
-    """Return what is wrong with a table of values over times, at least `spacing` [s] apart; empty: nothing."""
+    """Return what is wrong with a table of values over times, empty text if nothing.
+
+    Times must be at least `spacing` [s] apart.
+    """
     steps = [t1 - t0 for t0, t1 in zip(times, times[1:], strict=False)]
     if len(times) != len(values):
         return f"a table needs as many values as times, here are {len(values)} and {len(times)}"

@@ -1,4 +1,4 @@
-"""From one position to another as fast as limits allow: on a straight line, all coordinates synchronised.
+"""Straight motion between two positions, as fast as limits allow, all coordinates synchronised.
 
 One profile, from 0 to 1, moves all coordinates, so each keeps its own limits and the tightest one is met. It is a
 trapezium of the velocity, or with a limit of the jerk the double S of seven phases (Biagiotti and Melchiorri,
@@ -57,7 +57,10 @@ class PointToPoint(NamedTuple):
 
 
 def tightest(limits: float | tuple[float, ...], displacement: Array) -> float:
-    """Return the limit of a profile from 0 to 1 within the limits of all coordinates for this displacement (n,)."""
+    """Return the limit of a profile from 0 to 1 for this displacement (n,) and all limits.
+
+    Within it each coordinate keeps its own limit.
+    """
     moves = displacement != 0.0
     return float(
         np.min(
@@ -67,7 +70,7 @@ def tightest(limits: float | tuple[float, ...], displacement: Array) -> float:
 
 
 def phases(velocity: float, acceleration: float, jerk: float | None) -> tuple[Array, Array, Array]:
-    """Return (durations [s], jerks, accelerations at the beginning) of the seven phases from 0 to 1."""
+    """Return (durations [s], jerks, initial accelerations) of the seven phases from 0 to 1."""
     bend = 0.0 if jerk is None else acceleration / jerk  # time in which the acceleration rises
     rise = bend + velocity / acceleration  # time in which the velocity does
     if jerk is not None and velocity * jerk < acceleration**2:  # the velocity is reached first
@@ -88,7 +91,9 @@ def phases(velocity: float, acceleration: float, jerk: float | None) -> tuple[Ar
 
 
 def integrate_phases(durations: Array, jerks: Array, accelerations: Array) -> tuple[Array, Array]:
-    """Return (times (K + 1,) [s], cubics (K, 4)) of the phases that last; the profile begins at 0, at rest.
+    """Return (times (K + 1,) [s], cubics (K, 4)) of the phases that last.
+
+    The profile begins at 0, at rest.
 
     Raises:
         ValueError: no phase lasts, or one that matters does not.

@@ -1,4 +1,4 @@
-"""Piecewise polynomials of time, the common form of all kinds of trajectory, and operations on them."""
+"""Piecewise polynomials of time, the common form of all trajectories, and operations on them."""
 
 from collections.abc import Sequence
 from math import comb
@@ -33,7 +33,9 @@ def with_rest_at_ends(times: Array, coefficients: Array) -> PiecewisePolynomial:
 
 
 def check_durations(times: Array, cause: str = "limits so large") -> Array:
-    """Return the times (K + 1,) [s] of pieces, checked: their durations follow from limits, or from another `cause`.
+    """Return the times (K + 1,) [s] of pieces, checked.
+
+    Their durations follow from limits, or from another `cause`.
 
     Raises:
         ValueError: a piece is shorter than the resolution of doubles.
@@ -62,7 +64,9 @@ def differentiate(coefficients: Array, order: int = 1) -> Array:
 
 
 def max_derivatives(polynomials: PiecewisePolynomial, derivative: int) -> Array:
-    """Return the maximum magnitude (n,) of the derivative of that order, exactly: at ends or extrema of pieces.
+    """Return the maximum magnitude (n,) of the derivative of an order, exactly.
+
+    It is at the ends or extrema of pieces.
 
     The first and the last piece are rest.
     """
@@ -101,7 +105,7 @@ def weighted_sum(weights: Sequence[float], parts: Sequence[PiecewisePolynomial])
 
 
 def shift_origin(coefficients: Array, s: Array) -> Array:
-    """Return polynomials (K, n, degree + 1) in powers of t - s for coefficients in powers of t; s (K,)."""
+    """Return polynomials (K, n, degree + 1) in powers of t - s, from those of t; s (K,)."""
     out, size = np.zeros_like(coefficients), coefficients.shape[2]
     for k in range(size):
         for j in range(k, size):

@@ -101,7 +101,10 @@ def evaluate_motion(motion, t):
 
 @routine
 def motion_acceleration(motion, t):
-    """Return the acceleration of `evaluate_motion`, for equations: without a sine it takes no library function."""
+    """Return the acceleration of `evaluate_motion`, for equations.
+
+    Without a sine it takes no library function.
+    """
     piece = find_piece(motion.starts, len(motion.starts), t)
     _, _, second, _, _ = polynomial_at(motion.coefficients, piece, t - motion.starts[piece])
     if motion.amplitude == 0.0:

@@ -67,7 +67,7 @@ def join_trajectory(waypoints: Waypoints, trajectory: Trajectory, names: Sequenc
 
 
 def stop_trajectory(trajectory: Trajectory, t: float, duration: float) -> Trajectory:
-    """Return a trajectory that goes on from `trajectory` at time t [s] and comes to rest within `duration` [s].
+    """Return a trajectory that leaves `trajectory` at t [s] and rests within `duration` [s].
 
     The velocity is the cubic from (v, a) to rest: v (1 - 3 s² + 2 s³) + a T (s - 2 s² + s³) at t + s T.
     """

@@ -17,7 +17,10 @@ from crane_sim.trajectories.polynomials import PiecewisePolynomial, delay_by, we
 
 
 class Shaping(NamedTuple):
-    """Input shaping: delayed copies of the path that excite no swing of a known frequency, done later by the delay."""
+    """Input shaping: delayed copies of the path that excite no swing of a known frequency.
+
+    The motion ends later by the delay.
+    """
 
     kind: Literal["zv", "zvd"]  # `zv`: no swing at the frequency; `zvd`: little beside it as well, at twice the delay
     frequency: Positive | Literal["auto"] = "auto"  # rad/s, of the undamped swing; `auto`: small swings of a point load
@@ -45,6 +48,9 @@ def impulses(kind: Literal["zv", "zvd"], frequency: float, damping: float) -> tu
 def apply_input_shaper(
     polynomials: PiecewisePolynomial, kind: Literal["zv", "zvd"], frequency: float, damping: float
 ) -> PiecewisePolynomial:
-    """Return the reference shaped for a swing, at rest later by the last delay; arguments of `impulses`."""
+    """Return the reference shaped for a swing, at rest later by the last delay.
+
+    Arguments as of `impulses`.
+    """
     weights, delays = impulses(kind, frequency, damping)
     return weighted_sum(weights, [delay_by(polynomials, delay) for delay in delays])

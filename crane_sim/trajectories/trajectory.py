@@ -1,4 +1,4 @@
-"""Trajectories: the reference of the payload or of the actuated joints as a function of time, with its derivatives.
+"""Trajectories: references of the payload or the actuated joints over time, with derivatives.
 
 A scene names a kind (one file each); each kind becomes the same `PiecewisePolynomial`, which can be delayed and added,
 and this becomes a `Trajectory`, which one piece of compiled code evaluates. A trajectory is at rest before and after.
@@ -15,7 +15,10 @@ from crane_sim.trajectories.polynomials import Array, PiecewisePolynomial
 
 
 class Trajectory(NamedTuple):
-    """A compiled reference of n coordinates: payload x, y (z) in the base frame [m], or the actuated joints."""
+    """A compiled reference of n coordinates: payload x, y (z) in the base frame [m], or joints.
+
+    The joints are the actuated ones.
+    """
 
     starts: Any  # (pieces,) s, increasing; the first piece also holds before
     coordinates: tuple[Any, ...]  # (n,) of (pieces, degree + 1), of powers of t - starts[piece], from the constant on
@@ -38,12 +41,12 @@ def derivatives_at(trajectory, t, orders):
 
 
 def reference_at(trajectory, t):
-    """Return (position, velocity, acceleration) of a trajectory at time t [s], each a tuple (n,)."""
+    """Return (position, velocity, acceleration), tuples (n,), of a trajectory at time t [s]."""
     return derivatives_at(trajectory, t, (0, 1, 2))
 
 
 def higher_derivatives_at(trajectory, t):
-    """Return (jerk, snap), the third and fourth derivative of a trajectory at time t [s], each a tuple (n,)."""
+    """Return (jerk, snap), the third and fourth derivative, tuples (n,), at time t [s]."""
     return derivatives_at(trajectory, t, (3, 4))
 
 
@@ -59,7 +62,7 @@ def sample_trajectory(trajectory, t):
 
 @entry_point
 def sample_trajectories(trajectories, t):
-    """Return position, velocity and acceleration (n, 3, k) of n trajectories, each at its time t (n,) [s].
+    """Return position, velocity, acceleration (n, 3, k) of n trajectories at times t (n,) [s].
 
     Args:
         trajectories: columns of them.

@@ -29,7 +29,10 @@ FOOT = 0.3048  # m
 
 
 class Spectrum(NamedTuple):
-    """A spectrum without units, of x = f L / U; `component` is 0 of the gusts along the mean, 1 and 2 across it."""
+    """A spectrum without units, of x = f L / U.
+
+    `component` is 0 of the gusts along the mean, 1 and 2 across it.
+    """
 
     density: Callable[[Array, int], Array]  # s(x)
     below: Callable[[Array, int], Array]  # the part of the variance below x, the integral of s
@@ -140,7 +143,7 @@ def band_of(scale: float, cut_off: float, duration: float) -> Band:
 
 
 def line_energies(spectrum: Spectrum, component: int, scale: float, band: Band) -> Array:
-    """Return the parts of the variance (n,) in the lines 1 / period, 2 / period, ..., whose sum is 1.
+    """Return the parts (n,) of the variance, sum 1, in the lines 1 / period, 2 / period, ...
 
     Each is the integral of the spectrum over the line's bin, half a line to either side; the first bin begins at 0. All
     are larger by what is beyond the last one.
@@ -152,7 +155,9 @@ def line_energies(spectrum: Spectrum, component: int, scale: float, band: Band) 
 
 
 def draw_gust(energies: Array, deviation: float, band: Band, generator: Any) -> Gust:
-    """Return a component of gusts of a standard deviation [m/s], lines of these energies and phases drawn at random.
+    """Return a component of gusts of a standard deviation [m/s].
+
+    Its lines have these energies and phases drawn at random.
 
     The mean square of its values at the nodes is the deviation's square: exact, up to rounding.
     """

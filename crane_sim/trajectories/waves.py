@@ -29,7 +29,10 @@ class Sea(NamedTuple):
 
 
 class ResponseAmplitudeOperator(NamedTuple):
-    """Response amplitude operator (RAO) of one motion of a vessel: amplitude per metre of wave, phase lead."""
+    """Response amplitude operator (RAO) of one vessel motion: amplitude per metre, phase lead.
+
+    The amplitude is per metre of wave.
+    """
 
     frequencies: tuple[float, ...]  # rad/s, increasing
     amplitudes: tuple[float, ...]  # m/m, or rad/m
@@ -37,7 +40,10 @@ class ResponseAmplitudeOperator(NamedTuple):
 
 
 class SineSum(NamedTuple):
-    """Sum over n of amplitudes[n] sin(frequencies[n] t + phases[n]): an elevation, or a motion of a vessel."""
+    """Sum over n of amplitudes[n] sin(frequencies[n] t + phases[n]).
+
+    It is an elevation, or a motion of a vessel.
+    """
 
     amplitudes: Any  # m, or rad
     frequencies: Any  # rad/s
@@ -50,7 +56,7 @@ def steepness(sea: Sea) -> float:
 
 
 def max_observed_steepness(peak_period: float) -> float:
-    """Return the largest steepness of seas that were measured, at a peak period [s] (DNV-RP-C205, 3.5.4)."""
+    """Return the largest steepness measured in seas of a peak period [s] (DNV-RP-C205, 3.5.4)."""
     return float(np.interp(peak_period, (8.0, 15.0), (1.0 / 15.0, 1.0 / 25.0)))
 
 
@@ -70,7 +76,9 @@ def _split_energy(gamma: float) -> tuple[Array, Array]:
 
 
 def density(sea: Sea, frequencies: Array) -> Array:
-    """Return the one-sided spectral density [m² s/rad] of the elevation at frequencies (n,) [rad/s], greater than 0.
+    """Return the one-sided spectral density [m² s/rad] of the elevation.
+
+    The frequencies (n,) [rad/s] are greater than 0.
 
     Its integral is the variance of the elevation, the square of the significant height over 16, whatever gamma is.
     """
@@ -82,7 +90,9 @@ def density(sea: Sea, frequencies: Array) -> Array:
 
 
 def sample_sea(sea: Sea, count: int, seed: int) -> SineSum:
-    """Return `count` sinusoids of equal energy, the same ones for the same seed, whose variance is the spectrum's.
+    """Return `count` sinusoids of equal energy with the spectrum's variance.
+
+    The same seed gives the same ones.
 
     Each frequency is drawn from its own share of the energy: no two have a common period, and the sum does not repeat.
     """
@@ -95,7 +105,9 @@ def sample_sea(sea: Sea, count: int, seed: int) -> SineSum:
 
 
 def apply_response(waves: SineSum, response: ResponseAmplitudeOperator | float) -> SineSum:
-    """Return the vessel's motion, in m or rad, to waves: by a table, its ends held, or by one number per metre.
+    """Return the vessel's motion, in m or rad, in waves.
+
+    The response is a table, whose ends are held, or one number per metre.
 
     Amplitudes are interpolated linearly, phases the short way round.
     """

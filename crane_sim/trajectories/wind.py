@@ -1,4 +1,4 @@
-"""Wind in the world: a mean by height, and gusts, functions of time that are smooth polynomials on a grid of their own.
+"""Wind in the world: a mean by height, and gusts, smooth polynomials of time on their own grid.
 
 The mean U(z) = U(z_r) r(z), r of the power law (z / z_r)^α or the logarithmic one ln(z / z₀) / ln(z_r / z₀), with the
 reference height z_r; below the height z_min the mean is that at z_min (EN 1991-1-4, 4.3.2). Gusts u along the mean, v
@@ -36,14 +36,14 @@ class LogarithmicLaw(NamedTuple):
 
 
 class Gust(NamedTuple):
-    """A component of the gusts: quintic Hermite interpolation between nodes, periodic, continuous up to curvature."""
+    """A component of the gusts: quintic Hermite interpolation, periodic, continuous curvature."""
 
     rate: float  # 1/s, nodes per second
     nodes: Any  # (n, 3) m/s, value g, its derivatives as g' h and g'' h² / 2, h = 1 / rate; the first one at t = 0
 
 
 class Kink(NamedTuple):
-    """Marks that the payload may pass the lowest height of the profile, where the mean has a kink."""
+    """Marks that the payload may pass the profile's lowest height, where the mean has a kink."""
 
 
 class Wind(NamedTuple):

@@ -29,7 +29,7 @@ REFERENCE = reference_of(CASES[0])._replace(payload=np.zeros(3), error_bound=0.0
 
 
 def point(engine: str, error: float, time: float) -> WorkPrecisionPoint:
-    """Return a point with this engine, error [m] and time [µs/s]; its other fields are arbitrary."""
+    """Return a point with this engine, error [m] and time [µs/s], other fields arbitrary."""
     return WorkPrecisionPoint(engine, "rk4", 0.01, error, None, time, time, 3, 4, 1)
 
 
@@ -41,7 +41,9 @@ def run(error: float, setting: float = 0.1) -> Run:
 
 
 def test_every_case_has_a_reference_at_the_end_of_its_scene() -> None:
-    """References belong to the scenes' own ends and tell all errors, of what engines are compared on the finest too.
+    """References belong to the scenes' own ends and tell all errors.
+
+    The finest level is asked of the cases in which engines are compared.
 
     Doubles do not reach the finest on S4, whose rounding is magnified by its ratio of masses.
     """
@@ -56,7 +58,10 @@ def test_every_case_has_a_reference_at_the_end_of_its_scene() -> None:
 
 @pytest.mark.parametrize("name", ["overhead", "knuckle_springs"])
 def test_references_that_decide_agree_with_a_second_method(name: str) -> None:
-    """Taylor's method in extended precision is no further from a stored solution than this said of itself."""
+    """Taylor's method in extended precision agrees with stored solutions within their errors.
+
+    These are those of a solution's own two settings.
+    """
     checked = 0
     for case in json.loads((Path(__file__).parents[1] / "data" / f"{name}.json").read_text()).values():
         if "agreement_taylor_m" in case:
@@ -67,7 +72,7 @@ def test_references_that_decide_agree_with_a_second_method(name: str) -> None:
 
 @pytest.mark.parametrize(("method", "order", "finest", "coarsest"), [("rk4", 4, 1e-3, 6e-3), ("rk8", 8, 0.03, 0.12)])
 def test_our_runs_converge_at_their_order(method: str, order: int, finest: float, coarsest: float) -> None:
-    """On S1 the error falls with the step as the method's order says, and evaluations are stages times steps."""
+    """On S1 the error falls by the method's order, and evaluations are stages times steps."""
     runs = [r for r in CraneSimEngine(case_scene(CASES[0])).runs(method) if finest < r.setting < coarsest]
     trials = [run_trial(r, reference_of(CASES[0])) for r in runs]
     steps = [10.0 / (t.steps or 1) for t in trials]
@@ -77,13 +82,13 @@ def test_our_runs_converge_at_their_order(method: str, order: int, finest: float
 
 
 def test_a_sweep_ends_at_the_accuracy_of_its_reference() -> None:
-    """Once a run is as good as its reference allows, finer ones are not tried; failures stay in the sweep."""
+    """Once a run is as good as its reference allows, finer ones are skipped; failures stay."""
     results = sweep_method([run(np.nan), run(1e-3), run(0.0), run(0.0)], REFERENCE)
     assert [t.error for t in results] == [np.inf, 1e-3, 0.0]
 
 
 def test_the_cheapest_point_reaches_the_error() -> None:
-    """The cheapest point at an error is the fastest of those that reach it, none where none does."""
+    """The cheapest point at an error is the fastest of those that reach it, if there are any."""
     points = [point("a", 1e-3, 1.0), point("a", 1e-7, 5.0), point("a", 1e-8, 4.0)]
     assert cheapest(points, 1e-2) == points[0]
     assert cheapest(points, 1e-6) == points[2]
@@ -91,7 +96,10 @@ def test_the_cheapest_point_reaches_the_error() -> None:
 
 
 def test_rounds_time_candidates_for_the_cheapest() -> None:
-    """Only runs near the cheapest at one of the errors are timed in rounds; every run is timed once."""
+    """Only runs near the cheapest at one of the errors are timed in rounds.
+
+    Every run is timed once.
+    """
     trials = [
         run_trial(run(e), REFERENCE)._replace(seconds=s)
         for e, s in ((1e-3, 0.1), (1e-3, 1.0), (1e-7, 2.0), (1.0, 0.01))
@@ -102,7 +110,10 @@ def test_rounds_time_candidates_for_the_cheapest() -> None:
 
 
 def test_verdicts_name_the_missed_targets() -> None:
-    """The verdict names each missed target: C's time by a factor of the scene, 1/15 of the best general engine's."""
+    """The verdict names each missed target.
+
+    The targets are C's time by a factor of the scene, and 1/15 of the best general engine's.
+    """
     rows = [point(NAME, 1e-13, 10.0), point("hand C", 1e-13, 5.0), point("MuJoCo", 1e-13, 100.0)]
     rows += [point("Pinocchio", 1e-13, 900.0), point("CasADi C", 1e-13, 9.0)]
     results = targets("S1", {"points": [list(row) for row in rows]})
@@ -129,7 +140,10 @@ def scenes_data(date: str, engine: str, case: str, *points: WorkPrecisionPoint) 
 
 
 def test_data_survive_the_file(tmp_path: Path) -> None:
-    """New results replace those of their engine and method only; infinite errors come back as such."""
+    """New results replace those of their engine and method only.
+
+    Infinite errors are read back as such.
+    """
     data = merge_suite({}, "scenes", scenes_data("1", "a", "S1", point("a", float("inf"), 1.0), point("a", 1e-3, 1.0)))
     data = merge_suite(data, "scenes", scenes_data("2", "b", "S1", point("b", 1.23456789e-3, 1.0)))
     data = merge_suite(data, "scenes", scenes_data("3", "a", "S1", point("a", 1e-4, 3.0)))
@@ -153,7 +167,7 @@ def test_an_unreadable_data_file_is_named(text: str, tmp_path: Path) -> None:
 
 
 def test_bench_writes_data_figure_and_page(tmp_path: Path) -> None:
-    """`crane bench` on one scene with one method writes all three files, and the page is made from the data."""
+    """`crane bench` on one scene and method writes three files; the page is from the data."""
     pytest.importorskip("matplotlib")
     result = CliRunner().invoke(bench, ["--scene", "S1", "--method", "rk8", "--save", str(tmp_path)])
     assert result.exit_code == 0, result.output

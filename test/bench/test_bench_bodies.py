@@ -1,4 +1,4 @@
-"""Rigid loads beside other engines: each one's model is the scene's crane, and they agree with ours."""
+"""Rigid loads beside other engines: each model is the scene's crane, and they agree with ours."""
 
 import sys
 from types import ModuleType
@@ -42,7 +42,10 @@ START: dict[str, dict[str, Any]] = {
 
 
 def mechanism(case: BodyCase, duration: float = SHORT, changed: bool = False) -> tuple[Any, Mechanism]:
-    """Return (the scene of a case, with another duration [s], its mechanism); `changed`: with the start of START."""
+    """Return (the scene of a case, its mechanism), with another duration [s].
+
+    `changed`: with the start of START.
+    """
     changes = {**case.changes, **(START[case.id] if changed else {}), "duration": duration}
     scene = load_scene(case.scene, changes)
     made = mechanism_of(scene)
@@ -66,7 +69,7 @@ def nearest_run(engine: ModuleType, made: Mechanism, method: str, setting: float
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.id)
 def test_the_mechanism_starts_as_the_crane(case: BodyCase) -> None:
-    """Joints in series put the load where the crane has it, also from inclined ropes, and turn it as fast."""
+    """Joints in series place and turn the load as the crane does, also from inclined ropes."""
     scene, made = mechanism(case, changed=True)
     q, v = initial_state(made)
     at, turn = load_pose(made, q)
@@ -82,7 +85,7 @@ def test_the_mechanism_starts_as_the_crane(case: BodyCase) -> None:
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.id)
 def test_mujoco_converges_to_our_end(case: BodyCase) -> None:
-    """Position and attitude of the load converge to those of this simulator with the order of the engine's method."""
+    """The load's position and attitude converge to ours with the order of the engine's method."""
     scene, made = mechanism(case)
     ours = CraneSimEngine(scene).make_run(RK8(1.0 / 64.0))(1)
     runs = [nearest_run(available(mujoco_engine), made, "RK4", setting) for setting in (0.02, 0.01)]
@@ -96,7 +99,7 @@ def test_mujoco_converges_to_our_end(case: BodyCase) -> None:
 
 
 def test_a_run_that_fails_stays_in_the_sweep() -> None:
-    """A step far too long ends far away or in no number, and the next run with the same engine is right again."""
+    """A step far too long ends far away or in no number; the engine's next run is right again."""
     _, made = mechanism(CASES[0], 30.0)
     coarse, fine = (nearest_run(available(mujoco_engine), made, "RK4", setting) for setting in (0.2, 0.04))
     assert not np.linalg.norm(coarse.execute(1).payload) < 1e3  # m; the load hangs within 20 m
@@ -112,7 +115,10 @@ def test_a_missing_engine_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_other_cranes_are_no_mechanism() -> None:
-    """Cranes with a law, with wind, friction or play, or without a rigid load are not taken for what they are not."""
+    """Cranes that these engines do not model are not taken for others.
+
+    These have a law, wind, friction or play, or have no rigid load.
+    """
     for name in (
         "tower_gust",
         "tandem_play",
@@ -127,7 +133,10 @@ def test_other_cranes_are_no_mechanism() -> None:
 
 
 def test_the_suite_without_engines(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without other engines the suite measures ours, names the missing ones, and our errors fall below the finest."""
+    """Without other engines the suite measures ours and names the missing ones.
+
+    Our errors fall below the finest level.
+    """
     monkeypatch.setitem(sys.modules, "mujoco", None)
     results = bodies.measure_bodies([CASES[1]._replace(changes={"duration": 0.25})], methods=("rk8",))
     assert set(results["missing"]) == {"MuJoCo"} and set(results["engines"]) == {NAME}

@@ -75,7 +75,10 @@ def error(name: str, outcome: RunResult) -> float:
 
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_the_joints_start_at_the_cranes_initial_position(name: str) -> None:
-    """The common chain of joints puts the payload at the problem's initial position, its spring at its free length."""
+    """The common chain of joints puts the payload at the problem's initial position.
+
+    Its spring is at its free length.
+    """
     problem = PROBLEMS[name]
     joints = model_joints(problem)
     q = np.array([joint.initial for joint in joints])
@@ -89,7 +92,10 @@ def test_the_joints_start_at_the_cranes_initial_position(name: str) -> None:
 
 
 def test_the_joints_turn_and_slide_in_space() -> None:
-    """The payload of a slewed knuckle crane turns with the tower, also in coordinates where nothing is zero."""
+    """A slewed knuckle crane's payload turns with the tower.
+
+    That holds also in coordinates where nothing is zero.
+    """
     angle = 0.7
     rotation = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
     slewed = KNUCKLE._replace(q=KNUCKLE.q + [angle, 0.0, 0.0], start=rotation @ KNUCKLE.start)
@@ -103,7 +109,7 @@ def test_the_joints_turn_and_slide_in_space() -> None:
 def test_errors_fall_with_the_order_of_the_method(
     kind: type[Engine], method: str, order: int, name: str, step: float
 ) -> None:
-    """The engine computes the motion of the scene: its end converges to the reference with the method's order."""
+    """The engine's end of the motion converges to the reference with the method's order."""
     tested_engine = engine(kind)
     runs = [nearest_run(tested_engine, PROBLEMS[name], method, setting) for setting in (step, 0.5 * step)]
     errors = [error(name, run.execute(1)) for run in runs]
@@ -114,7 +120,10 @@ def test_errors_fall_with_the_order_of_the_method(
 
 @pytest.mark.parametrize(("kind", "method", "step"), STIFF)
 def test_the_tension_of_the_stiff_spring(kind: type[Engine], method: str, step: float) -> None:
-    """Position and tension of the stiff spring's payload both meet the reference, and a run repeats itself exactly."""
+    """Position and tension of the stiff spring's payload meet the reference.
+
+    A run repeats itself exactly.
+    """
     run = nearest_run(engine(kind), SPRING, method, step)
     outcome = run.execute(1)
     assert error("overhead_spring", outcome) < 3e-7  # at these steps the worst one is 9e-8
@@ -124,7 +133,7 @@ def test_the_tension_of_the_stiff_spring(kind: type[Engine], method: str, step: 
 
 
 def test_a_failed_run_does_not_affect_the_next() -> None:
-    """A step far too long ends in no number, and the next run with the same engine is right all the same."""
+    """A step far too long ends in no number, and the engine's next run is right all the same."""
     for kind, method in ((MuJoCo, "RK4"), (Pinocchio, "aba, rk4")):
         tested_engine = engine(kind)
         runs = [run for run in tested_engine.runs(TEN) if run.method == method]
@@ -146,7 +155,10 @@ def test_a_batch_ends_like_single_runs() -> None:
 
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_heyokas_equations_are_those_of_the_scene(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """At a tight tolerance each crane ends where extended precision does, and a run repeats itself exactly."""
+    """At a tight tolerance each crane ends where extended precision does.
+
+    A run repeats itself exactly.
+    """
     tested_engine = engine(Heyoka)
     monkeypatch.setattr(heyoka_taylor, "TOLERANCES", [1e-11])
     monkeypatch.setattr(heyoka_taylor, "COARSE_TOLERANCES", [1e-11])

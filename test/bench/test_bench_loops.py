@@ -51,7 +51,7 @@ def problem(name: str) -> Problem:
 
 
 def knuckle_start(q: tuple[float, ...]) -> tuple[float, float, float]:
-    """Return the payload of the 5 m and 4 m crane at slew angle 0: θ1 leans sideways, θ2 outwards."""
+    """Return the payload of the 5 m and 4 m crane at slew 0: θ1 leans sideways, θ2 outwards."""
     _, beta, gamma, rope, side, out = q
     r, h = 5.0 * np.cos(beta) + 4.0 * np.cos(gamma), 5.0 * np.sin(beta) + 4.0 * np.sin(gamma)
     return r + rope * np.sin(out), rope * np.sin(side) * np.cos(out), h - rope * np.cos(side) * np.cos(out)
@@ -87,7 +87,7 @@ def error(name: str, payload: np.ndarray) -> float:
 
 @pytest.mark.long(cases=["overhead_chain"])
 def test_orders(scene: tuple[str, Loops]) -> None:
-    """Every fixed-step method of the hand-written C converges to the independent reference at its own order."""
+    """Every fixed-step method of the C converges to the independent reference at its order."""
     name, loops = scene
     for _, method, order, steps, bound in (row for row in ORDERS if row[0] == name):
         coarse, fine = (error(name, loops.fixed(method, n, 1).payload) for n in (steps, 2 * steps))
@@ -97,7 +97,7 @@ def test_orders(scene: tuple[str, Loops]) -> None:
 
 @pytest.mark.long(cases=["overhead_chain"])
 def test_error_control(scene: tuple[str, Loops]) -> None:
-    """The adaptive method follows its tolerance: the error at the end falls with it to near rounding."""
+    """The adaptive method's error at the end falls with its tolerance, to near rounding."""
     name, loops = scene
     errors = [error(name, loops.adaptive(rtol, 1).payload) for rtol in (1e-6, 1e-11)]
     assert errors[1] < 1e-8  # a thousand times the tolerance: 10 s of motion of some metres, errors add up
@@ -116,7 +116,10 @@ def test_repetitions_are_identical(scene: tuple[str, Loops]) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("links", [2, 3, 17])
 def test_crumpled_chains(links: int, compiler: Compiler) -> None:
-    """The C of chains agrees with scipy on another elimination, for bends up to a half turn, few links and many."""
+    """The C of chains agrees with scipy on another elimination.
+
+    Bends are up to a half turn, links few and many.
+    """
     random = np.random.default_rng(links)
     masses, lengths = random.uniform(0.5, 2.0, links), random.uniform(0.5, 1.5, links)
     chain = Chain(3.0, masses, lengths, random.uniform(-1.5, 1.5, links), 9.81, 0.3)
@@ -140,7 +143,7 @@ def test_tension_of_a_spring_at_rest(compiler: Compiler) -> None:
     [(HandC, "overhead_swing"), *((engine, name) for engine in (CasadiC, Scipy) for name in SCENES)],
 )
 def test_sweeps_reach_the_reference(engine: type[Engine], name: str, compiler: Compiler) -> None:
-    """Each engine's sweep of its method of order 8 comes within a micrometre of the independent reference."""
+    """Each engine's order 8 sweep comes within a micrometre of the independent reference."""
     if engine is CasadiC and find_spec("casadi") is None:
         pytest.skip("casadi is not installed")
     *runs, finest = (run for run in engine().runs(problem(name)) if run.method in ("rk8", "DOP853"))

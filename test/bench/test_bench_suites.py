@@ -31,7 +31,7 @@ def test_a_ratio_is_taken_round_by_round() -> None:
 
 @pytest.mark.long
 def test_lockstep_is_compared_with_an_echo() -> None:
-    """Every kind has a speed per round and a ratio to the echo, that of the echo to itself being 1."""
+    """Every kind has a speed per round and a ratio to the echo; the echo's own is 1."""
     results = without_machine(lockstep.measure_lockstep(duration=0.2, rounds=1, recorder=False))
     assert results["steps_per_round"] == 20
     for key in ("steps_per_second", "ratio_to_echo"):
@@ -51,7 +51,10 @@ def test_starts_are_separate_processes() -> None:
 
 @pytest.mark.slow
 def test_a_group_has_a_cost_and_states() -> None:
-    """A prescribed trolley: as many states; times per evaluation and step whose difference and ratio fit."""
+    """A prescribed trolley has its number of states, and times that fit together.
+
+    These are times per evaluation and step, their difference and their ratio.
+    """
     (case,) = (case for case in CASES if case.group == "trolley, prescribed")
     (row,) = without_machine(groups.measure_groups(rounds=1, repetitions=12, cases=[case]))["cases"]
     assert (row["states"], row["states_added"]) == (
@@ -80,7 +83,10 @@ def test_every_row_runs(case: groups.GroupCase) -> None:
 
 
 def test_every_group_of_the_equations_has_a_row() -> None:
-    """Each optional group of a scene with a cable or falls below its support that enters the equations has a cost."""
+    """Each optional group that enters the equations has a cost.
+
+    The scenes have a cable or falls below their support.
+    """
     # of the plant, a law or the file; the load on falls and the ways of the inputs are in the baselines
     outside = {"name", "description", "seed", "control", "integrator", "reference", "brake", "sensors", "faults"}
     outside |= {"uncertain", "imu", "camera", "legs"}
@@ -92,7 +98,10 @@ def test_every_group_of_the_equations_has_a_row() -> None:
 
 
 def test_all_groups_of_a_crane_are_measured_at_once() -> None:
-    """The case of all groups has the changes and the model of each part: what is absent alone is present together."""
+    """The case of all groups has the changes and the model of each part.
+
+    What is absent alone is present together.
+    """
     for case in (case for case in CASES if case.parts):
         without, together = groups.scene_pair(case)
         own = [row for row in CASES if row.baseline is case.baseline and row.group in case.parts]
@@ -108,7 +117,10 @@ def test_all_groups_of_a_crane_are_measured_at_once() -> None:
 
 @pytest.mark.long
 def test_twelve_falls_are_measured_against_real_time() -> None:
-    """Every setting has an error, smaller for finer tolerances, and a rate; the fastest within 1e-4 m counts."""
+    """Every setting has an error, smaller for finer tolerances, and a rate.
+
+    The fastest one within 1e-4 m counts.
+    """
     results = without_machine(reeving.measure_reeving(rounds=1, duration=2.0))
     rows = results["rows"]
     assert all(row["times_real_time"]["least"] > 0.0 for row in rows)
@@ -118,7 +130,10 @@ def test_twelve_falls_are_measured_against_real_time() -> None:
 
 
 def test_rows_of_other_cranes_stay() -> None:
-    """Groups of one crane measured again replace its rows, others keep theirs and the processor that they are from."""
+    """Groups of one crane measured again replace its rows, others keep theirs.
+
+    Rows keep the processor that they are from.
+    """
 
     def result(processor: str, *labels: str) -> dict[str, Any]:
         costs = {key: describe_spread([1.0]) for key in (f"ns_per_{unit}_{which}" for unit in ("evaluation", "step")
@@ -140,7 +155,7 @@ def test_rows_of_other_cranes_stay() -> None:
 
 
 def test_quantiles_of_period_errors() -> None:
-    """Quantiles over bins of 1 µs are those of the errors themselves, rounded up, and a pause breaks the chain."""
+    """Quantiles in bins of 1 µs are those of the errors, rounded up; a pause breaks the chain."""
     random.seed(1)
     lateness = [random.uniform(0.0, 2e-3) for _ in range(1001)]  # s
     timing = StepTiming()

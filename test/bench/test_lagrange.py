@@ -1,4 +1,4 @@
-"""The overhead crane in the report's coordinates: a second derivation, its properties, every misprint."""
+"""The overhead crane in the report's coordinates: second derivation, properties, misprints."""
 
 from typing import Any
 
@@ -53,7 +53,7 @@ def lagrangian(p: LumpedCrane, q: Any, v: Any) -> Any:
 
 
 def forces_by_differences(p: LumpedCrane, q: Any, v: Any, a: Any) -> np.ndarray:
-    """Return d/dt ∂L/∂q̇ - ∂L/∂q (2N+1,), equation (1), along a motion with accelerations a, in 60 digits."""
+    """Return d/dt ∂L/∂q̇ - ∂L/∂q (2N+1,), equation (1), at accelerations a, in 60 digits."""
     with mpmath.workdps(60):
         h = mpmath.mpf("1e-12")
         q, v, a = ([mpmath.mpf(float(value)) for value in values] for values in (q, v, a))
@@ -90,7 +90,7 @@ def test_dynamics_equal_lagranges_equations_of_the_energies(n: int) -> None:
 
 @pytest.mark.parametrize("n", SIZES)
 def test_entries_of_the_report(n: int) -> None:
-    """The entries (19)-(63) and the gravity (83)-(84) are right as printed, for any number of links."""
+    """Entries (19)-(63) and gravity (83)-(84) are right as printed, for any number of links."""
     crane, q, _ = random_crane(n, 3)
     bare = LumpedCrane(crane.trolley, crane.masses)
     assert relative_difference(entries.mass_matrix(bare, q), chain.mass_matrix(bare, q)) < EXACT
@@ -109,7 +109,10 @@ def test_closed_forms() -> None:
 
 @given(st.integers(1, 6), st.integers(0, 2**32 - 1))
 def test_properties_of_the_matrices(n: int, seed: int) -> None:
-    """Everywhere M is symmetric and positive definite, Ṁ - 2C skew-symmetric, and C that of Christoffel's symbols."""
+    """M is symmetric and positive definite, Ṁ - 2C skew-symmetric.
+
+    That holds everywhere, and C is that of Christoffel's symbols.
+    """
     crane, q, v = random_crane(n, seed)
     mass = chain.mass_matrix(crane, q)
     assert properties.asymmetry(mass) < EXACT
@@ -121,7 +124,10 @@ def test_properties_of_the_matrices(n: int, seed: int) -> None:
 
 @pytest.mark.parametrize("hoisted", [False, True], ids=["rigid", "hoisted"])
 def test_accelerations_agree_with_the_simulator(hoisted: bool) -> None:
-    """The simulator's tension form and this dense form give the same motion, once angles are made relative."""
+    """The simulator's tension form and this dense form give the same motion.
+
+    Angles are made relative first.
+    """
     crane = LumpedCrane(5.0, np.array([1.0, 2.0, 5.0]))
     _, q, v = example(3)
     v[5:] = 0.0

@@ -1,4 +1,4 @@
-"""Coordinates of the overhead crane: maps, where they fail, rank and condition, the driven ones linearised."""
+"""Coordinates of the overhead crane: maps, where they fail, rank, condition, linearisation."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,10 @@ EXACT = 1e-12  # relative: sums of some hundred terms of one size in double prec
 
 @pytest.mark.parametrize("n", SIZES)
 def test_maps_between_coordinates(n: int) -> None:
-    """Relative angles, absolute angles and horizontal positions carry the same states, rates and kinetic energy."""
+    """Relative angles, absolute angles and horizontal positions carry the same states.
+
+    Rates and kinetic energy are the same, too.
+    """
     crane, q, v = example(n)
     mass, energy = chain.mass_matrix(crane, q), chain.kinetic_energy(crane, q, v)
     assert np.allclose(coordinates.relative(coordinates.absolute(q[1 : n + 1])), q[1 : n + 1], rtol=0, atol=EXACT)
@@ -31,7 +34,7 @@ def test_maps_between_coordinates(n: int) -> None:
 
 @pytest.mark.parametrize("n", SIZES)
 def test_collocated_linearisation(n: int) -> None:
-    """Under the inputs of (176)-(177) trolley and hoist accelerate as wanted, and the angles follow by (179)."""
+    """Inputs (176)-(177) accelerate trolley and hoist as wanted; angles follow by (179)."""
     crane, q, v = example(n)
     v[n + 2 :] = 0.0
     reduced, wanted, forces = collocate(crane, q, v), np.array([1.3, -0.7]), np.zeros(2 * n + 1)
@@ -44,7 +47,10 @@ def test_collocated_linearisation(n: int) -> None:
 
 @pytest.mark.parametrize("n", SIZES)
 def test_rank_with_the_payload_only(n: int) -> None:
-    """With m_N alone the rank of M is 3 at most, here and at the vertical, and 2N + 1 with all masses."""
+    """With m_N alone the rank of M is 3 at most, with all masses 2N + 1.
+
+    This is so here and at the vertical.
+    """
     crane, q, _ = example(n)
     upright = np.concatenate([q[:1], np.zeros(n), q[n + 1 :]])
     assert properties.rank(chain.mass_matrix(crane, q)) == 2 * n + 1
@@ -56,7 +62,10 @@ def test_rank_with_the_payload_only(n: int) -> None:
     ("ratio", "absolute", "relative"), [(1.0, 2e2, 2e4), (1e4, 4e5, 6e7), (1e6, 4e7, 6e9), (1e8, 4e9, 6e11)]
 )
 def test_condition_of_the_mass_matrix(ratio: float, absolute: float, relative: float) -> None:
-    """Ten hanging links: condition numbers grow with the payload, and relative angles are the worse coordinates."""
+    """Condition numbers of ten hanging links grow with the payload.
+
+    Relative angles are the worse coordinates.
+    """
     crane = LumpedCrane(5.0, np.append(np.ones(9), ratio))
     q = np.concatenate([np.zeros(11), np.ones(10)])
     found = properties.conditions(chain.mass_matrix(crane, q), chain.free_coordinates(10))

@@ -26,7 +26,10 @@ def trial_of(column: str) -> Trial:
 
 
 def test_hidden_changes_are_not_in_the_nominal_scene() -> None:
-    """Another payload or rope, and a moving base, are in the scene, not in the law's nominal scene."""
+    """Another payload or rope, or a moving base, is in the scene, not in its nominal scene.
+
+    The nominal scene is the law's.
+    """
     heavy, long, sea = (
         trial_scene(trial_of(name), CARTESIAN, 7) for name in ("mass +20 %", "rope +5 %", "irregular sea")
     )
@@ -37,7 +40,10 @@ def test_hidden_changes_are_not_in_the_nominal_scene() -> None:
 
 
 def test_a_law_keeps_the_simple_model_of_its_scene() -> None:
-    """Beside another sling or mass, LQR still believes in the scene's point mass; a shaped path knows the own sling."""
+    """Beside another sling or mass, LQR still believes in the scene's point mass.
+
+    A shaped path knows the own sling.
+    """
     group = next(group for group in GROUPS if group.name.startswith("tower"))
     heavy, long = (next(t for t in group.trials if t.column == name) for name in ("mass +20 %", "rope +5 %"))
     document = trial_scene(heavy, group.entrants[0], 0)
@@ -52,7 +58,10 @@ def test_a_law_keeps_the_simple_model_of_its_scene() -> None:
 
 
 def test_a_shaped_path_is_only_in_the_nominal_scene() -> None:
-    """Open loop with ZV the suspension point follows the shaped path; errors are from the path as it is."""
+    """In open loop with ZV the suspension point follows the shaped path.
+
+    Errors are from the path as it is.
+    """
     shaped = next(entrant for entrant in GROUPS[0].entrants if entrant.name.endswith("ZV"))
     scene = load_scene(trial_scene(trial_of("obstacle"), shaped, 0))
     assert scene.trajectory is not None and scene.trajectory.starts[-1] == 50.0
@@ -71,7 +80,7 @@ def test_settings_are_those_of_the_catalogue() -> None:
 
 
 def test_tuned_laws_have_the_gains_of_their_search() -> None:
-    """Each entrant named tuned has gains that a search of the catalogue found, within the limits of its study."""
+    """Each entrant named tuned has gains of a search in the catalogue, within its limits."""
     entrants = [(group, entrant) for group in GROUPS for entrant in group.entrants if entrant.tuned]
     assert len(entrants) == 6
     for group, entrant in entrants:
@@ -119,7 +128,7 @@ CELLS = [
 
 
 def test_page_figure_and_data_are_written(tmp_path: Path) -> None:
-    """A law that fails stays in table and data with its reason, one that does not apply is in no table."""
+    """A failing law stays in table and data with its reason; one that does not apply is absent."""
     save_comparison(CELLS, tmp_path)
     page = (tmp_path / "league.md").read_text()
     assert (
@@ -134,7 +143,7 @@ def test_page_figure_and_data_are_written(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_the_whole_league() -> None:
-    """Every entrant has a cell in every trial of its crane: metrics, or the reason why there are none."""
+    """Every entrant has a cell in every trial of its crane: metrics, or a reason for none."""
     cells = list(evaluate_all())
     expected = [(g.name, c.name, t.column) for g in GROUPS for c, t in product(g.entrants, g.trials)]
     assert [(cell.crane, cell.law, cell.trial) for cell in cells] == expected

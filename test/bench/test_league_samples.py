@@ -65,7 +65,10 @@ def rows_in(folder: Path) -> list[StudyResult]:
 
 
 def test_cells_are_statistics_of_rows_and_rows_are_single_runs(whole: WholeLeague) -> None:
-    """A cell's medians and shares are those of its rows; a row has the metrics of the single run of its scene."""
+    """A cell's medians and shares are those of its rows.
+
+    A row has the metrics of the single run of its scene.
+    """
     folder, cells = whole
     assert [(cell.law, cell.trial) for cell in cells] == [
         (entrant.name, trial.column) for trial in GROUP.trials for entrant in GROUP.entrants
@@ -84,7 +87,10 @@ def test_cells_are_statistics_of_rows_and_rows_are_single_runs(whole: WholeLeagu
 
 
 def test_all_laws_see_the_same_samples(whole: WholeLeague) -> None:
-    """A law under two names has the same rows bit for bit, no difference from itself, and is better than neither."""
+    """A law under two names has the same rows bit for bit, and is better than neither.
+
+    There is no difference from itself.
+    """
     cells = {(cell.law, cell.trial): cell for cell in whole.cells}
     for result in rows_in(whole.folder):
         hashes = result.column("state_sha256").reshape(SAMPLES, len(GROUP.entrants))
@@ -96,7 +102,7 @@ def test_all_laws_see_the_same_samples(whole: WholeLeague) -> None:
 
 
 def test_a_league_that_was_interrupted_goes_on(whole: WholeLeague, tmp_path: Path) -> None:
-    """Interrupted after its first rows, the same league runs what is missing; its cells are those of a whole one.
+    """An interrupted league runs what is missing; its cells are those of a whole one.
 
     Rows that are there keep their files, and a finished league runs nothing.
     """
@@ -126,7 +132,10 @@ def test_a_league_that_was_interrupted_goes_on(whole: WholeLeague, tmp_path: Pat
 
 
 def test_samples_are_hidden_from_the_laws() -> None:
-    """Masses, ropes and the disturbance vary around the trial's numbers; a law believes in the catalogue's own ones."""
+    """Masses, ropes and the disturbance vary around the trial's numbers.
+
+    A law believes in the catalogue's own ones.
+    """
     group = next(group for group in GROUPS if group.name == "overhead, trolley")
     heavy, gust = (next(t for t in group.trials if t.column == name) for name in ("mass +20 %", "gust"))
     study = study_of(group, heavy, 5).study
@@ -157,7 +166,10 @@ def test_each_sample_has_a_sea_of_its_own() -> None:
 
 @pytest.mark.long
 def test_every_trial_is_a_study() -> None:
-    """Every trial of every crane has a study of all of its laws that has parameters which its scene has."""
+    """Every trial of every crane has a study of all of its laws.
+
+    It has parameters which its scene has.
+    """
     for group in GROUPS:
         for trial in group.trials:
             made = study_of(group, trial, 2)
@@ -166,7 +178,10 @@ def test_every_trial_is_a_study() -> None:
 
 
 def test_better_is_significant_for_all_pairs_together() -> None:
-    """Of eight pairs of one sign p is 2/256 each: significant among three pairs, not among ten; a failure is worse."""
+    """With eight pairs of one sign p = 2/256 is significant among three pairs, not among ten.
+
+    A failure is worse.
+    """
     small = np.linspace(1.0, 1.7, 8)
     three = {"a": small, "b": small + np.linspace(0.5, 0.9, 8), "c": small + np.linspace(1.5, 1.9, 8)}
     assert better_laws(three) == {"a": ("b", "c"), "b": ("c",), "c": ()}
@@ -179,7 +194,10 @@ def test_better_is_significant_for_all_pairs_together() -> None:
 
 
 def test_a_page_says_where_samples_are_too_few() -> None:
-    """It says so exactly where laws that differ in every sample cannot be told apart, or a median has no interval."""
+    """The page says where samples are too few, and only there.
+
+    Laws that differ in every sample cannot be told apart then, or a median has no interval.
+    """
     for laws, samples in product(range(2, 9), range(2, 15)):
         errors = {str(i): np.linspace(1.0, 1.7, samples) + i * np.linspace(0.5, 0.9, samples) for i in range(laws)}
         told = not any(better_laws(errors).values())
@@ -213,7 +231,7 @@ def cell_of(crane: str, samples: int, mean: float = 0.5) -> SampledCell:
 
 
 def test_cranes_are_added_to_the_page(tmp_path: Path) -> None:
-    """A crane that is saved alone takes the place of its own cells; others stay, in order, with their own numbers."""
+    """A crane saved alone replaces its own cells; others stay, in order, with their numbers."""
     first, last = GROUPS[0].name, GROUPS[-1].name
     save_samples([cell_of(last, 4)], tmp_path)
     save_samples([cell_of(first, 12)], tmp_path)
@@ -234,7 +252,10 @@ def test_cranes_are_added_to_the_page(tmp_path: Path) -> None:
 
 
 def test_a_trial_in_which_all_runs_fail_has_cells(tmp_path: Path) -> None:
-    """A crane that leaves its rail under every law has no metric; the league goes on, and no law is the best."""
+    """A crane that leaves its rail under every law has no metric, and no law is the best.
+
+    The league goes on.
+    """
     narrow = Trial("narrow", "overhead_energy", SHORT | OUT, FIXED_RAIL_BASE)
     group = GROUP._replace(trials=(narrow,), entrants=(ENERGY, LQR))
     cells = list(evaluate_samples(2, tmp_path, [group], 1))
@@ -254,7 +275,9 @@ def test_a_trial_in_which_all_runs_fail_has_cells(tmp_path: Path) -> None:
 
 
 def test_infeasible_scenes_are_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Where the first sample of a trial is refused, with others, its laws have cells with their number; it goes on.
+    """Where a trial's first sample is refused, the league goes on.
+
+    Its laws have cells with the number of refused samples.
 
     Page and terminal say how many.
     """

@@ -55,7 +55,7 @@ def test_overhead_has_all_errata_and_properties() -> None:
     ],
 )
 def test_verdicts_follow_from_the_numbers(printed: object, corrected: object, truth: object, verdict: str) -> None:
-    """A misprint is called one only if printed and true values differ and the correction is the truth."""
+    """A misprint is one only if printed and true values differ, and the correction is true."""
     assert erratum_row(erratum("here", "half", printed, corrected, truth)).verdict == verdict
 
 
@@ -70,7 +70,7 @@ def test_json_is_one_object_with_the_measured_rows() -> None:
 
 
 def test_varying_digits_are_marked(tmp_path: Path) -> None:
-    """A wall time has a star and one digit, a rounding error a bound; all else has all its digits."""
+    """A wall time has a star and one digit, a rounding error a bound, all else all digits."""
     case = HardCase("a", "nodes, m", "dop853", 1.234e-13, 1e-9, None, 12345, 0.0123, "holds")
     rows = [ClaimRow("exact", 0, 1.5e-16, 1.5e-16, "holds"), ClaimRow("not", 0.5, 0.25, 0.5, "holds")]
     save_pages({"hardcases": [case], "overhead": rows}, str(tmp_path))
@@ -81,7 +81,7 @@ def test_varying_digits_are_marked(tmp_path: Path) -> None:
 
 
 def test_an_unknown_item_is_rejected() -> None:
-    """An item that does not exist ends with exit code 2 and one line that names the known ones, in JSON as well."""
+    """An unknown item ends with exit code 2 and one line of the known ones, in JSON as well."""
     result = crane("overhaed", "--json")
     assert result.returncode == 2
     assert "unknown item 'overhaed', did you mean 'overhead'?" in result.stderr

@@ -28,7 +28,10 @@ def rows() -> list[knuckle.ClaimResult]:
 
 
 def test_results_agree_with_an_independent_simulation(rows: list[knuckle.ClaimResult]) -> None:
-    """Times, swing and efforts of both laws agree with an independent simulation of the same manoeuvre."""
+    """Times, swing and efforts of both laws agree with an independent simulation.
+
+    It is of the same manoeuvre.
+    """
     results = {row.claim: (row.energy_law, row.lqr) for row in rows}
     for claim, expected in INDEPENDENT_RESULTS.items():
         assert results[claim] == pytest.approx(
@@ -38,7 +41,10 @@ def test_results_agree_with_an_independent_simulation(rows: list[knuckle.ClaimRe
 
 
 def test_verdicts_of_the_claims(rows: list[knuckle.ClaimResult]) -> None:
-    """Joints arrive and the rope's length oscillates less; the load swings further and longer, except without slew."""
+    """Joints arrive and the rope oscillates less; the load swings more, except without slew.
+
+    The load swings further and longer.
+    """
     verdicts = {row.claim: row.verdict for row in rows}
     assert all(verdict == "reproduced" for claim, verdict in verdicts.items() if "at the end" in claim)
     assert verdicts["Fig. 6, rope: way to and fro, m"] == "reproduced"
@@ -57,7 +63,7 @@ def test_friction_changes_no_verdict() -> None:
 
 
 def test_verdicts_follow_from_the_numbers() -> None:
-    """Half is much less and twice is slightly faster; equal, or the other way round, is not reproduced."""
+    """Half is much less, twice is slightly faster; equal or the reverse is not reproduced."""
     assert (
         knuckle.verdict_much_less(1.0, 2.0) == "reproduced"
         and knuckle.verdict_much_less(1.0, 1.9) == "less, not much less"

@@ -20,7 +20,10 @@ STEPS = 20_000
 
 
 def noisy_rates(fall: float) -> list[float]:
-    """Return 900 rates that lose `fall` [%] by the end, a tenth of them halved by a disturbance of the machine."""
+    """Return 900 rates that lose `fall` [%] by the end.
+
+    A tenth of them is halved by a disturbance of the machine.
+    """
     draw = random.Random(7)
     rates = [1000.0 * (1.0 - 0.01 * fall * i / 899) * draw.uniform(0.9, 1.1) for i in range(900)]
     for begin in (40, 400, 860):
@@ -30,7 +33,10 @@ def noisy_rates(fall: float) -> list[float]:
 
 @pytest.mark.parametrize("fall", [0.0, 10.0, -10.0])
 def test_a_drift_is_distinguished_from_noise(fall: float) -> None:
-    """A rate that falls by 10 % is detected, one that stays or grows is not, beside noise of 10 % and disturbances."""
+    """A rate that falls by 10 % is detected, one that stays or grows is not.
+
+    There is noise of 10 %, and disturbances.
+    """
     trend = drift(noisy_rates(fall))
     assert trend.low < -fall < trend.high
     assert trend.change == pytest.approx(-fall, abs=3.0)  # %: noise of 10 % over 30 medians of 30 leaves about 0.9 %
@@ -40,7 +46,7 @@ def test_a_drift_is_distinguished_from_noise(fall: float) -> None:
 
 @pytest.mark.parametrize("fall", [0.0, 10.0])
 def test_the_processor_s_clock_is_no_drift(fall: float) -> None:
-    """A clock that falls by 30 % takes its share of a rate; what the rate loses besides is detected."""
+    """A clock that falls by 30 % takes its share of a rate; further losses are detected."""
     clock = [1.0 - 0.3 * i / 899 for i in range(900)]
     rates = [rate * share for rate, share in zip(noisy_rates(fall), clock, strict=True)]
     named = {metric.what: metric for metric in drift_metrics(rates, [2e7 * share for share in clock])}
@@ -53,7 +59,10 @@ def test_the_processor_s_clock_is_no_drift(fall: float) -> None:
 
 
 def test_steps_without_ros_leak_no_memory() -> None:
-    """Neither way of simulating grows over twenty thousand steps, and each is sampled in equal blocks to the end."""
+    """Neither way of simulating grows over twenty thousand steps.
+
+    Each is sampled in equal blocks to the end.
+    """
     metrics, data = inprocess.soak_inprocess(STEPS)
     assert set(data) == {"Plant.advance", "simulate"}
     for method, samples in data.items():
@@ -67,7 +76,10 @@ def test_steps_without_ros_leak_no_memory() -> None:
 
 @pytest.mark.long
 def test_a_run_over_ros_is_sampled_to_its_end() -> None:
-    """A few seconds of lockstep: every node is sampled as often as the rate, and growth is judged for each."""
+    """In a few seconds of lockstep every node is sampled as often as the rate.
+
+    Growth is judged for each.
+    """
     metrics, data = memory.soak_memory(6.0)
     named = {metric.what: metric for metric in metrics}
     assert set(data["memory_MB"]) == {"plant", "controller", "recorder"}
@@ -83,7 +95,10 @@ def test_a_run_over_ros_is_sampled_to_its_end() -> None:
 
 
 def test_the_mean_rate_is_that_of_all_messages() -> None:
-    """A late last message does not change the rate of ten seconds at 1 kHz; a clock that runs fast does, by as much."""
+    """A late last message keeps the rate of ten seconds at 1 kHz.
+
+    A clock that runs fast changes it, by as much.
+    """
     sent = [1_000_000_000 + 1_000_000 * k for k in range(10_001)]
     assert realtime.mean_rate(sent) == pytest.approx(1000.0, rel=1e-12)
     late = [*sent[:-1], sent[-1] + 2_000_000]
@@ -94,7 +109,10 @@ def test_the_mean_rate_is_that_of_all_messages() -> None:
 
 @pytest.mark.long
 def test_overruns_are_those_that_a_subscriber_counts() -> None:
-    """At 1 kHz the plant's own count of overruns is that of a subscriber, which only has the times of sending."""
+    """At 1 kHz the plant's count of overruns is that of a subscriber.
+
+    The subscriber only has the times of sending.
+    """
     for _ in range(5):  # a busy machine holds steps up after their last message, which only the plant can count
         metrics, data = realtime.soak_real_time(3.0)
         if data["monitored"][0]["deadline_misses"] <= data["counted"][0] + data["near_deadline"][0] + 3:
@@ -113,7 +131,7 @@ KEPT, NOT_KEPT = at_most("growth", 1.25, 5.0, "MB"), equal("different state_sha2
 
 
 def test_the_page_has_all_parts_that_were_measured(tmp_path: Path) -> None:
-    """A saved part is added to the page's others, in order, with its requirements, passed or not."""
+    """A saved part is added to the page's others, in order, with requirements passed or not."""
     save_findings("determinism", "crane soak determinism --count 4", [Metric("runs", 4), NOT_KEPT], {}, tmp_path)
     alone = (tmp_path / "soak.md").read_text()
     back = {"back_s": [0.25, float("inf"), 0.3]}
@@ -153,7 +171,7 @@ def test_plots_need_only_the_saved_data(part: str, data: dict[str, Any], tmp_pat
 
 
 def test_long_series_are_thinned_alike() -> None:
-    """Of lists of one length the same entries are kept, first and last among them; short ones stay as they are."""
+    """Lists of one length keep the same entries, the first and the last; short ones stay."""
     thinned = thin_lists({"a": series(1800), "b": {"c": series(1800)}, "d": series(5)})
     assert thinned["a"] == thinned["b"]["c"] and len(thinned["a"]) == 100
     assert (thinned["a"][0], thinned["a"][-1]) == (0.0, 1799.0) and thinned["a"] == sorted(set(thinned["a"]))
@@ -171,7 +189,7 @@ def test_other_files_are_no_data_of_a_soak(tmp_path: Path) -> None:
 
 
 def test_a_requirement_not_passed_is_an_exit_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The command ends with 1 where a requirement was not passed, prints that, and saves its metrics nevertheless."""
+    """The command exits with 1 if a requirement fails, prints that, and saves its metrics."""
     metrics = [at_least("rate", 0.5, 1.0, "Hz"), KEPT]
     monkeypatch.setattr("crane_bench.soak.determinism.soak_determinism", lambda count: (metrics[:], {}))
     arguments = ["determinism", "--count", "4", "--save", str(tmp_path)]

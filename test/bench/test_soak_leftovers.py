@@ -16,7 +16,10 @@ from crane_sim import load_scene
 
 
 def test_files_are_those_of_a_complete_run_or_of_none(tmp_path: Path) -> None:
-    """A run without a received step may leave nothing; steps without a recording, and other files, are failures."""
+    """A run without a received step may leave nothing.
+
+    Steps without a recording, and other files, are failures.
+    """
     assert of_run(tmp_path, 0) == []
     assert of_run(tmp_path, 5) == ["no recording of 5 steps"]
     (tmp_path / "run.recovered.rrd").touch()
@@ -43,7 +46,10 @@ def test_a_process_that_outlives_its_run_is_found_and_ended() -> None:
 
 
 def test_a_process_that_holds_the_pipes_of_its_run_is_a_failure() -> None:
-    """A run's output is waited for no longer than permitted: what outlives the run and holds it is named, and ended."""
+    """A run's output is waited for no longer than permitted.
+
+    What outlives the run and holds it is named, and ended.
+    """
     child = [sys.executable, "-c", "import time; time.sleep(600.0)"]
     program = f"import subprocess; subprocess.Popen({child!r}); print('ready', flush=True)"
     ends: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}

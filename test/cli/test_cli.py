@@ -101,7 +101,7 @@ def test_help_is_not_cut(group: list[str], first: str) -> None:
 
 
 def test_help_has_groups_and_a_warning_of_what_cannot_be_imported(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A package whose command cannot be imported costs one line of the help, and its command exit code 2."""
+    """A package whose command cannot be imported costs a line of help, its command exit code 2."""
     broken = EntryPoint("broken", "no.such.module:command", help_lines.COMMANDS)
     found = (*help_lines.find_extensions(help_lines.COMMANDS), broken)
     monkeypatch.setattr(help_lines, "find_extensions", lambda _: found)
@@ -118,7 +118,7 @@ def test_help_has_groups_and_a_warning_of_what_cannot_be_imported(monkeypatch: p
 
 
 def test_a_scene_is_described(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    """`crane describe SCENE` has a row for each joint, with its unit, travel and command, and the law."""
+    """`crane describe SCENE` has the law and a row per joint, with unit, travel and command."""
     said = crane_here(monkeypatch, capsys, "describe", "bridge_speed_drive").stdout
     assert "crane bridge, 30 s in 3000 steps of 0.01 s, law anti_swing" in said
     assert re.search(r"trolley +m +-4 +-9 .. 9 +velocity \[m/s\]", said) and "swing_radial" in said
@@ -132,7 +132,7 @@ def test_the_version_is_printed() -> None:
 def test_an_unknown_scene_is_rejected_without_listing_the_catalogue(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The error about an unknown scene fits a terminal, and names the command that lists the names."""
+    """The error about an unknown scene fits a terminal, and names the command that lists them."""
     for name in ("nowhere", "nowhere/mine.yaml"):
         line = crane_here(monkeypatch, capsys, "run", name).stderr
         assert len(line) < 120 and "crane scenes" in line
@@ -163,7 +163,7 @@ with show_progress("runs", quiet=False) as on_progress:
 
 
 def test_an_interrupted_progress_bar_ends_in_one_line() -> None:
-    """Ctrl-C clears the line of a progress bar, which is not drawn again below `crane: interrupted`."""
+    """Ctrl-C clears a progress bar's line, which is not drawn again below `crane: interrupted`."""
     master, slave = pty.openpty()
     with open(master, "rb", buffering=0) as terminal, started_program([sys.executable, "-c", BAR], stderr=slave) as bar:
         shown = b""
@@ -179,7 +179,7 @@ def test_an_interrupted_progress_bar_ends_in_one_line() -> None:
 
 
 def test_a_full_disk_behind_stdout_is_one_line() -> None:
-    """If even the error cannot be printed as JSON, stderr has it in one line, without a traceback."""
+    """If even the error cannot be printed as JSON, stderr has it in one line, without traceback."""
     with Path("/dev/full").open("w") as full:
         command = [str(CRANE), "simulate", "nowhere", "--json"]
         result = run_to_completion(command, stdout=full)
@@ -195,7 +195,7 @@ def test_json_carries_the_error_too(monkeypatch: pytest.MonkeyPatch, capsys: pyt
 
 
 def test_simulate_prints_one_object_with_the_summary() -> None:
-    """`crane simulate --json` prints the metrics of the same run in Python, and nothing else on stdout."""
+    """`crane simulate --json` prints the metrics of the run in Python, nothing else on stdout."""
     result = crane("simulate", "--duration", "1", "--json")
     printed = json.loads(result.stdout)
     expected = simulate("knuckle_setpoint", duration=1.0).summary
@@ -205,7 +205,10 @@ def test_simulate_prints_one_object_with_the_summary() -> None:
 
 @pytest.mark.slow
 def test_a_run_that_ends_early_has_a_partial_summary() -> None:
-    """A model that stops being valid ends with exit code 1, the cause in one line, and the summary up to there."""
+    """A model that becomes invalid ends with exit code 1, its cause in one line, and the summary.
+
+    The summary is that up to there.
+    """
     result = crane("simulate", "overhead_slack", "--json")
     summary = json.loads(result.stdout)
     assert result.returncode == 1 and "link 1 went slack" in result.stderr and summary["error"] in result.stderr
@@ -213,7 +216,7 @@ def test_a_run_that_ends_early_has_a_partial_summary() -> None:
 
 
 def test_scenes_lists_the_catalogue(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    """`crane scenes` has one line for each catalogue scene: its name, and the first sentence of what it is."""
+    """`crane scenes` has a line for each catalogue scene: its name and first sentence."""
     lines = crane_here(monkeypatch, capsys, "scenes").stdout.strip().splitlines()
     assert [line.split()[0] for line in lines] == list(scene_files())
     assert all(line.count(". ") == 0 for line in lines)

@@ -1,4 +1,4 @@
-"""The terminal of `crane drive`: names of keys, the panel, and a whole drive by keys in a pseudo-terminal."""
+"""The terminal of `crane drive`: names of keys, the panel, and a drive in a pseudo-terminal."""
 
 import fcntl
 import os
@@ -68,7 +68,10 @@ def test_a_sequence_in_two_parts_is_one(data: bytes) -> None:
 
 
 def test_a_bar_shows_sign_and_size() -> None:
-    """A speed's bar grows from the middle to its side, as long as its fraction of the largest, and never longer."""
+    """A speed's bar grows from the middle to its side, by its fraction of the largest.
+
+    It is never longer.
+    """
     assert format_bar(0.0).strip() == "┃" and format_bar(0.5).strip() == "┃" + "━" * 6
     assert format_bar(-2.0) == "━" * 12 + "┃" + " " * 12
 
@@ -92,7 +95,7 @@ def test_the_table_of_levers() -> None:
 
 
 def test_the_page_has_the_levers() -> None:
-    """The table of levers in the documentation has keys and directions of every joint with levers of its own."""
+    """The documentation's table of levers has keys and directions of every joint with levers."""
     page = (Path(__file__).parents[2] / "docs" / "operator.md").read_text()
     rows = [line.split("|")[1:4] for line in page.splitlines() if line.startswith("| `")]
     described = {name: (keys, stick) for names, keys, stick in rows for name in re.findall(r"`(\w+)`", names)}
@@ -105,7 +108,7 @@ def test_the_page_has_the_levers() -> None:
 
 
 def test_the_panel() -> None:
-    """The panel says the desk's mode, velocities and positions, what a soft limit holds, why something is refused."""
+    """The panel has the desk's mode, velocities, positions, active soft limits and refusals."""
     state = {"t": 12.3, "mode": "emergency stop", "assisted": False, "assistance_unavailable": "", "device": "keyboard"}
     state |= {"speed_scale": 0.25, "speeds": [0.05, 0.0], "positions": [0.5, 6.9], "velocities": [0.02, 0.0]}
     state |= {"at_soft_limit": ["rope"], "dragged": ["rope"], "braked": True, "swing_deg": 2.51, "brakes_refused": ""}
@@ -128,7 +131,7 @@ class Terminal:
         self.text = ""
 
     def type_until(self, key: bytes, expected: str) -> None:
-        """Press a key ten times a second until the program has written something new that is expected."""
+        """Press a key ten times a second until the program's new output is the expected one."""
         self.text, deadline = "", time.monotonic() + LIMIT
         while expected not in self.text:
             assert time.monotonic() < deadline, (
@@ -150,7 +153,10 @@ class Terminal:
 
 @pytest.mark.long
 def test_a_drive_by_keys(tmp_path: Path) -> None:
-    """Keys move, stop, release and assist; q ends the run with exit code 0, and the terminal is as it was before."""
+    """Keys move, stop, release and assist; q ends the run with exit code 0.
+
+    The terminal is as it was before.
+    """
     command = [CRANE, "drive", "bridge_speed_drive", "--no-record"]
     terminal = Terminal()
     before = termios.tcgetattr(terminal.slave)
@@ -199,7 +205,10 @@ def test_a_drive_by_keys(tmp_path: Path) -> None:
 def test_mistakes_are_one_line(
     arguments: list[str], line: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """What cannot be driven, or with what, is one line with exit code 2; the input of a test is no terminal."""
+    """Scenes that cannot be driven, and inputs that cannot drive, are one line with exit code 2.
+
+    The input of a test is no terminal.
+    """
     result = crane_here(monkeypatch, capsys, "drive", "knuckle_setpoint", *arguments)
     assert result.returncode == 2
     assert result.stderr.startswith(f"crane: {line}") and result.stderr.count("\n") == 1, result.stderr
@@ -213,7 +222,7 @@ def test_levers_are_mapped_of_devices_only(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_a_key_after_a_pause_is_none_of_a_sequence(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Alt and [ looks like the begin of an arrow: what is pressed a moment later counts, as the emergency stop must."""
+    """Alt and [ begin like an arrow: keys a moment later count, as the emergency stop must."""
     reads, console = [b"\x1b[", b"", b" "], OperatorConsole({}, "tower_gust", (SLEW,), True)
     console._keys, sent = True, list[str]()
 

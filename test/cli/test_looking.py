@@ -11,7 +11,7 @@ CUT = 3000  # bytes: in the middle of the file's first messages
 def test_a_run_is_recorded_drawn_and_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A run without ROS is recorded, and a figure and a page are made of it; of a cut file one line and exit 2."""
+    """A recorded run without ROS becomes a figure and a page; a cut file one line and exit 2."""
     run, page, figure = tmp_path / "run.rrd", tmp_path / "new" / "run.html", tmp_path / "run.svg"
     done = crane("simulate", "--duration", "0.1", "--record", str(run), "--json")
     assert done.returncode == 0 and f'"recording": "{run}"' in done.stdout, done.stderr

@@ -40,7 +40,7 @@ def lines(capsys: pytest.CaptureFixture[str]) -> list[str]:
 
 
 def test_metrics_have_their_units(lines: list[str]) -> None:
-    """Final errors are in the units of the joints, peak efforts in those of the efforts, and zero is zero."""
+    """Final errors are in units of joints, peak efforts in those of efforts, and zero is zero."""
     rows = {line.split()[0]: re.split(r" {2,}", line.strip()) for line in lines if line.strip()}
     assert rows["rope"][1:] == ["0.25 m", "-", "9 N"] and rows["boom"][1:] == ["0.1 rad", "-", "5 N m"]
     assert rows["slew"][1:] == ["0 rad", "-", "0 N m"]
@@ -48,7 +48,10 @@ def test_metrics_have_their_units(lines: list[str]) -> None:
 
 
 def test_files_are_named_with_what_opens_them(lines: list[str]) -> None:
-    """The recording is printed with a shell command that opens it, and files from before a reset; no name is markup."""
+    """A shell command that opens the recording is printed, and files from before a reset.
+
+    No name is markup.
+    """
     assert [line for line in lines if line.startswith("before reset ")][0].endswith("my run[new].before_reset_1.rrd")
     command = next(line for line in lines if line.startswith("open it with "))
     assert command.endswith("crane view 'runs/my run[new].rrd'")
@@ -71,13 +74,13 @@ def test_ignored_settings_are_listed(lines: list[str]) -> None:
 def test_metrics_that_say_nothing_are_hidden(
     changes: dict[str, object], title: str, shown: bool, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Deadlines are those of real time, and the time of compilation is shown where anything was compiled."""
+    """Deadlines are shown in real time, and the time of compilation if anything was compiled."""
     print_summary(SUMMARY | changes, load_scene("knuckle_setpoint"))
     assert (title in capsys.readouterr().out) == shown
 
 
 def call_new_function() -> None:
-    """Call a function that is compiled: its constant is a new one, so that no code on the disk is the same."""
+    """Call a compiled function with a new constant, so that no code on the disk is the same."""
     factor = random.random()
 
     @entry_point
@@ -89,7 +92,7 @@ def call_new_function() -> None:
 
 @pytest.mark.parametrize("wait", [lambda: compiling(quiet=False), lambda: show_progress("runs", quiet=True)])
 def test_compilation_is_said_once(wait: Callable[[], Any], capsys: pytest.CaptureFixture[str]) -> None:
-    """Where stderr is no terminal one line says that a kind of scene is compiled, and none where nothing is."""
+    """If stderr is no terminal one line says that a kind of scene is compiled, and none if not."""
     _say_compiling.cache_clear()
     with wait():
         pass
@@ -109,7 +112,7 @@ def test_a_run_that_was_not_in_real_time_is_marked(capsys: pytest.CaptureFixture
 
 
 def test_json_has_plain_numbers() -> None:
-    """Numbers of numpy become Python's, tuples lists, negative zero zero, and non-finite numbers null."""
+    """Numbers of numpy become Python's, tuples lists, negative zero 0, and non-finite ones null."""
     value = {"a": np.float64(0.1), "b": (np.int64(2), -0.0), "c": [float("nan"), np.float32(0.5)], "d": np.bool_(True)}
     assert json.dumps(json_value(value)) == '{"a": 0.1, "b": [2, 0.0], "c": [null, 0.5], "d": true}'
     assert type(json_value(value)["a"]) is float

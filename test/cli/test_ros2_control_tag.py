@@ -1,4 +1,4 @@
-"""`crane check SCENE --ros2-control URDF`: a tag that cannot drive the crane is one line, exit code 2."""
+"""`crane check SCENE --ros2-control URDF`: a tag that cannot drive the crane is a line, exit 2."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -75,7 +75,10 @@ BROKEN: dict[str, tuple[str, Change]] = {
 def test_a_wrong_tag_is_one_line(
     case: str, urdf: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Every mistake that would leave the crane without commands is named with its value and what is possible."""
+    """Every mistake that would leave the crane without commands is named with its value.
+
+    The line also has what is possible.
+    """
     line, change = BROKEN[case]
     file = tmp_path / "mine.urdf"
     file.write_text(change(urdf))
@@ -99,7 +102,7 @@ def test_the_tag_that_is_written_passes(
 def test_a_tag_of_the_root_namespace(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The tag of a plant in the root namespace is fine for the namespace `/`, and not for that of the crane."""
+    """The root namespace's tag is fine for the namespace `/`, and not for that of the crane."""
     file = tmp_path / "mine.urdf"
     file.write_text(urdf_with_ros2_control(load_scene(SCENE), "/"))
     result = crane_here(monkeypatch, capsys, "check", SCENE, "--ros2-control", str(file), "--namespace", "/")
@@ -111,7 +114,10 @@ def test_a_tag_of_the_root_namespace(
 def test_each_tag_on_the_topics_of_the_crane_is_checked(
     urdf: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Tags of other cranes in the same URDF do not count, before or behind; a second one of this crane does."""
+    """Tags of other cranes in the same URDF do not count; a second one of this crane does.
+
+    It does not matter whether they are before or behind.
+    """
     begin, end = urdf.index("<ros2_control"), urdf.index("</ros2_control>") + len("</ros2_control>")
     own = urdf[begin:end]
     other, broken = own.replace("/knuckle/", "/east/"), own.replace('name="velocity"', 'name="speed"')

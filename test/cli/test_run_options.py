@@ -1,4 +1,4 @@
-"""The options of `crane run`: single-line errors before anything starts, and checks without side effects."""
+"""The options of `crane run`: single-line errors before it starts, checks without side effects."""
 
 import math
 import sys
@@ -47,7 +47,7 @@ LED = {"command_stamps": "ros", "no_controller": True}  # by the clock
 def test_impossible_options_are_rejected(
     options: dict[str, Any], line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Unwritable files, contradictory options and those without effect are single-line errors before the start."""
+    """Unwritable files, contradictory or useless options are one-line errors before the start."""
     monkeypatch.chdir(tmp_path)
     Path("busy.mcap.part").touch()
     with lock_file(Path("busy.mcap.part")), pytest.raises(SceneError, match=line):
@@ -55,7 +55,7 @@ def test_impossible_options_are_rejected(
 
 
 def test_cranes_beside_need_a_scene_with_commands(tmp_path: Path) -> None:
-    """A scene without commands has no lockstep with other cranes: one line, exit code 2, and no recording is begun."""
+    """A scene without commands has no lockstep with other cranes: a line, exit 2, no recording."""
     record = tmp_path / "new" / "run.rrd"
     result = CliRunner().invoke(app, ["run", "overhead_swing", "--beside", "east", "--record", str(record)])
     assert isinstance(result.exception, SceneError)  # exit code 2, see test_cli
@@ -64,7 +64,7 @@ def test_cranes_beside_need_a_scene_with_commands(tmp_path: Path) -> None:
 
 
 def test_a_driven_crane_has_names_of_its_own(tmp_path: Path) -> None:
-    """`crane drive` takes the options of a second crane in one domain, and passes them to the run."""
+    """`crane drive` takes the options of a second crane in one domain, and passes them on."""
     given: dict[str, Any] = {each.name: None for each in drive.params if each.name in RunOptions._fields}
     given["record"] = tmp_path / "run.rrd"
     assert {"namespace", "frame_prefix"} <= given.keys()
@@ -97,7 +97,7 @@ def test_mcap_needs_rosbags(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_checking_a_path_changes_no_file(tmp_path: Path) -> None:
-    """The early check that a recording can be written keeps a killed recorder's file for its repair."""
+    """The early check that a recording can be written keeps a killed recorder's file."""
     leftover = tmp_path / "run.rrd.part"
     leftover.write_bytes(b"rescue me")
     OPTIONS._replace(record=tmp_path / "run.rrd").arguments("knuckle_setpoint")

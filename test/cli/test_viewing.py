@@ -1,4 +1,4 @@
-"""The commands that show a recording: the recording that they choose, the program that they run, refused options."""
+"""The commands that show a recording: which one, which program, and which refused options."""
 
 import os
 import re
@@ -15,7 +15,7 @@ from crane_sim.recording.rerun import web_page
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return a working folder with two recordings in runs/, of which b is the newer one, and no display."""
+    """Return a working folder with two recordings in runs/, the newer one b, and no display."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
@@ -30,7 +30,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def executed(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
-    """Return the list of the command lines given to `os.exec…`, which is replaced and runs none of them."""
+    """Return the command lines that a double of `os.exec…` is called with; it runs none."""
     commands = list[list[str]]()
     monkeypatch.setattr(os, "execve", lambda _program, command, _environment: commands.append(command))
     return commands
@@ -42,7 +42,10 @@ def run(*arguments: str) -> None:
 
 
 def test_the_newest_recording_is_taken(folder: Path) -> None:
-    """Without a name the newest recording is shown, else the named one; without any an error says how to make one."""
+    """Without a name the newest recording is shown, else the named one; without any, an error.
+
+    The error says how to make one.
+    """
     assert find_recording(None) == Path("runs/b.rrd")
     assert find_recording(Path("runs/a.rrd")) == Path("runs/a.rrd")
     with pytest.raises(SceneError, match="^RUN = 'c.rrd': no such file; leave it out for the newest in runs/$"):
@@ -63,7 +66,10 @@ def test_a_file_that_is_no_recording_is_refused(folder: Path, command: str) -> N
 
 @pytest.mark.usefixtures("folder")
 def test_a_window_opens_where_there_is_a_display(executed: list[list[str]], monkeypatch: pytest.MonkeyPatch) -> None:
-    """The viewer gets the recording and the loopback interface; without a display an error says what to do."""
+    """The viewer gets the recording and the loopback interface; no display is an error.
+
+    The error says what to do.
+    """
     with pytest.raises(SceneError, match="there is no display here; --web serves"):
         run("view")
     monkeypatch.setenv("DISPLAY", ":0")
@@ -76,7 +82,10 @@ def test_a_window_opens_where_there_is_a_display(executed: list[list[str]], monk
 def test_a_page_is_served_until_the_viewer_ends(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The viewer has both ports of 127.0.0.1; the address is that of its data, its exit code that of the command."""
+    """The viewer has both ports of 127.0.0.1; the command has its exit code.
+
+    The address is that of its data.
+    """
     program, given = folder / "viewer", folder / "given"
     listen = "socket.create_server(('127.0.0.1', int(argv[argv.index('--web-viewer-port') + 1])))"
     program.write_text(
@@ -96,7 +105,7 @@ def test_a_page_is_served_until_the_viewer_ends(
 
 @pytest.mark.usefixtures("folder")
 def test_options_that_contradict_are_refused() -> None:
-    """A file with --live, a port without it, and a file of another kind or in no folder are one-line errors."""
+    """A file with --live, a port without it, another kind of file, no folder: one-line errors."""
     for arguments, line in (
         (("view", "runs/a.rrd", "--live"), "RUN and --live: only one of the two is possible"),
         (("view", "--port", "9999"), "--port = 9999: only with --live"),

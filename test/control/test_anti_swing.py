@@ -20,7 +20,10 @@ TABLE = {"trolley": {"times": [0.0, 0.5, 1.3], "values": [0.0, 0.0, 0.4]}}
 
 
 def scene(control: dict[str, Any], **groups: Any) -> Scene:
-    """Return the scene of a trolley whose drive follows speeds exactly, with a payload on a rope of 4 m."""
+    """Return the scene of a trolley whose drive follows speeds exactly, with a payload.
+
+    The rope is 4 m long.
+    """
     servo = {"gain": inf, "max_acceleration": 0.5, "max_jerk": 5.0}
     document = {
         "crane": "overhead",
@@ -35,7 +38,10 @@ def scene(control: dict[str, Any], **groups: Any) -> Scene:
 
 
 def test_the_poles_are_those_of_the_formula() -> None:
-    """Below a prescribed velocity the poles of the law's differences and the swing are those of the formula."""
+    """Below a prescribed velocity the law's poles and the swing are those of the formula.
+
+    The law works by differences.
+    """
     z, h = 0.3, 0.4
     law: Any = scene({"damping": z, "position_gain": h}, reference={"q": [0.0]}).law
     # x' = v(x, a) of the law, a'' = -(g sin a + x'' cos a) / l, linearised by central differences of the law itself
@@ -53,7 +59,10 @@ def test_the_poles_are_those_of_the_formula() -> None:
 
 
 def decay(run: Any, start: float) -> tuple[float, float]:
-    """Return (real part, frequency) [1/s, rad/s] of a free swing after a time [s], by its recurrence."""
+    """Return (real part [1/s], frequency [rad/s]) of a free swing after a time [s].
+
+    It is by the recurrence of the swing.
+    """
     a = run.q[round(start / 0.01) :: 10, 1]
     columns = np.column_stack([a[1:-1], a[:-2]])
     (p, q), *_ = np.linalg.lstsq(columns, a[2:], rcond=None)
@@ -63,7 +72,10 @@ def decay(run: Any, start: float) -> tuple[float, float]:
 
 @pytest.mark.long
 def test_the_feedback_damps_the_swing_as_it_says() -> None:
-    """A payload that swings below an operator's zero speed is damped with the ratio z at the pendulum's frequency."""
+    """Below an operator's zero speed a swing is damped with ratio z at its frequency.
+
+    The frequency is that of the pendulum.
+    """
     control = {"damping": 0.2, "speeds": {}}
     servo = {"max_acceleration": 50.0, "max_jerk": 1e6}
     run = simulate(scene(control, servo=servo, initial={"angles": 0.01}))
@@ -88,7 +100,10 @@ def test_shaped_speeds_leave_no_swing(kind: str) -> None:
 
 @pytest.mark.parametrize(("kind", "sums"), [("zv", (0.5, 1.0)), ("zvd", (0.25, 0.75, 1.0))])
 def test_speeds_that_begin_with_the_run_are_shaped(kind: str, sums: tuple[float, ...]) -> None:
-    """A speed that is commanded from the start on is passed on in impulses half a swing apart, as any other step is."""
+    """A speed commanded from the start is passed on in impulses half a swing apart.
+
+    Any other step is passed on so, too.
+    """
     speeds = {"trolley": {"times": [0.0], "values": [0.4]}}
     law: Any = scene({"damping": 0.0, "speeds": speeds, "shaping": {"kind": kind}}).law
     commands = [law((i + 0.5) * pi / OMEGA, (0.0, 0.0), (0.0, 0.0))[0] for i in range(len(sums))]
@@ -102,7 +117,7 @@ def run_speed(run: Any) -> float:
 
 
 def test_angles_ahead_of_every_joint() -> None:
-    """In a bridge crane the trolley feels the swing along x, the bridge that along y, the rope none."""
+    """In a bridge crane the trolley feels the swing along x, the bridge along y, the rope none."""
     length, gains = swing_gains(
         load_scene("bridge_hook_and_sling", {"links": [], "payload": {"mass": 8000.0}, "initial.rigging": None})
     )
@@ -120,7 +135,10 @@ POSTURES = {
 
 @pytest.mark.parametrize(("name", "q"), [(name, q) for name, postures in POSTURES.items() for q in postures])
 def test_joints_move_the_tip_by_the_offset_together(name: str, q: tuple[float, ...] | None) -> None:
-    """All actuated joints together move the tip by the payload's offset: boom and jib, or telescope, share the way."""
+    """All actuated joints together move the tip by the payload's offset.
+
+    Boom and jib, or telescope, share the way.
+    """
     loaded = load_scene(name)
     initial = np.array(loaded.initial_q if q is None else q)
     ahead, step = swing_geometry(replace(loaded, initial_q=tuple(initial))).ahead, 1e-4
@@ -135,7 +153,7 @@ def test_joints_move_the_tip_by_the_offset_together(name: str, q: tuple[float, .
 
 
 def test_parallel_joints_that_span_one_direction() -> None:
-    """Where the tip is on the axis of the slew, boom and jib move it in one direction alone, and none to infinity.
+    """With the tip on the slew's axis, boom and jib move it in one direction, none to infinity.
 
     Turned by 40 degrees on a ship that has drifted by 20 m, their directions differ by rounding.
     """
@@ -168,7 +186,7 @@ def test_parallel_joints_that_span_one_direction() -> None:
     ids=lambda value: "" if isinstance(value, dict) else value[:24],
 )
 def test_mistakes_are_reported_in_one_line(control: dict[str, Any], message: str) -> None:
-    """What the law cannot do, a path too, and a law that commands something else, are a single-line error."""
+    """What the law cannot do, as a path, and a law of other commands are single-line errors."""
     with pytest.raises(SceneError) as caught:
         scene(control)
     assert message in str(caught.value) and "\n" not in str(caught.value)

@@ -29,7 +29,10 @@ def half_swing(length: float) -> float:
 
 @pytest.mark.long
 def test_a_step_becomes_two() -> None:
-    """A step of the operator's speed is passed on in two parts half a swing apart, which add up to it."""
+    """A step of the operator's speed is passed on in two parts half a swing apart.
+
+    The parts add up to the step.
+    """
     scene = workshop_crane()
     assistance, q, seen = Assistance(scene), list(scene.initial_q), []
     for k in range(400):
@@ -43,7 +46,7 @@ def test_a_step_becomes_two() -> None:
 
 
 def test_assistance_that_is_switched_on_does_not_jump() -> None:
-    """A speed that was held while the rope became longer, with assistance off, is the first one with it."""
+    """A speed held while the rope became longer, without assistance, is the first with it."""
     assistance, q = Assistance(scene := workshop_crane()), list(scene.initial_q)
     for k in range(1200):
         assistance.record_command(k * PERIOD, (0.4, 0.0, 0.0))
@@ -52,7 +55,7 @@ def test_assistance_that_is_switched_on_does_not_jump() -> None:
 
 
 def test_feedback_is_that_of_the_law() -> None:
-    """A swing angle a along a joint's way adds 2 z sqrt(g l) sin a to its speed and nothing to the others."""
+    """A swing angle a along a joint's way adds 2 z sqrt(g l) sin a to its speed alone."""
     scene = workshop_crane()
     assistance, q = Assistance(scene), list(scene.initial_q)
     moved = set()
@@ -68,7 +71,7 @@ def test_feedback_is_that_of_the_law() -> None:
 
 
 def test_the_rope_has_its_present_length() -> None:
-    """Half a second after the rope was hoisted, the shaper and the feedback are those of its new length."""
+    """Half a second after hoisting, shaper and feedback are those of the rope's new length."""
     scene = workshop_crane()
     assistance, q = Assistance(scene), list(scene.initial_q)
     assistance.compute_velocity_command(0.0, q)
@@ -98,7 +101,10 @@ def test_the_vertical_is_the_present_one() -> None:
 
 
 def test_nothing_to_assist() -> None:
-    """A crane that cannot move the load's suspension point has no assistance, and one line says so."""
+    """A crane that cannot move the load's suspension point has no assistance.
+
+    One line says so.
+    """
     changes = {"trolley": {"drive": "fixed"}, "control": None, "reference": None}
     hoist_only = with_operator_drives(load_scene("overhead_hoist_energy", changes))
     with pytest.raises(SceneError, match="no actuated joint moves a point below which the load swings"):
@@ -106,7 +112,10 @@ def test_nothing_to_assist() -> None:
 
 
 def test_coordinates_of_any_kind() -> None:
-    """Loads that are described by places, not angles, get the same feedback: none where the load hangs still."""
+    """Loads described by places, not angles, get the same feedback.
+
+    It is none where the load hangs still.
+    """
     scene = with_operator_drives(load_scene("overhead_elastic"))
     assistance = Assistance(scene)
     still = [2.0 if name == "trolley" or name.endswith("_x") else q for name, q in named(scene)]

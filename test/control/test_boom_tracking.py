@@ -1,4 +1,7 @@
-"""Tracking laws on a knuckle boom: its joint efforts realise the acceleration commanded of the suspension point."""
+"""Tracking on a knuckle boom: its joint efforts realise the suspension point's acceleration.
+
+The law commands this acceleration.
+"""
 
 from typing import Any
 
@@ -42,7 +45,10 @@ def phasor_derivatives(angle: float, rate: float, second: float = 0.0) -> tuple[
 
 
 def tip_of(q: Any, v: Any, a: Any) -> np.ndarray:
-    """Return position, velocity, acceleration (3, 3) of the tip, from sums of phasors in the complex plane."""
+    """Return position, velocity, acceleration (3, 3) of the tip, from sums of phasors.
+
+    The phasors are in the complex plane.
+    """
     across = sum(
         0.5 * length * np.array(phasor_derivatives(q[0] + sign * q[k], v[0] + sign * v[k], a[0] + sign * a[k]))
         for k, length in ((1, BOOM), (2, JIB))
@@ -62,7 +68,10 @@ def rope_of(q: Any, v: Any) -> np.ndarray:
 
 
 def states(count: int) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return random states, the angle between boom and jib of either sign, on a rope of the nominal length."""
+    """Return random states with boom and jib angle of either sign, on a rope of nominal length.
+
+    The angle is that between boom and jib.
+    """
     rng, pairs = np.random.default_rng(5), []
     for k in range(count):
         elbow = (-1.0) ** k * rng.uniform(0.4, 2.2)
@@ -75,7 +84,7 @@ def states(count: int) -> list[tuple[np.ndarray, np.ndarray]]:
 def commanded_and_actual_acceleration(
     scene: Any, t: float, q: Any, v: Any
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return (commanded acceleration of the tip (3,), its actual acceleration (3,), joint accelerations (6,)).
+    """Return (commanded tip acceleration (3,), its actual one (3,), joint accelerations (6,)).
 
     The command is that of the law for an ideal suspension point at the tip, and that of the servo of the height.
     """
@@ -88,7 +97,10 @@ def commanded_and_actual_acceleration(
 
 @pytest.mark.parametrize("changes", [EVERYTHING, WINCH], ids=["everything", "winch"])
 def test_the_tip_accelerates_as_an_ideal_suspension_point(changes: dict[str, Any]) -> None:
-    """Efforts, put through the forward dynamics, give the tip what the law commands of a pendulum, and hold height."""
+    """Efforts give the tip what the law commands of a pendulum, and hold its height.
+
+    They are put through the forward dynamics.
+    """
     scene = load_scene("knuckle_tracking", changes)
     for k, (q, v) in enumerate(states(6)):
         commanded, actual, qdd = commanded_and_actual_acceleration(scene, 3.0 * k, q, v)
@@ -99,14 +111,20 @@ def test_the_tip_accelerates_as_an_ideal_suspension_point(changes: dict[str, Any
 
 @pytest.mark.parametrize(("time_constant", "expected"), [(None, 0.5), (0.1, 0.25)])
 def test_input_of_a_rate_driven_winch_gives_the_acceleration(time_constant: float | None, expected: float) -> None:
-    """The winch's input is the rope's acceleration, or the rate that makes a winch that lags accelerate it so."""
+    """The winch's input is the rope's acceleration, or the rate that gives it with a lag.
+
+    A winch that lags then accelerates the rope so.
+    """
     rope_state = RopeKinematics((0.0, 0.0, -1.0), LENGTH, 0.2, (0.0, 0.0, -0.2))
     assert winch_efforts(MotionRope(time_constant), rope_state, 0.5, 9.0) == (expected,)
 
 
 @pytest.mark.parametrize("elbow", [0.0, 0.0999, np.pi - 0.05])
 def test_in_line_the_joints_stay_bounded(elbow: float) -> None:
-    """With boom and jib nearly in line, accelerations are bounded, and across the line the tip's is as commanded."""
+    """With boom and jib nearly in line, accelerations are bounded.
+
+    Across the line the tip's is as commanded.
+    """
     scene = load_scene("knuckle_tracking", EVERYTHING)
     q = np.array([0.3, 0.7, 0.7 + elbow, LENGTH, 0.1, -0.05])
     commanded, actual, qdd = commanded_and_actual_acceleration(scene, 2.0, q, np.zeros(6))
@@ -120,7 +138,10 @@ def test_in_line_the_joints_stay_bounded(elbow: float) -> None:
 
 
 def test_above_the_tower_the_slew_stays_bounded() -> None:
-    """With the tip on the tower's axis the slew is not accelerated, and near it not more than at a tenth of a metre."""
+    """With the tip on the tower's axis the slew is not accelerated.
+
+    Near the axis it is not more than at a tenth of a metre.
+    """
     scene = load_scene("knuckle_tracking", EVERYTHING)
     for radius in (0.0, 1e-3, 0.05):
         beta = np.arccos((radius - JIB * np.cos(2.4)) / BOOM)
@@ -133,14 +154,20 @@ def test_above_the_tower_the_slew_stays_bounded() -> None:
     ("x", "expected"), [((0.0, 0.0), (0.5, 0.0)), ((3e-9, -4e-9), (0.3, -0.4)), ((6.0, 8.0), (4.8, 6.4))]
 )
 def test_setpoints_are_moved_to_the_edge(x: tuple[float, float], expected: tuple[float, float]) -> None:
-    """Outside the workspace, on the tower's axis too, a setpoint is at rest at the nearest place within it."""
+    """Outside the workspace a setpoint is at rest at the nearest place within it.
+
+    On the tower's axis it is so, too.
+    """
     clamped = clamp_to_workspace((0.5, 8.0), TipSetpoint(x, (1.0, 0.0), (1.0, 0.0)))
     assert clamped.x == pytest.approx(expected, rel=1e-14) and not any((*clamped.v, *clamped.a))
 
 
 @pytest.mark.slow
 def test_a_trajectory_outside_the_workspace_is_clamped() -> None:
-    """Sent 2.5 m out while running, the tip rests at the edge of its workspace, and tracks again from there."""
+    """Sent 2.5 m out while running, the tip rests at the edge of its workspace.
+
+    It tracks again from there.
+    """
     scene = load_scene("knuckle_tracking", STILL | {"control.law": "cartesian", "duration": 40.0})
     trajectory = MinimumJerk(((1.35, 0.0), (2.5, 0.0), (1.35, 0.0)), (1.0, 8.0, 15.0)).to_polynomials()
     run = simulate(scene, with_trajectory(scene.law, compile_trajectory(trajectory)))
@@ -158,7 +185,10 @@ def test_a_trajectory_outside_the_workspace_is_clamped() -> None:
     ("law", "changes"), [("cartesian", STILL), ("angular", STILL), ("adaptive", {}), ("harmonic", {})]
 )
 def test_joint_efforts_track_as_an_ideal_suspension_point(law: str, changes: dict[str, Any]) -> None:
-    """The payload of the boom follows its path with at most twice the ideal suspension point's mean square error."""
+    """The boom's payload follows its path with at most twice the ideal mean square error.
+
+    The ideal one is that of a driven suspension point.
+    """
     boom, ideal = (
         simulate(load_scene(name, changes | {"control.law": law})).summary["tracking_mse"]
         for name in ("knuckle_tracking", "offshore_resonant")

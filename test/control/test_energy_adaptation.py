@@ -1,4 +1,7 @@
-"""The energy law that estimates the payload's mass: final error, proof, memory, rejected settings."""
+"""The energy law that estimates the payload's mass: final error, proof, memory, settings.
+
+Settings are those that are rejected.
+"""
 
 from math import exp
 from typing import Any
@@ -18,7 +21,10 @@ FIXED_GAINS = {"kp": [30, 10, 10, 1], "kd": [50, 30, 50, 10]}  # of the law with
 
 
 def run_without_adaptation(mass: float, nominal_mass: float) -> Rollout:
-    """Return the run of the law without estimation, with the paper's gains and this nominal mass [kg]."""
+    """Return the run of the law without estimation, at this nominal mass [kg].
+
+    The gains are those of the paper.
+    """
     control = {"law": "energy", "period": 0.01, **FIXED_GAINS, "nominal": {"payload": {"mass": nominal_mass}}}
     return simulate(crane_sim.load_scene("knuckle_setpoint", {"payload.mass": mass, "control": control}))
 
@@ -26,7 +32,10 @@ def run_without_adaptation(mass: float, nominal_mass: float) -> Rollout:
 @pytest.mark.long
 @pytest.mark.parametrize("mass", [0.8, 1.2])
 def test_the_law_reaches_its_target_with_any_mass(mass: float) -> None:
-    """With masses up to 20 % off the law reaches its target, and swings less than a law with the true mass."""
+    """With masses up to 20 % off the law reaches its target.
+
+    It swings less than a law with the true mass.
+    """
     run = simulate(crane_sim.load_scene(SCENE, {"payload.mass": mass}))
     error = np.abs(run.q[-1, :4] - np.array(run.scene.reference))
     assert np.degrees(error[:3]).max() < 0.5 and error[3] < 0.01
@@ -36,7 +45,10 @@ def test_the_law_reaches_its_target_with_any_mass(mass: float) -> None:
 
 
 def record_mass_estimates(mass: float, seconds: float, changes: dict[str, Any]) -> tuple[Any, list[tuple[float, ...]]]:
-    """Return (the law, [t, a, p, m̂] at every command) of a run whose law is called from Python; see the law."""
+    """Return (the law, [t, a, p, m̂] at every command) of a run.
+
+    The law is called from Python; see the law.
+    """
     scene = crane_sim.load_scene(SCENE, {"payload.mass": mass, **changes})
     law, plant, records = with_initial_state(scene.law), Plant(scene), []
     for _ in range(round(seconds / scene.period)):
@@ -47,7 +59,7 @@ def record_mass_estimates(mass: float, seconds: float, changes: dict[str, Any]) 
 
 @pytest.mark.parametrize("mass", [0.5])
 def test_the_estimate_converges_as_in_the_proof(mass: float) -> None:
-    """The difference between the two filters decays at the filters' rate, for any motion of the crane."""
+    """The difference of both filters decays at the filters' rate, for any motion of the crane."""
     _, records = record_mass_estimates(mass, 8.0, {"initial.v": [0.3, 0.2, -0.1, 0.2, 1.0, -0.5]})
     t, a, p, estimate = np.array(records).T
     # the mean of -n_z over a period is taken from its ends: h² / 12 of its second derivative, 2 / s² at the worst
@@ -68,7 +80,10 @@ def proof_function(law: Any, mass: float, t: float, q: Any, v: Any) -> float:
 
 @pytest.mark.parametrize("mass", [1.2])
 def test_lyapunov_function_decreases(mass: float) -> None:
-    """W of the proof decreases throughout, while V alone increases with the mass estimation error."""
+    """W of the proof decreases throughout, while V alone increases with the mass error.
+
+    The error is that of the mass estimate.
+    """
     run = simulate(crane_sim.load_scene(SCENE, {"payload.mass": mass, "duration": 15.0}))
     law: Any = run.scene.law
     w = np.array([proof_function(law, mass, *row) for row in zip(run.t, run.q, run.v, strict=True)])
@@ -82,7 +97,10 @@ def test_lyapunov_function_decreases(mass: float) -> None:
 
 
 def test_compiled_loop_and_external_stepping_agree() -> None:
-    """Commands to a plant that is stepped from outside, as under ROS, are those of `simulate` bit for bit, twice."""
+    """Commands to a plant stepped from outside are those of `simulate` bit for bit, twice.
+
+    ROS steps a plant so.
+    """
     run = simulate(SCENE, duration=2.0)
     again = simulate(run.scene)  # begins with the initial estimate
     law, plant = with_initial_state(run.scene.law), Plant(run.scene)
@@ -94,7 +112,7 @@ def test_compiled_loop_and_external_stepping_agree() -> None:
 
 
 def test_no_estimator_update_while_the_rope_is_slack() -> None:
-    """While the payload falls the estimate is held, and a compressive winch command counts as zero."""
+    """While the payload falls the estimate is held; a compressive winch command is zero."""
     law: Any = with_initial_state(crane_sim.load_scene(SCENE).law)
     q, h, masses = (0.0, 0.5, -0.2, 2.0, 0.0, 0.0), 0.01, []
     for k in range(100):  # a second in which the payload falls freely below a crane at rest
@@ -108,7 +126,10 @@ def test_no_estimator_update_while_the_rope_is_slack() -> None:
 
 
 def test_reach_saturates_the_slew_alone() -> None:
-    """With `reach` the proportional effort of the slew is kp e / √(1 + (e/r)²); other joints are unchanged."""
+    """With `reach` the slew's proportional effort is kp e / √(1 + (e/r)²).
+
+    Other joints are unchanged.
+    """
     scene = crane_sim.load_scene(SCENE, {"payload.mass": 1.0})
     law, q = scene.law, (-2.0, 0.4, -0.3, 1.8, 0.0, 0.0)
     assert law is not None
@@ -121,7 +142,10 @@ def test_reach_saturates_the_slew_alone() -> None:
 
 
 def test_poles_of_the_plain_law_about_its_target() -> None:
-    """Linearised numerically at its target, the law without estimation has the swing poles of an independent result."""
+    """At its target the law without estimation has the swing poles of an independent result.
+
+    The law is linearised numerically.
+    """
     scene = crane_sim.load_scene("knuckle_setpoint")
     assert scene.reference and scene.law
     law, step, target = scene.law, 1e-5, np.array([*scene.reference, 0.0, 0.0])
@@ -147,7 +171,10 @@ def test_poles_of_the_plain_law_about_its_target() -> None:
     ids=["locked", "continuous", "gravity", "rate"],
 )
 def test_rejected_settings_of_the_estimator(changes: dict[str, Any], message: str) -> None:
-    """A winch without a force, no gravity, no commands, and settings out of range: single-line errors with the key."""
+    """A winch without force, no gravity, no commands, bad settings: single-line errors.
+
+    Settings out of range are bad; the errors name the key.
+    """
     with pytest.raises(crane_sim.SceneError) as caught:
         crane_sim.load_scene(SCENE, changes)
     assert message in str(caught.value) and "\n" not in str(caught.value)

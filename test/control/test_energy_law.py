@@ -1,4 +1,7 @@
-"""The energy law: its formula, the energy it shapes, and closed loops that only lose it; what LQR cannot reach."""
+"""The energy law: its formula, the shaped energy, closed loops that lose it, LQR's limits.
+
+LQR's limits are what it cannot reach.
+"""
 
 import json
 from math import cos
@@ -63,7 +66,7 @@ LOOPS: dict[str, dict[str, Any]] = {
 @pytest.mark.long
 @pytest.mark.parametrize("loop", LOOPS, ids=lambda name: name.replace(" ", "-"))
 def test_v_only_falls_along_a_continuous_closed_loop(loop: str) -> None:
-    """Along every continuous closed loop V never rises, and falls at the rate that the proof gives."""
+    """Along every continuous closed loop V never rises, and falls at the proof's rate."""
     run = simulate(crane_sim.load_scene("knuckle_continuous", {"duration": 4.0, **LOOPS[loop]}))
     value, rate = run.lyapunov().T
     assert np.all(rate <= 1e-12)
@@ -75,7 +78,7 @@ def test_v_only_falls_along_a_continuous_closed_loop(loop: str) -> None:
 
 @pytest.mark.long
 def test_the_rate_of_v_is_that_of_every_instant() -> None:
-    """On a moving base, under a varying force, V changes at the rate that the law gives for each instant."""
+    """On a moving base, under a varying force, V changes at the law's rate at each instant."""
     wind = {"kind": "sine", "amplitude": 2.0, "frequency": 1.3, "phase": 0.4}
     swell = {"surge": {"amplitude": 0.2, "frequency": 1.1, "phase": 0.8}, "roll": {"amplitude": 0.05, "frequency": 0.9}}
     disturbed = {"payload_force": {"x": wind}, "base_motion": swell}
@@ -97,7 +100,10 @@ def test_one_percent_of_payload_mass_moves_the_boom_two_degrees() -> None:
 
 
 def test_lqr_rejects_a_knuckle_boom_straight_up() -> None:
-    """With its tip above the tower, slewing does not move the payload: no effort damps the swing across the boom."""
+    """With its tip above the tower, slewing does not move the payload.
+
+    No effort damps the swing across the boom.
+    """
     target = {"reference": {"q": [0.0, "90 deg", "90 deg", 1.5]}, "control": {"law": "lqr"}}
     with pytest.raises(crane_sim.SceneError, match=r"a motion of 2\.56 rad/s .* stays: no effort damps it$"):
         crane_sim.load_scene("knuckle_setpoint", target)
@@ -115,20 +121,29 @@ def test_lqr_rejects_a_knuckle_boom_straight_up() -> None:
     ids=["not finite", "too few", "a number", "raises later", "two lines"],
 )
 def test_a_faulty_law_is_a_single_line_error(law: Any, message: str) -> None:
-    """A law that raises, or returns no vector of efforts, ends the run with a single-line error with the time."""
+    """A law that raises, or returns no vector of efforts, ends the run.
+
+    The run ends with a single-line error with the time.
+    """
     with pytest.raises(RuntimeError) as caught:
         simulate("knuckle_setpoint", law=law, duration=0.1)
     assert message in str(caught.value) and "\n" not in str(caught.value)
 
 
 def test_a_law_with_the_deprecated_name_of_its_reset_works() -> None:
-    """A law whose method is still called `fresh` gets its initial state, with a warning that names the new name."""
+    """A law whose method is still called `fresh` gets its initial state.
+
+    A warning names the new name.
+    """
     with pytest.warns(DeprecationWarning, match="OldLaw.fresh is now called with_initial_state"):
         assert with_initial_state(OldLaw(3)) == OldLaw(0)
 
 
 def test_a_law_with_the_deprecated_names_of_its_loops_works() -> None:
-    """`slow_half` and `fast_half` of a law are its outer and inner loop, with a warning that names the new name."""
+    """`slow_half` and `fast_half` of a law are its outer and inner loop.
+
+    A warning names the new name.
+    """
     with pytest.warns(DeprecationWarning, match="OldLaw.slow_half is now called outer_loop"):
         assert outer_loop_of(OldLaw(3)) == "outer"
     with pytest.warns(DeprecationWarning, match="OldLaw.fast_half is now called inner_loop"):

@@ -1,4 +1,7 @@
-"""Laws on a load on elastic falls below every support: LQR brings it to rest at the target, others refuse it."""
+"""Laws on a load on elastic falls: LQR brings it to rest at the target, others refuse it.
+
+This holds below every support.
+"""
 
 from typing import Any
 
@@ -37,7 +40,10 @@ def scene(name: str, changes: Any = None) -> Any:
 
 @pytest.mark.parametrize("name", CRANES)
 def test_lqr_brings_the_load_to_its_target(name: str) -> None:
-    """Below any support, also one that the load bends, the sampled law is stable and all joints reach their target."""
+    """Below any support the sampled law is stable, and all joints reach their target.
+
+    This holds for one that the load bends, too.
+    """
     crane = scene(name)
     law: Any = crane.law
     assert abs(law.poles).max() < 1.0
@@ -62,7 +68,9 @@ def test_laws_of_swing_angles_refuse_falls(name: str, law: str) -> None:
 
 
 def test_lqr_linearises_an_untwisted_load() -> None:
-    """From a start 40 m off, 20 m lower and skewed by a third of a turn, the load at the target rests and faces ahead.
+    """From 40 m off, 20 m lower and a third of a turn, the load at the target rests.
+
+    It faces ahead.
 
     Falls that are fastened apart have a second equilibrium, twisted by half a turn.
     """

@@ -15,7 +15,10 @@ PATH = {"kind": "point_to_point", "of": "joints", "from": [0.0], "to": [0.4], "v
 
 
 def scene(drive: str, path: dict[str, Any] | None, **groups: Any) -> Scene:
-    """Return the scene of a trolley whose drive follows its reference exactly, with a payload on a rope of 4 m."""
+    """Return the scene of a trolley whose drive follows its reference, with a payload.
+
+    The drive is exact, the rope is 4 m long.
+    """
     servo = {"gain": inf, "max_acceleration": 50.0, "max_speed": 5.0}
     document = {
         "crane": "overhead",
@@ -29,7 +32,7 @@ def scene(drive: str, path: dict[str, Any] | None, **groups: Any) -> Scene:
 
 
 def test_commands_are_those_of_the_formula() -> None:
-    """Drives by position are commanded x*, those by speed v* + h (x* - x), at any time of the path."""
+    """Drives by position are commanded x*, those by speed v* + h (x* - x), at any time."""
     for t in (0.0, 0.3, 1.1, 9.0):
         loaded = scene("velocity", PATH, control={"position_gain": 3.0})
         ((x,), (rate,), _), q = sample_trajectory(loaded.trajectory, np.array([t]))[0], (0.7, 0.1)
@@ -55,7 +58,10 @@ def test_without_a_path_the_joints_stay() -> None:
 
 
 def test_what_the_law_cannot_follow_is_refused() -> None:
-    """A path of the payload, drives that take something else, and a crane without any are errors of one line."""
+    """A path of the payload, drives of another kind, and a crane without any are errors.
+
+    They are errors of one line.
+    """
     of_payload = {key: value for key, value in PATH.items() if key != "of"} | {"from": [0.0, 0.0], "to": [1.0, 0.0]}
     with pytest.raises(SceneError, match="joint_trajectory' follows paths of the joints only"):
         scene("velocity", of_payload)

@@ -21,7 +21,10 @@ SCENES: dict[str, tuple[str, dict[str, Any], str, list[Any]]] = {
 
 @pytest.mark.parametrize("kind", SCENES)
 def test_laws_of_many_scenes_are_those_of_one(kind: str) -> None:
-    """Scenes loaded together have models, laws and notes of those loaded one by one, bit for bit, or their errors."""
+    """Scenes loaded together have models, laws, notes or errors of those loaded one by one.
+
+    They are equal bit for bit.
+    """
     name, always, key, values = SCENES[kind]
     changes = [always | {key: value} for value in values]
     for each, loaded in zip(changes, load_scenes(name, changes), strict=True):
@@ -38,7 +41,10 @@ def test_laws_of_many_scenes_are_those_of_one(kind: str) -> None:
 
 
 def test_a_design_of_many_that_fails_spares_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where the design for all scenes at once raises what no scene of its own does, each scene has its law."""
+    """Where the design for all scenes at once raises, each scene has its law.
+
+    It raises what no scene of its own does.
+    """
     build = lqr.build_many
 
     def fail_for_several(settings: Any, scenes: Any) -> Any:

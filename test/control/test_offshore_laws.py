@@ -1,4 +1,7 @@
-"""Tracking of a payload below a suspension point: adaptation, features, poles, rejected settings."""
+"""Tracking of a payload below a suspension point: adaptation, features, poles, settings.
+
+Settings are those that are rejected.
+"""
 
 from math import exp, sqrt
 from typing import Any
@@ -27,13 +30,16 @@ def law_of(scene: str, changes: dict[str, Any] | None = None) -> Any:
 
 
 def hanging(y: Any, dy: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return joint positions and velocities of a payload at y that hangs straight down and moves with its tip."""
+    """Return joint positions and velocities of a payload at y that hangs straight down.
+
+    It moves with its tip.
+    """
     return (y[0], y[1], 0.0, 0.0, 0.0, -1.0), (dy[0], dy[1], 0.0, 0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("of", ["y", "state", "error"])
 def test_features_have_unit_norm_and_approximate_the_kernel(of: str) -> None:
-    """Features at any point have norm 1, and their products at two points are the Gaussian kernel."""
+    """Features have norm 1, and their products at two points are the Gaussian kernel."""
     changes = {"control.adaptation": {"features": 4000, "of": of, "time": True, "width": 0.5, "rate": 0.0}}
     law, features = law_of("offshore_resonant", changes), []
     for t, y in ((0.0, (1.35, 0.0)), (0.3, (1.2, 0.2))):
@@ -46,7 +52,10 @@ def test_features_have_unit_norm_and_approximate_the_kernel(of: str) -> None:
 
 
 def test_one_step_of_learning_is_the_printed_law() -> None:
-    """Weights after one period, and the effort that they lead to, are equations 64, 67, 74, 86, 97 and 99 by hand."""
+    """Weights after one period, and the effort of them, are equations 64 to 99 by hand.
+
+    These are equations 64, 67, 74, 86, 97 and 99.
+    """
     zone = {"cutoff": 0.001, "smoothing": 0.05}
     law = law_of("offshore_resonant", {"control.adaptation": {"features": 20, "seed": 3, "dead_zone": zone}})
     state, c, h = law.tracker.disturbance_estimator.state, 0.5, 0.004
@@ -67,7 +76,10 @@ def test_one_step_of_learning_is_the_printed_law() -> None:
 
 
 def test_the_dead_zone_is_piecewise_linear() -> None:
-    """F is 0 up to the cutoff, 1 from two smoothings beyond it on, and the line between; without a zone it is 1."""
+    """F is 0 up to the cutoff, 1 from two smoothings beyond it on, and linear between.
+
+    Without a zone it is 1.
+    """
     zone = DeadZone(0.007, 0.002)
     assert [learning_factor(zone, q) for q in (0.0, 0.007, 0.011, 1.0)] == pytest.approx(
         [0.0, 0.0, 1.0, 1.0], abs=1e-15
@@ -77,7 +89,10 @@ def test_the_dead_zone_is_piecewise_linear() -> None:
 
 
 def test_a_law_that_begins_mid_run_learns_from_one_period() -> None:
-    """A law that replaces another one at 50 s has weights of zero then, and has not learned for 50 s at once."""
+    """A law that replaces another at 50 s begins with weights of zero.
+
+    It has not learned for 50 s at once.
+    """
     law = law_of("offshore_resonant", {"control.adaptation": {"features": 20}})
     law(50.0, Q, V)
     assert not np.any(law.tracker.disturbance_estimator.state.weights)
@@ -87,7 +102,10 @@ def test_a_law_that_begins_mid_run_learns_from_one_period() -> None:
 
 @pytest.mark.parametrize("base", [0.0, 0.3])
 def test_the_velocity_fed_forward_is_the_setpoints_rate(base: float) -> None:
-    """The setpoint's velocity is its rate of change along the model y'' = w² (tip - y) + d + what the base imposes."""
+    """The setpoint's velocity is its rate of change along the model.
+
+    The model is y'' = w² (tip - y) + d + what the base imposes.
+    """
     gains, omega_sq, tip, d, jerk = Gains(2.0, 1.5, 1.0, 0.0, 1.6), 5.0, 1.2, 0.05, 0.4
 
     def setpoint(h: float) -> tuple[float, float]:
@@ -118,7 +136,10 @@ def lyapunov(learner: Any, true_weights: Any, e: Any, de: Any, zone: bool) -> fl
 
 @pytest.mark.parametrize("zone", [False, True])
 def test_the_proofs_lyapunov_function_falls(zone: bool) -> None:
-    """With a disturbance that the features can express, V only falls, at the rate -c kp e² - kc e'² times F."""
+    """With a disturbance that the features express, V falls at -c kp e² - kc e'² times F.
+
+    V only falls.
+    """
     settings = {"features": 30, "dead_zone": {"cutoff": 0.002, "smoothing": 0.004} if zone else None}
     law, h = law_of("offshore_resonant", {"control.adaptation": settings}), 1e-3
     learner, c, kc = law.tracker.disturbance_estimator, 0.5, KD - 0.5
@@ -139,7 +160,9 @@ def test_the_proofs_lyapunov_function_falls(zone: bool) -> None:
 
 
 def test_poles_of_the_linearised_loop() -> None:
-    """Law and plant, linearised numerically where the load hangs still, have the poles of the characteristic equation.
+    """Law and plant, linearised, have the poles of the characteristic equation.
+
+    They are linearised numerically where the load hangs still.
 
     (s² + w0²)(s² + kd0 s + kp0) = kp0 (w0² - kd s - kp), for each axis.
     """
@@ -193,7 +216,7 @@ REJECTED: list[tuple[dict[str, Any], str]] = [
 
 @pytest.mark.parametrize(("changes", "message"), REJECTED, ids=lambda value: value if isinstance(value, str) else "")
 def test_what_does_not_fit_is_a_single_line_error(changes: dict[str, Any], message: str) -> None:
-    """A law that does not fit its scene, or its settings, is rejected by a single-line error with the key."""
+    """A law, or settings, that do not fit the scene are single-line errors with the key."""
     with pytest.raises(SceneError, match=message) as caught:
         load_scene("offshore_resonant", changes)
     assert "\n" not in str(caught.value)

@@ -29,7 +29,10 @@ COLUMNS = list(zip((experiment for pair in offshore.PAIRS for experiment in pair
 @pytest.mark.parametrize("seeds", [2, pytest.param(offshore.SEEDS, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("experiment", "printed"), COLUMNS, ids=[f"{e.table}, {e.name}" for e, _ in COLUMNS])
 def test_the_papers_tables(experiment: offshore.Experiment, printed: tuple[float, ...], seeds: int) -> None:
-    """Tables 5, 7 and 9 come out within what their unprinted parameters leave open: one servo for all of them."""
+    """Tables 5, 7 and 9 come out within what their unprinted parameters leave open.
+
+    There is one servo for all of them.
+    """
     actual = offshore.measure_errors(experiment, seeds)
     for row, value, tolerance in zip(actual, printed[::2], printed[1::2], strict=True):
         assert row.paper == value and row.runs == (seeds if experiment.seeded else 1)
@@ -38,7 +41,7 @@ def test_the_papers_tables(experiment: offshore.Experiment, printed: tuple[float
 
 
 def test_the_verdict_is_on_all_seeds() -> None:
-    """A number is the median, between the extremes, and one seed too far off is enough to miss the tolerance."""
+    """A number is the median between extremes, and one seed too far off misses the tolerance."""
     far = offshore.compare_with_paper("MSE", offshore.Printed(2.0, 0.1), [2.1, 2.3, 2.0], "")
     assert (far.ours, far.lowest, far.highest, far.runs, far.verdict) == (2.1, 2.0, 2.3, 3, "not within 10%")
     assert far.difference == pytest.approx(0.05)
@@ -47,7 +50,10 @@ def test_the_verdict_is_on_all_seeds() -> None:
 
 @pytest.mark.long
 def test_what_the_tables_rest_on() -> None:
-    """Variants of the experiments: feedforward, the printed sway of 0.5 m, a constant feature only, initial damping."""
+    """Variants of the experiments confirm what the tables rest on.
+
+    They are feedforward, the printed sway of 0.5 m, a constant feature only, and initial damping.
+    """
     forward, printed_sway, constant, damped = (
         next(offshore.measure_errors(experiment, 1)).ours for experiment in offshore.OTHERWISE
     )
@@ -67,7 +73,10 @@ def test_the_harmonic_observer_beats_learning_at_resonance() -> None:
 
 @pytest.mark.parametrize("part", [0.95, 1.05])
 def test_the_harmonic_law_finds_out_how_long_the_rope_is(part: float) -> None:
-    """With a rope 5 % shorter or longer than believed the payload still follows its path within a millimetre."""
+    """With a rope 5 % off the payload still follows its path within a millimetre.
+
+    It is shorter or longer than believed.
+    """
     changes = {"rope.length": part * 1.255, "control.nominal": {"rope": {"length": 1.255}}, "duration": 40.0}
     actual = simulate(load_scene("offshore_obstacle", changes | {"control.law": "harmonic"}))
     assert actual.summary["tracking_peak"] < 1e-3

@@ -1,4 +1,7 @@
-"""What offshore laws see and observe: frames of a camera, questions at one time, a disturbance at work."""
+"""What offshore laws see and observe: camera frames, repeated questions, a disturbance.
+
+Questions are repeated at one time.
+"""
 
 from math import cos, exp, pi, sin, sqrt
 from typing import Any
@@ -20,13 +23,16 @@ def law_of(scene: str, changes: dict[str, Any] | None = None) -> Any:
 
 
 def hanging(y: Any, dy: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return joint positions and velocities of a payload at y that hangs straight down and moves with its tip."""
+    """Return joint positions and velocities of a payload at y that hangs straight down.
+
+    It moves with its tip.
+    """
     return (y[0], y[1], 0.0, 0.0, 0.0, -1.0), (dy[0], dy[1], 0.0, 0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("law", ["adaptive", "harmonic"])
 def test_a_law_called_twice_at_one_time_learns_once(law: str) -> None:
-    """A second question at the same time gets the same answer, and later answers do not depend on it."""
+    """A second question at the same time gets the same answer, without later effect."""
     changes = {"control": {"law": law, "period": 0.004, "vision": {"rate": 30.0, "latency": 0.05}}}
     answers = []
     for times in (1, 2):
@@ -36,7 +42,10 @@ def test_a_law_called_twice_at_one_time_learns_once(law: str) -> None:
 
 
 def test_the_observer_finds_a_disturbance_that_it_was_not_told() -> None:
-    """From late frames of a payload that is forced at 3.5 rad/s it finds the frequency and the force of the moment."""
+    """From late frames of a payload forced at 3.5 rad/s it finds frequency and force.
+
+    The force is that of the moment.
+    """
     vision, w, force = {"rate": 30.0, "latency": 0.05, "noise": 0.0}, 3.5, 0.3
     observer = {"wander": 0.5, "rope": 0.0}  # the rope's length is unobservable while the tip is at rest
     control = {"law": "harmonic", "period": 0.004, "vision": vision, "observer": observer}
@@ -57,7 +66,7 @@ def test_the_observer_finds_a_disturbance_that_it_was_not_told() -> None:
 
 
 def test_a_camera_is_late_holds_and_filters() -> None:
-    """Frames are used once they are old enough, between frames all is held, and velocities are backward differences."""
+    """Frames are used once old enough and held between; velocities are backward differences."""
     vision = {"rate": 10.0, "latency": 0.12, "noise": 0.0, "low_pass": 1.0}
     law = law_of("offshore_obstacle", {"control.vision": vision})
     state, gain = law.tracker.camera.state, 1.0 - exp(-2.0 * pi * 1.0 / 10.0)

@@ -1,4 +1,7 @@
-"""Laws of the overhead crane: the energy law's proof, LQR's poles, and both on cables that they do not know."""
+"""Laws of the overhead crane: the energy law's proof, LQR's poles, and unknown cables.
+
+Both laws run on cables that they do not know.
+"""
 
 from dataclasses import replace
 from math import sqrt
@@ -19,7 +22,10 @@ HOIST = {"hoist": {"drive": "force", "inertia": 5.0}, "reference": {"q": [3.0, 1
 
 
 def scene_of(links: int = 1, mass: float = 20.0, **groups: Any) -> crane_sim.Scene:
-    """Return a scene of 10 kg on 2 m of cable, whose laws believe in one link; `groups` are merged over it."""
+    """Return a scene of 10 kg on 2 m of cable whose laws assume one link.
+
+    `groups` are merged over it.
+    """
     document: dict[str, Any] = {
         "crane": "overhead",
         "duration": 20.0,
@@ -47,7 +53,7 @@ LOOPS: dict[str, dict[str, Any]] = {
     ids=lambda name: name.replace(" ", "-"),
 )
 def test_v_only_falls_along_a_continuous_closed_loop(loop: str) -> None:
-    """Along every continuous closed loop V never rises, and falls at the rate that the proof gives."""
+    """Along every continuous closed loop V never rises, and falls at the proof's rate."""
     groups = LOOPS[loop]
     control = {"law": "energy", "period": "continuous", **groups.get("control", {})}
     run = simulate(scene_of(**groups | {"control": control}), duration=10.0)
@@ -61,7 +67,9 @@ def test_v_only_falls_along_a_continuous_closed_loop(loop: str) -> None:
 
 @pytest.mark.parametrize("hoist", [None, 9.0, 900.0], ids=["rope", "hoist", "hoist that sticks"])
 def test_friction_lowers_v(hoist: float | None) -> None:
-    """Where joints rub V changes at the rate that the law gives, say differences along the crane's accelerations.
+    """With joint friction V changes at the law's rate, by differences along accelerations.
+
+    The accelerations are the crane's.
 
     A hoist at rest slips off below the force that its static friction of 9 N leaves, and sticks with 900 N.
     """
@@ -83,7 +91,7 @@ def test_friction_lowers_v(hoist: float | None) -> None:
 
 @pytest.mark.parametrize("groups", [{}, HOIST], ids=["rope", "hoist"])
 def test_the_trolley_feels_like_one_of_the_apparent_mass(groups: dict[str, Any]) -> None:
-    """Under the law the crane accelerates as one with the light trolley does under springs and dampers alone."""
+    """Under the law the crane accelerates as with a light trolley on springs and dampers."""
     scene, light = scene_of(**groups), scene_of(mass=2.5, **groups)
     law: Any = scene.law
     rng = np.random.default_rng(3)
@@ -100,7 +108,10 @@ def test_the_trolley_feels_like_one_of_the_apparent_mass(groups: dict[str, Any])
 
 
 def test_the_default_gains_put_all_poles_on_one_spot() -> None:
-    """Linearised at the target, trolley and swing have four poles at minus the pendulum's frequency."""
+    """At the target trolley and swing have four poles at minus the pendulum's frequency.
+
+    They are linearised there.
+    """
     scene = scene_of()
     law: Any = scene.law
     q = np.array([3.0, 0.0])
@@ -124,7 +135,7 @@ def cart_pendulum() -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("period", [None, 0.05], ids=["continuous", "sampled"])
 def test_closed_loop_poles_are_those_of_the_hamiltonian(period: float | None) -> None:
-    """LQR's poles are the stable eigenvalues of the Hamiltonian matrix, or pencil, of hand-written matrices."""
+    """LQR's poles are the stable eigenvalues of hand-written Hamiltonian matrices, or pencils."""
     q, r = np.diag([25.0, 400.0, 30.0, 90.0]), 0.002
     scene = scene_of(control={"law": "lqr", "q": np.diag(q).tolist(), "r": [r]})
     nominal = replace(scene, sampled=period is not None, period=period or 0.01)
@@ -145,7 +156,10 @@ def test_closed_loop_poles_are_those_of_the_hamiltonian(period: float | None) ->
 
 @pytest.mark.parametrize("force", [100.0])
 def test_lqr_in_space_is_that_in_the_plane_of_a_steady_force(force: float) -> None:
-    """Under a steady force along x, LQR in space holds the planar law's tilted link, with its poles and its gain."""
+    """Under a steady force along x, LQR in space holds the planar law's tilted link.
+
+    It has the planar law's poles and gain.
+    """
     steady = {"forces": [{"node": 1, "axis": "x", "force": {"kind": "constant", "value": force}}]}
     control = {"law": "lqr", "period": "continuous"}
     planar: Any = scene_of(**steady, control=control).law
@@ -164,7 +178,7 @@ def test_lqr_in_space_is_that_in_the_plane_of_a_steady_force(force: float) -> No
 
 @pytest.mark.slow
 def test_lqr_holds_any_target() -> None:
-    """The weights of the knuckle paper bring the knuckle crane to its target in the times found elsewhere."""
+    """The knuckle paper's weights bring the crane to its target in the times found elsewhere."""
     weights = [25, 400, 450, 200, 1, 1, 1, 1, 1, 1, 120, 120]
     control = {"law": "lqr", "period": "continuous", "q": weights, "r": [0.1, 0.1, 0.1, 1.0]}
     run = simulate(crane_sim.load_scene("knuckle_setpoint", {"control": control}))
@@ -178,7 +192,10 @@ def test_lqr_holds_any_target() -> None:
 @pytest.mark.parametrize("law", ["energy", "lqr"])
 @pytest.mark.parametrize("links", [1, 2, pytest.param(10, marks=pytest.mark.slow)])
 def test_laws_that_believe_in_one_link_work_on_more(law: str, links: int) -> None:
-    """With one, two and ten links the payload arrives and stays, and what is left are waves of the cable alone."""
+    """With one, two and ten links the payload arrives and stays.
+
+    What is left are waves of the cable alone.
+    """
     run = simulate(scene_of(links, control={"law": law, "period": 0.01}))
     late = run.t > 15.0
     # nine nodes of 0.1 kg on 10 kg, undamped: their waves of 0.1 rad and more move the payload by 1e-3 of that
@@ -233,7 +250,7 @@ FIXED = {"trolley": {"drive": "fixed"}, "hoist": {"drive": "force", "inertia": 5
     ids=lambda case: str(case)[:40],
 )
 def test_what_a_law_cannot_do_is_a_single_line_error(groups: dict[str, Any], message: str) -> None:
-    """Targets that cannot be held or reached, and settings that do not fit: single-line errors with the key."""
+    """Targets that cannot be held or reached, and bad settings: single-line errors, with key."""
     with pytest.raises(crane_sim.SceneError) as caught:
         scene_of(**groups)
     assert message in str(caught.value) and "\n" not in str(caught.value)

@@ -1,4 +1,4 @@
-"""The code blocks of README and docs are executed, page by page, in the order in which they stand."""
+"""The code blocks of README and docs are executed, page by page, in their order."""
 
 from pathlib import Path
 
@@ -39,7 +39,10 @@ def test_blocks_of_costly_pages_run(name: str, folder: Path, domain_id: int) -> 
 
 @pytest.mark.long
 def test_the_tutorial_leads_where_it_says(folder: Path, domain_id: int) -> None:
-    """The tutorial, from its first to its last line: its law settles when it says, with the same bits over ROS."""
+    """The tutorial's law settles when the tutorial says, with the same bits over ROS.
+
+    All its blocks run, from first to last.
+    """
     assert execute(PAGES[TUTORIAL], folder, domain_id) > 0
     lqr, own, over_ros = (
         crane_sim.read_recording(folder / "my" / f"{name}.rrd") for name in ("lqr", "own", "over_ros")
@@ -66,7 +69,7 @@ def test_the_readme_says_whose_settling_it_is() -> None:
 
 
 def test_every_block_says_what_it_is() -> None:
-    """Every block of every page is executed, a file that another block uses, or marked as one that is only shown."""
+    """Every block is executed, a file that another block uses, or marked as only shown."""
     for name, file in PAGES.items():
         for block in blocks_of(file):
             assert block.is_file or block.language in (*EXECUTED, *SHOWN), f"{name}:{block.line}: {block.language!r}"
@@ -75,7 +78,10 @@ def test_every_block_says_what_it_is() -> None:
 
 
 def test_commands_that_are_only_shown_exist() -> None:
-    """Commands that need a screen, a network or another machine are commands of `crane`, with options of theirs."""
+    """Commands that need a screen, a network or another machine are commands of `crane`.
+
+    They have options that it has.
+    """
     known_commands = commands()
     for name, file in PAGES.items():
         calls = [words for b in blocks_of(file) if b.language in SHOWN for words in commands_of(b.text)]

@@ -65,19 +65,19 @@ def test_the_benchmarks_page_is_written_from_its_data() -> None:
 
 
 def test_the_league_over_samples_is_written_from_its_data() -> None:
-    """The page of the league over samples is exactly what its command makes of the data beside it."""
+    """The page of the league over samples is exactly its command's output from its data."""
     assert text("league_samples") == format_samples(read_cells(DOCS))
 
 
 def test_the_python_page_is_written_from_the_source() -> None:
-    """The page on the Python interface is exactly the output of its command, and says something of every attribute."""
+    """The page on the Python interface is its command's output, and describes all attributes."""
     assert text("api") == api_page(), f"out of date: ./crane {PAGES['api'].command}"
     bare = [line for line in text("api").splitlines() if line.startswith("- `") and ": " not in line]
     assert bare == []
 
 
 def test_commands_and_their_options_are_described() -> None:
-    """The page of the commands has a row for each of them, and one for each option of `crane run`."""
+    """The page of the commands has a row for each, and one for each option of `crane run`."""
     page = text("commands")
     assert {name for name in commands() if f"\n| `./crane {name}" not in page} == set()
     options = {name for option in commands()["run"].params for name in option.opts if name.startswith("--")}
@@ -96,7 +96,10 @@ def test_parameters_are_described() -> None:
 
 
 def test_rows_are_read_from_pages() -> None:
-    """Names of rows are read from Markdown: several cells, no heads and rules; laws that do not apply as well."""
+    """Names of rows are read from Markdown: several cells, no heads and rules.
+
+    Laws that do not apply are read as well.
+    """
     table = "| a | b |\n|---|---|\n| one | 1 |\n| two | 2 |\n| one | 3 |\n"
     assert first_cells(1, table) == ["one", "two", "one"] and first_cells(2, table) == ["one, 1", "two, 2", "one, 3"]
     league = "## Boom\n\n| law | trial | x |\n|---|---|---|\n| pd | sea: not controlled | 1 |\n\n## Does not apply\n\n"
@@ -104,7 +107,7 @@ def test_rows_are_read_from_pages() -> None:
 
 
 def test_the_command_lists_pages_and_rejects_others(capsys: pytest.CaptureFixture[str]) -> None:
-    """`crane docs` lists each page with its command, and a page that no command writes is bad input."""
+    """`crane docs` lists each page with its command; a page without a command is bad input."""
     app(["docs"], standalone_mode=False)
     listed = capsys.readouterr().out
     assert all(f"crane {page.command}" in listed for page in PAGES.values())
@@ -113,7 +116,7 @@ def test_the_command_lists_pages_and_rejects_others(capsys: pytest.CaptureFixtur
 
 
 def test_every_picture_is_made_by_a_command() -> None:
-    """Each picture that README or a page shows is there, made by a command or by a program of the tests."""
+    """Each picture that README or a page shows is there, made by a command or a test program."""
     programs = [file.read_text() for file in (DOCS.parent / "test" / "programs").glob("*.py")]
     for page in (DOCS.parent / "README.md", *DOCS.glob("*.md")):
         for file in re.findall(r"!\[[^]]*\]\(([^)]*)\)", page.read_text()):

@@ -1,4 +1,4 @@
-"""The documentation site: built without a network, without a broken link, and without a request to anywhere."""
+"""The documentation site: built offline, without a broken link, and without any request."""
 
 import re
 import shutil
@@ -64,13 +64,13 @@ def pages(site: Path) -> dict[str, Page]:
 
 
 def test_every_page_is_in_the_navigation(pages: dict[str, Page]) -> None:
-    """The site has a page for every one of the tree, and the first page's navigation leads to each."""
+    """The site has all pages of the tree, and the first page's navigation leads to each."""
     assert sorted(pages) == PAGES
     assert {f"./{name}.html" for name in PAGES if name != "index"} <= {*pages["index"].links}
 
 
 def test_every_link_leads_somewhere(site: Path, pages: dict[str, Page]) -> None:
-    """Each link to a page or a file of the site has its target there, each one to a heading that heading."""
+    """Each link to a page or a file of the site has its target, and its heading if any."""
     for name, page in pages.items():
         for link in page.links:
             target, heading = urlsplit(link).path, unquote(urlsplit(link).fragment)
@@ -83,7 +83,7 @@ def test_every_link_leads_somewhere(site: Path, pages: dict[str, Page]) -> None:
 
 
 def test_nothing_comes_from_elsewhere(site: Path, pages: dict[str, Page]) -> None:
-    """Scripts, styles, fonts and pictures of all pages, and of their styles, are files of the site."""
+    """Scripts, styles, fonts and pictures of all pages and their styles are files of the site."""
     pattern = re.compile(r"""(?:url\(|@import\s)\s*["']?([^"')\s]+)""")
     assert pattern.findall("@import 'a.css'; b { background: url( \"c.png\" ) }") == ["a.css", "c.png"]
     styles = [url for file in site.rglob("*.css") for url in pattern.findall(file.read_text())]
@@ -116,7 +116,7 @@ def served(folder: Path) -> Iterator[str]:
 @pytest.mark.parametrize("names", [pytest.param(OPENED, id="some"), pytest.param(OTHERS, id="others")])
 @pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
 def test_pages_open_without_errors(site: Path, names: tuple[str, ...]) -> None:
-    """In a browser no page logs an error or asks another address for anything, and none is wider than its window."""
+    """In a browser no page logs an error or asks another address; none is wider than its window."""
     texts = {f"asked_{name}": (site / f"{name}.html").read_text() for name in names}
     with served(site) as address:
         answers = evaluate_in_pages(texts, SCRIPT, site, address=address)
@@ -141,7 +141,7 @@ def test_a_build_that_does_not_end_is_given_up(tmp_path: Path, monkeypatch: pyte
 
 
 def test_an_interrupted_build_keeps_the_former_site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ctrl-C while the site is copied leaves the former one whole, and the next build replaces it."""
+    """Ctrl-C while the site is copied leaves the former one whole; the next build replaces it."""
     folder, copytree = tmp_path / "out", shutil.copytree
 
     def build(*_: object, cwd: str, **__: object) -> SimpleNamespace:
@@ -168,7 +168,10 @@ def test_an_interrupted_build_keeps_the_former_site(tmp_path: Path, monkeypatch:
 
 
 def test_a_broken_link_is_refused(tmp_path: Path) -> None:
-    """A link to a page that is not there ends the build with its name, and a folder of others is not replaced."""
+    """A link to a missing page ends the build with its name.
+
+    A folder of other files is not replaced.
+    """
     tree, folder = tmp_path / "tree", tmp_path / "theirs"
     stage_pages(ROOT, tmp_path)
     (tmp_path / "docs").rename(tmp_path / "tree-docs")

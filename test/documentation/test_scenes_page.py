@@ -17,7 +17,7 @@ from crane_sim.simulation.rollout import simulate
 
 @pytest.mark.parametrize("name", ["knuckle_ship_falls", "pendulum_lifeboat", "bridge_hook_and_sling"])
 def test_path_and_ropes_meet_the_crane_that_is_drawn(name: str) -> None:
-    """On a moving base the load's path, the ropes' ends and the links that are drawn are in the same axes.
+    """On a moving base the load's path, ropes' ends and drawn links are in the same axes.
 
     Links are where forward kinematics of the document by another program has them.
     """
@@ -42,7 +42,10 @@ def test_metrics_that_a_run_lacks_are_left_out() -> None:
 
 
 def test_sections_of_other_scenes_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One scene drawn anew replaces its section of the page alone, and another name is refused in one line."""
+    """A scene drawn anew replaces its section of the page alone.
+
+    Another name is refused in one line.
+    """
     page, written = tmp_path / "scenes.md", "## tower_gust\n\nNew.\n"
     stored = (Path(__file__).parents[2] / "docs" / "scenes.md").read_text()
     page.write_text(stored)

@@ -1,4 +1,4 @@
-"""Environments of Gymnasium: the motion and the metrics of `simulate`, seeds, failures, spaces, single-line errors."""
+"""Environments of Gymnasium: motion and metrics of `simulate`, seeds, failures, spaces, errors."""
 
 import warnings
 from typing import Any
@@ -17,7 +17,7 @@ SHORT = {"duration": 0.3}
 
 @pytest.mark.parametrize("crane", ["overhead", "knuckle"])
 def test_gymnasium_accepts_the_environments(crane: str) -> None:
-    """Registered environments pass Gymnasium's own check, whose warnings concern physical units only."""
+    """Registered environments pass Gymnasium's own check; its warnings concern physical units."""
     env = gymnasium.make(f"crane_sim/{crane.capitalize()}-v0")
     with warnings.catch_warnings(record=True) as noted:
         check_env(env.unwrapped, skip_render_check=True)
@@ -36,7 +36,10 @@ def test_gymnasium_accepts_the_environments(crane: str) -> None:
     ],
 )
 def test_a_law_as_policy_is_simulate(name: str, changes: dict[str, Any]) -> None:
-    """A law that commands an environment has the run of `simulate`, bit for bit, and the league's metric as return."""
+    """A law that commands an environment has the run of `simulate`, bit for bit.
+
+    The return is the league's metric.
+    """
     scene = load_scene(name, SHORT | changes)
     assert scene.law is not None
     env = CraneEnv(scene, max_effort=1e6)
@@ -61,7 +64,7 @@ def episode(env: CraneEnv, seed: int | None) -> Any:
 
 
 def test_the_seed_is_the_scene_s() -> None:
-    """A seed draws the uncertain parameters and noise that `load_scene` draws; without one episodes differ."""
+    """A seed draws the parameters and noise of `load_scene`; without one episodes differ."""
     uncertain = {
         "payload.mass": 10.0,
         "uncertain": {"payload.mass": {"distribution": "uniform", "low": 2.0, "high": 20.0}},
@@ -77,7 +80,10 @@ def test_the_seed_is_the_scene_s() -> None:
 
 
 def test_a_failure_is_terminal_and_does_not_pay() -> None:
-    """At a travel limit the episode terminates with the reason; what it lacks costs its largest error."""
+    """At a travel limit the episode terminates with the reason.
+
+    What it lacks costs its largest error.
+    """
     changes = {"reference.q": [0.5], "trolley.limits": [-1.0, 0.6], "duration": 2.0}
     env = CraneEnv(load_scene("overhead_energy", changes), max_effort=500.0)
     errors = [env.reset(seed=0)[1]["error"]]
@@ -97,7 +103,10 @@ def test_a_failure_is_terminal_and_does_not_pay() -> None:
 
 
 def test_a_path_is_followed() -> None:
-    """With a path of the payload the observation ends with its position and velocity, and the error is from it."""
+    """Observations end with position and velocity of the payload's path, if it has one.
+
+    The error is the distance from that position.
+    """
     env = CraneEnv(load_scene("offshore_obstacle", {"duration": 0.02}), max_effort=1.0)
     (observation, info), scene = env.reset(seed=0), env.scene
     assert env.observation_names[-4:] == ("path x", "path y", "path x velocity", "path y velocity")
@@ -110,7 +119,7 @@ def test_a_path_is_followed() -> None:
 
 
 def test_spaces_have_the_scene_s_bounds_and_units() -> None:
-    """Commands are bounded by drives and servos, positions by travel limits; `max_effort` bounds the rest."""
+    """Drives and servos bound commands, travel limits bound positions, `max_effort` the rest."""
     env = CraneEnv(crane="bridge")
     assert (env.action_names, env.action_units) == (("trolley", "bridge", "rope"), ("m/s", "m/s", "m/s"))
     assert env.action_space == gymnasium.spaces.Box(-(b := np.array([0.4, 0.63, 0.2])), b, dtype=np.float64)
@@ -133,7 +142,7 @@ def test_spaces_have_the_scene_s_bounds_and_units() -> None:
     ],
 )
 def test_what_is_no_task_is_refused_in_one_line(scene: str, max_effort: Any, line: str) -> None:
-    """A scene that is no task, or a bound that is none, is refused with one line that names the culprit."""
+    """A scene that is no task, or a bound that is none, is refused in one line that names it."""
     with pytest.raises(SceneError) as refused:
         CraneEnv(scene, max_effort)
     assert line in str(refused.value) and "\n" not in str(refused.value)
@@ -141,7 +150,7 @@ def test_what_is_no_task_is_refused_in_one_line(scene: str, max_effort: Any, lin
 
 @pytest.mark.parametrize("action", [[1.0, 2.0], 1.0, [np.nan], ["x"]])
 def test_an_action_is_one_number_for_each_joint(action: Any) -> None:
-    """Actions of another shape, or that are no numbers, are refused, and the crane stays where it is."""
+    """Actions of another shape, or not numbers, are refused, and the crane stays where it is."""
     env = CraneEnv()
     env.reset(seed=0)
     with pytest.raises(ValueError, match="must be a number for each of trolley"):
@@ -150,7 +159,7 @@ def test_an_action_is_one_number_for_each_joint(action: Any) -> None:
 
 
 def test_steps_before_an_episode_and_unknown_options_are_refused() -> None:
-    """Before the first reset there is nothing to step, and an option of `reset` that it does not know is named."""
+    """Before the first reset there is nothing to step; an unknown option of `reset` is named."""
     env = CraneEnv()
     with pytest.raises(gymnasium.error.ResetNeeded, match="none has begun"):
         env.step([0.0])
@@ -160,7 +169,7 @@ def test_steps_before_an_episode_and_unknown_options_are_refused() -> None:
 
 @pytest.mark.parametrize(("q", "line"), [([1.0], "has 1 values"), (0.5, "positions = 0.5: must be a number for each")])
 def test_a_reset_that_fails_begins_no_episode(q: Any, line: str) -> None:
-    """After a state that is impossible there is nothing to step, though an episode was under way."""
+    """After an impossible state there is nothing to step, though an episode was under way."""
     env = CraneEnv()
     env.reset(seed=1)
     with pytest.raises(SceneError, match=line):
@@ -170,7 +179,10 @@ def test_a_reset_that_fails_begins_no_episode(q: Any, line: str) -> None:
 
 
 def test_a_crane_of_another_kind_has_no_place_in_the_spaces() -> None:
-    """A seed that draws a crane with fewer joints, or for another method, is one line in both environments."""
+    """A seed that draws fewer joints, or another method, is an error in both environments.
+
+    The error is one line.
+    """
     load = {"payload.mass": {"distribution": "uniform", "low": 50.0, "high": 150.0}}
     document = load_scene("overhead_chain").to_dict() | {"uncertain": load, "duration": 0.03}
     document |= {"control": None, "inputs": None, "reference": {"q": [3.0]}, "actuators": {"trolley": {"limit": 100.0}}}

@@ -1,4 +1,4 @@
-"""Vector environments: Gymnasium's own vector of single environments is what they are compared with, bit for bit."""
+"""Vector environments compared with Gymnasium's own vector of single ones, bit for bit."""
 
 import importlib
 import re
@@ -70,7 +70,10 @@ def check_infos(ours: dict[str, Any], theirs: dict[str, Any]) -> None:
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_cranes_are_single_environments(kind: str, mode: str) -> None:
-    """Over three episodes, observations, rewards, ends and infos are those of Gymnasium's vector of `CraneEnv`."""
+    """Three episodes equal those of Gymnasium's vector of `CraneEnv`.
+
+    Observations, rewards, ends and infos are compared.
+    """
     name, changes, effort = KINDS[kind]
     scene = load_scene(name, changes)
     scene = load_scene(scene, {"duration": 4 * scene.period})
@@ -107,14 +110,17 @@ def test_spaces_are_those_of_one_crane(crane: str) -> None:
     ],
 )
 def test_what_is_not_possible_is_refused_in_one_line(arguments: dict[str, Any], line: str) -> None:
-    """Numbers, modes and scenes that make no vector environment are refused with the culprit and what is possible."""
+    """Numbers, modes and scenes that make no vector environment are refused.
+
+    The error names the culprit and what is possible.
+    """
     with pytest.raises(SceneError) as refused:
         CraneVectorEnv(**arguments)
     assert line in str(refused.value) and "\n" not in str(refused.value)
 
 
 def test_calls_are_checked() -> None:
-    """Commands of another shape, seeds of another number, and a step before the first reset are refused."""
+    """Commands of another shape, other numbers of seeds, and steps before a reset are refused."""
     envs = CraneVectorEnv(2)
     with pytest.raises(gymnasium.error.ResetNeeded):
         envs.step(np.zeros((2, 1)))
@@ -142,7 +148,10 @@ UNLIKE: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("case", UNLIKE)
 def test_a_seed_that_draws_another_kind_is_one_line(case: str) -> None:
-    """Another number of pieces of a path, or of periods of a delay, is refused by `reset` and `step`, by the rule."""
+    """Another number of a path's pieces or a delay's periods is refused by `reset` and `step`.
+
+    The error is the rule.
+    """
     rule = "a batch takes one kind of model, method and law, path .*"
     base = {"actuators": {"all": {"delay": 0.04}}, "duration": 0.008}
     scene = load_scene("offshore_resonant", base | UNLIKE[case])

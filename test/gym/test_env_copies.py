@@ -1,4 +1,4 @@
-"""Copies of environments in the middle of an episode go on equally, and share nothing with what they were made of."""
+"""Copies of environments in mid-episode go on equally, and share nothing with the original."""
 
 import copy
 import pickle
@@ -38,7 +38,10 @@ def act(env: Any, seed: int, steps: int) -> list[np.ndarray]:
 @pytest.mark.parametrize("make", COPIES.values(), ids=COPIES)
 @pytest.mark.parametrize("name", SCENES)
 def test_a_copy_goes_on_equally(name: str, make: Callable[[Any], Any]) -> None:
-    """A copy of an environment has the observations, rewards and metrics of the original, and is independent of it."""
+    """A copy of an environment has the original's results, and is independent of it.
+
+    Results are observations, rewards and metrics.
+    """
     scene, changes = SCENES[name]
     env = CraneEnv(load_scene(scene, changes | {"duration": 1.0}), max_effort=5.0)
     env.reset(seed=5)
@@ -69,7 +72,10 @@ def test_a_copy_has_the_hash_of_the_whole_episode(make: Callable[[Any], Any]) ->
 @pytest.mark.parametrize("make", COPIES.values(), ids=COPIES)
 @pytest.mark.parametrize("threads", [1, 2])
 def test_a_copy_of_many_cranes_goes_on_equally(threads: int, make: Callable[[Any], Any]) -> None:
-    """A copy of a vector environment, with its threads, goes on as the original does, into the next episodes."""
+    """A copy of a vector environment goes on as the original does, into the next episodes.
+
+    It has threads of its own.
+    """
     scene = load_scene("overhead_energy", DRIVES | {"duration": 0.1})
     env = CraneVectorEnv(3, scene, max_effort=5.0, threads=threads)
     env.reset(seed=5)
@@ -82,7 +88,7 @@ def test_a_copy_of_many_cranes_goes_on_equally(threads: int, make: Callable[[Any
 
 
 def test_a_plant_is_pickled_where_it_keeps_its_states() -> None:
-    """A plant can be copied; pickled only where it keeps what its hash has taken, which the error says."""
+    """A plant can be copied; it is pickled only where it keeps its states, as the error says."""
     scene = load_scene("overhead_energy", {"control": None})
     plant = Plant(scene)
     plant.advance()

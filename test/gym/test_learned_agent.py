@@ -1,4 +1,7 @@
-"""The example of an agent: its law is a policy of the environment, held for some periods, in the league like others."""
+"""The example of an agent: its law is a policy of the environment, in the league like others.
+
+Each action is held for some periods.
+"""
 
 import json
 import runpy
@@ -26,7 +29,10 @@ def weights(tmp_path: Path) -> Path:
 
 
 def test_the_agent_is_a_law_of_scenes(weights: Path) -> None:
-    """Named by a scene's file, it gives the forces that its perceptron decides on in an environment, each held."""
+    """Named by a scene's file, it gives the forces of its perceptron in an environment.
+
+    Each is held.
+    """
     changes = {"control.law": f"{FILE}:build", "control.weights": str(weights), "duration": PERIODS * 0.01}
     scene = load_scene("overhead_energy", changes)
     agent: dict[str, Any] = runpy.run_path(str(FILE))
@@ -46,7 +52,7 @@ def test_the_agent_is_a_law_of_scenes(weights: Path) -> None:
 
 
 def test_the_page_s_laws_are_those_of_the_league() -> None:
-    """In the table of the page, the rows of the laws are the league's own: the agent was judged by the same trials."""
+    """On the page the rows of the laws are the league's own: the agent had the same trials."""
     cells = json.loads((ROOT / "docs" / "league.json").read_text())["cells"]
     own = {(cell["trial"], cell["law"]): cell["metrics"] for cell in cells if cell["crane"] == "overhead, trolley"}
     lines = [line.strip("| ").split(" | ") for line in (ROOT / "docs" / "gymnasium.md").read_text().splitlines()]

@@ -1,4 +1,4 @@
-"""Brakes: they hold, they slip at their capacity, they never give energy, and every crane comes to rest under them."""
+"""Brakes hold, slip at their capacity, give no energy, and bring every crane to rest."""
 
 from typing import Any
 
@@ -21,7 +21,10 @@ def brake(plant: Plant, periods: int) -> None:
 
 
 def stored_energy(plant: Plant) -> float:
-    """Return the energy [J] in the spring of the first brake, and beyond its capacity what the slip will take."""
+    """Return the energy [J] in the first brake's spring, with what a slip will take.
+
+    The slip is that beyond its capacity.
+    """
     hardware: Any = plant._hardware
     drive = hardware.state.drives[0]
     stretch, max_stretch = abs(plant.q[0] - drive.anchor), drive.capacity / drive.stiffness
@@ -37,7 +40,10 @@ def energy(scene: Scene, plant: Plant) -> float:
 
 
 def test_brakes_hold_the_posture_that_a_run_began_in() -> None:
-    """After a reset the brakes of a boom hold what a scene that begins in that posture has them hold."""
+    """After a reset the brakes of a boom hold what they hold in a scene with that posture.
+
+    The scene begins in it.
+    """
     q, hung = (0.0, 1.0, 0.4, 3.0, 0.0, 0.0), load_scene("knuckle_setpoint")
     there, fitted = load_scene(hung, {"initial.q": list(q)}), list[Any]()
     for plant, start in ((Plant(hung), q), (Plant(there), None)):
@@ -50,7 +56,7 @@ def test_brakes_hold_the_posture_that_a_run_began_in() -> None:
 
 
 def test_a_brake_slips_at_its_capacity() -> None:
-    """A brake that slips acts with its capacity: a trolley stops within the distance m v² / (2 F)."""
+    """A slipping brake acts with its capacity: a trolley stops within m v² / (2 F)."""
     light = {"payload": {"mass": 1e-6}, "initial": {"v": 1.0}, "brake": {"capacity": [5.0], "frequency": 200.0}}
     plant = Plant(load_scene(ROD | light))
     brake(plant, 190)
@@ -62,7 +68,9 @@ def test_a_brake_slips_at_its_capacity() -> None:
 
 
 def across(mass: float, amplitude: float) -> float:
-    """Return the largest horizontal pull [N] on the top of its rope of a payload [kg] that swings up to this angle.
+    """Return the largest horizontal pull [N] of a payload [kg] swinging to an angle on its rope.
+
+    It acts on the top of the rope.
 
     With l a'² = 2 g (cos a - cos A) the rope's tension is m g (3 cos a - 2 cos A), of which sin a is horizontal. Its
     maximum is at the end of the swing up to 30 degrees, then where 6 cos² a - 2 cos A cos a = 3.
@@ -73,7 +81,10 @@ def across(mass: float, amplitude: float) -> float:
 
 
 def slips(amplitude: float, trolley: float, capacity: float | None) -> bool:
-    """Return whether the brake of a trolley [kg] slips below 5 kg that swing twice up to this angle from hanging."""
+    """Return whether a trolley's [kg] brake slips under 5 kg swinging twice up to this angle.
+
+    The payload begins hanging.
+    """
     rate = np.sqrt(2.0 * 9.81 / 2.0 * (1.0 - np.cos(amplitude)))
     scene = {
         "trolley": {"mass": trolley},
@@ -93,7 +104,7 @@ def slips(amplitude: float, trolley: float, capacity: float | None) -> bool:
 
 @pytest.mark.parametrize(("degrees", "trolley"), [(20.0, 1.0), (45.0, 20.0), (80.0, 1.0)])
 def test_what_holds_a_trolley_below_a_swing(degrees: float, trolley: float) -> None:
-    """A brake holds a trolley, light or heavy, with the payload's largest pull across, and slips with 3 % less."""
+    """A brake for the payload's largest pull across holds any trolley, and slips with 3 % less."""
     angle = np.radians(degrees)
     pull = across(5.0, float(angle))
     a = np.linspace(0.0, angle, 100001)
@@ -104,7 +115,10 @@ def test_what_holds_a_trolley_below_a_swing(degrees: float, trolley: float) -> N
 
 
 def test_what_default_brakes_hold() -> None:
-    """2 m/s² for trolley and payload hold 12 degrees whatever the trolley, and 45 under one of twice the payload."""
+    """2 m/s² for trolley and payload hold 12 degrees below any trolley, 45 below a heavy one.
+
+    The heavy trolley has twice the payload's mass.
+    """
     assert across(1.0, np.radians(45.0)) == pytest.approx(0.6 * 9.81, rel=1e-3)
     assert 2.0 * 1.0 > across(1.0, np.radians(12.0)) > 2.0 * 0.99
     assert 2.0 * 3.0 > across(1.0, np.radians(45.0)) > 2.0 * 2.9
@@ -127,7 +141,10 @@ def test_a_brake_gives_no_energy(capacity: float) -> None:
 
 
 def test_releasing_and_restarting() -> None:
-    """Brakes that are released let the crane go on, a restart brings back the very run without, and the audit holds."""
+    """Released brakes let the crane go on; a restart repeats the run without them.
+
+    The audit holds.
+    """
     scene = load_scene(ROD)
     plant = Plant(scene)
     for braking in (False, True, False):
@@ -148,7 +165,7 @@ def test_releasing_and_restarting() -> None:
 
 
 def test_a_run_goes_on_from_any_state() -> None:
-    """A restart from another state is a run that begins there, and what the crane cannot be in is rejected."""
+    """A restart from another state is a run that begins there; impossible states are rejected."""
     plant = Plant(load_scene(ROD))
     plant.reset((1.0, -0.2), (0.1, 0.3))
     other = Plant(load_scene(ROD | {"initial": {"x": 1.0, "v": 0.1, "angles": -0.2, "rates": 0.3}}))
@@ -180,7 +197,10 @@ SLOWER = {"overhead_hoist": {"hoist.profile.to": 9.0}}
     "knuckle_continuous offshore_vision knuckle_sea overhead_spring overhead_joints".split(),
 )
 def test_every_crane_comes_to_rest(name: str) -> None:
-    """Whatever drives it, a crane in motion rests within ten seconds of braking, and its brakes then hold it."""
+    """Every crane in motion rests within ten seconds of braking, and brakes then hold it.
+
+    It does so whatever drives it.
+    """
     scene = load_scene(name, SLOWER.get(name))
     plant, law, nu = Plant(scene), scene.law, len(scene.actuated)
     places = [scene.joint_names.index(joint) for joint in scene.actuated]
@@ -205,7 +225,7 @@ MOTOR = {"motor": {"ratio": 1.0, "torque": 600.0, "no_load_speed": 0.1}}
     ids=["servo with a loss", "servo at the start", "motor at speed", "lag with a loss"],
 )
 def test_a_brake_takes_over_what_the_drive_delivered(actuator: Any, command: float, loss: float, periods: int) -> None:
-    """A brake begins with the effort that was on the joint: after losses and the motor's curve, at the start too."""
+    """A brake begins with the joint's effort, after losses and motor curve, at the start too."""
     faults = {
         "loss": {"kind": "effort_loss", "joint": "boom", "factor": loss, "at": 0.0},
         "jam": {"kind": "stuck", "joint": "boom", "at": periods * 0.01},
@@ -226,5 +246,5 @@ def test_a_brake_takes_over_what_the_drive_delivered(actuator: Any, command: flo
 
 
 def test_dry_friction_is_no_load() -> None:
-    """What holds a trolley on a level jib is nothing, whatever its dry friction: speed drives begin with no effort."""
+    """Nothing holds a trolley on a level jib: with dry friction a speed drive begins at 0."""
     assert joint_mechanics(load_scene("tower_beam_turns")).static_load[1] == pytest.approx(0.0, abs=1e-6)  # N

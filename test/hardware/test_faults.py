@@ -1,4 +1,4 @@
-"""Faults: the effect and the schedule of each, and runs with all hardware, which are identical by every way to run."""
+"""Faults: effect and schedule of each, and runs with all hardware, equal by every way to run."""
 
 from typing import Any
 
@@ -24,7 +24,9 @@ def constant(t: float) -> float:
 
 
 def test_faults_of_sensors_and_drives() -> None:
-    """A stuck sensor repeats its last value, a lost one shows 0, weak drives the product of their factors.
+    """A stuck sensor repeats its last value, a lost one shows 0.
+
+    Weak drives have the product of their factors.
 
     Each acts only while it is active.
     """
@@ -44,7 +46,7 @@ def test_faults_of_sensors_and_drives() -> None:
 
 
 def test_a_stuck_joint_stops_and_is_freed() -> None:
-    """A joint that its brake holds comes to rest whatever is commanded, and moves again when the fault ends."""
+    """A joint held by its brake rests whatever is commanded, and moves when the fault ends."""
     held = {"kind": "stuck", "joint": "trolley", "at": 1.0, "until": 2.0}
     true, _, applied = history(rod(faults={"held": held}), 300, lambda t: 12.0)
     assert abs(true[95, 2]) > 0.3 and np.max(abs(true[160:200, 2])) < 5e-3  # the payload swings, and bends the brake
@@ -53,7 +55,7 @@ def test_a_stuck_joint_stops_and_is_freed() -> None:
 
 
 def test_another_payload() -> None:
-    """After a change the crane moves as one with the other payload, and the energy audit counts the change."""
+    """After a change the crane moves as with the other payload; the energy audit counts it."""
     plant, reference = Plant(rod(faults={"drop": MASS | {"at": 0.5}})), Plant(rod(payload={"mass": 2.0}))
     for _ in range(50):
         plant.advance((4.0,))
@@ -68,7 +70,7 @@ def test_another_payload() -> None:
 
 
 def test_manually_set_faults() -> None:
-    """A fault without a time is inactive until overridden, overrides outrank schedules, and a reset clears them."""
+    """A fault without time needs an override; overrides outrank schedules, a reset clears them."""
     plant = Plant(rod(faults={"late": {"kind": "sensor_loss", "joint": "trolley"}}))
     for on in (False, True, False):
         plant.set_fault("late", on)
@@ -85,7 +87,7 @@ def test_manually_set_faults() -> None:
 
 
 def test_all_ways_to_run_give_the_same_bits() -> None:
-    """A compiled run, one whose law is Python, and a plant stepped by hand end in the same state, to the last bit."""
+    """A compiled run, one with a Python law, and a plant stepped by hand end with the same bits."""
     scene = load_scene(BENCH, COARSE)
     law: Any = scene.law
     compiled = simulate(scene).summary
@@ -103,7 +105,7 @@ def test_all_ways_to_run_give_the_same_bits() -> None:
 
 
 def test_energies_follow_the_current_payload() -> None:
-    """Energies of a run are those of the payload at that time, at the periods and at given sample times."""
+    """Energies are those of the payload at that time, at periods and at given sample times."""
     scene = rod(faults={"drop": MASS | {"at": 0.5, "until": 0.8}})
     run = simulate(scene, sample_times=[0.1, 0.4995, 0.5, 0.7995, 0.8, 0.9])
     first, heavy, light, still_light, again, end = run.energy
@@ -114,7 +116,7 @@ def test_energies_follow_the_current_payload() -> None:
 
 
 def test_hardware_is_refused_where_it_is_not_simulated() -> None:
-    """Batches and laws in continuous time reject sensors, actuators and faults, but accept a brake alone."""
+    """Batches and continuous laws reject sensors, actuators, faults, but accept a brake alone."""
     with pytest.raises(SceneError, match="sensors, actuators and faults: a batch has none"):
         simulate_batch(BENCH, {"seed": [1, 2]})
     with pytest.raises(SceneError, match=r"sensors: act once a period, and control\.period is 'continuous'"):
@@ -131,7 +133,7 @@ def test_hardware_is_refused_where_it_is_not_simulated() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [BENCH, "knuckle_bench"])
 def test_lockstep_is_simulate(name: str) -> None:
-    """Over DDS, with all hardware of the scene, a run ends in the same state to the last bit as `simulate` does."""
+    """Over DDS, with all the scene's hardware, a run ends in the bits of `simulate`."""
     there, here = orchestration.run(load_scene(name), record=None), simulate(name).summary
     same = ("state_sha256", "faults", "lost_samples", "saturated_steps", "energy_audit_error", "rhs_evaluations")
     assert {key: there.get(key) for key in same} == {key: here.get(key) for key in same}
@@ -141,7 +143,10 @@ def test_lockstep_is_simulate(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", "overhead_spatial overhead_hoist_chain overhead_elastic overhead_spring".split())
 def test_every_model_takes_another_payload(name: str) -> None:
-    """On every kind of crane, a payload that changes leaves an audit as small as without, and a different motion."""
+    """On every kind of crane a payload change leaves the audit small, and the motion differs.
+
+    The audit is as small as without a change.
+    """
     summaries = [
         simulate(load_scene(name, {"duration": 1.0, "events": [], "faults": {"other": MASS | times}})).summary
         for times in ({}, {"at": 0.5})

@@ -1,4 +1,4 @@
-"""The start of drives: delay, lag and rate limit act on the first demand, and a drive that carries a load holds it."""
+"""The start of drives: delay, lag, rate limit act on the first demand; drives hold their load."""
 
 from math import exp, inf
 from typing import Any
@@ -35,7 +35,10 @@ STEPS: tuple[tuple[dict[str, Any], float, float], ...] = (  # (drive, step, m af
     [(0, False), (0, True), (1, True), (2, False), (3, False), (4, True), (4, False), (5, True), (6, False)],
 )
 def test_a_step_at_the_start(case: int, by_law: bool) -> None:
-    """From rest the first demand passes the drive as any later one does, an input's or a law's; the field says else."""
+    """From rest the first demand passes the drive as a later one, unless the field says else.
+
+    It is that of an input or of a law.
+    """
     drive, step, position = STEPS[case]
     inputs = {} if by_law else {"inputs": {"trolley": {"kind": "constant", "value": step}}}
     law = (lambda t, q, v: (step,)) if by_law else None
@@ -65,7 +68,7 @@ HOISTS: tuple[dict[str, Any], ...] = (
 @pytest.mark.parametrize("lateness", [{"delay": 0.1}, {"lag": 0.1}, {"rate_limit": 1.0}], ids=str)
 @pytest.mark.parametrize("document", HOISTS, ids=[document["crane"] for document in HOISTS])
 def test_a_hoist_holds_its_load(document: dict[str, Any], lateness: dict[str, Any]) -> None:
-    """Until a drum's drive has anything else to do, it carries the weight of the load, which stays where it is."""
+    """A drum's drive carries the load, which stays where it is, until it gets another demand."""
     joint = "hoist" if "hoist" in document else "rope"
     scene = load_scene(document | {"duration": 0.1, "actuators": {joint: lateness}})
     mass = document["cable"]["node_masses"][0] if "cable" in document else document["payload"]["mass"]
@@ -78,7 +81,10 @@ def test_a_hoist_holds_its_load(document: dict[str, Any], lateness: dict[str, An
 
 
 def test_a_boom_holds_its_weight_and_a_position_is_kept() -> None:
-    """Booms begin with the torques of their weights, of the load too; a point that is moved begins where it is."""
+    """Booms begin with the torques of their weights, of the load too.
+
+    A point that is moved begins where it is.
+    """
     boom = load_scene("knuckle_setpoint", {"control": None, "reference": None, "actuators": {"all": {"lag": 0.2}}})
     held = Plant(boom).summary()["initial_demand"]
     assert held["slew"] == pytest.approx(0.0, abs=1e-9) and held["boom"] > 0.0 > held["rope"]

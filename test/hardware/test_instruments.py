@@ -1,4 +1,7 @@
-"""Instruments: an inertial measurement unit on the base and a camera, each against a computation of its own."""
+"""Instruments: an inertial measurement unit and a camera, each against its own computation.
+
+The unit is on the base.
+"""
 
 from types import SimpleNamespace
 from typing import Any
@@ -52,7 +55,10 @@ def camera_of(scene: Scene) -> Any:
 
 
 def test_a_unit_beside_the_origin_feels_what_a_base_there_does() -> None:
-    """The lever arm: a unit at a point of the base measures what a base does whose origin is that point."""
+    """A unit at a point of the base measures what a base with its origin there does.
+
+    This is the lever arm.
+    """
     scene, there = ship(imu={"position": ARM}), ship(base_motion=MOTION | {"mount": {"position": ARM}})
     for k in (0, 50, 90):
         sample, expected = measure_imu(scene, imu_of(scene), k), base_state(there, k * scene.period)
@@ -86,7 +92,7 @@ def test_errors_are_drawn_by_seed_signal_and_period() -> None:
 
 
 def test_a_camera_sees_the_payload_from_the_base() -> None:
-    """A frame is the payload in the axes of the base, with bias and the noise of seed and period."""
+    """A frame is the payload in the base frame, with bias and the noise of seed and period."""
     scene = ship(camera={"noise": 0.02, "bias": [0.1, 0.0, -0.1]})
     payload, k = (4.0, 1.0, -2.0), 33
     aboard = to_base(np.array([[payload]]), base_positions(scene.model.base, np.array([k * scene.period])))[0, 0]
@@ -126,7 +132,10 @@ def watch(topic: InstrumentTopic, plant: Plant, steps: int) -> None:
 
 
 def test_messages_come_late_and_say_when_they_were_taken() -> None:
-    """At a rate and with a delay: each message has the time and the numbers of its sample, and comes periods later."""
+    """Each message has the time and numbers of its sample, and comes some periods later.
+
+    It has a rate and a delay.
+    """
     scene, publisher = ship(imu=ERRORS | {"rate": 25.0, "delay": 0.03, "position": ARM}), Publisher()
     node: Any = SimpleNamespace(create_publisher=lambda *_: publisher)
     imu, plant = imu_of(scene), Plant(scene)
@@ -152,7 +161,7 @@ def test_messages_come_late_and_say_when_they_were_taken() -> None:
 
 
 def test_a_reset_drops_samples_of_the_run_before() -> None:
-    """A run that begins anew after its first period sends samples of its own only, and none of its own is left out."""
+    """A run begun anew after its first period sends samples of its own only, and all of them."""
     sent: list[str] = []
     publisher = SimpleNamespace(get_subscription_count=lambda: 1, publish=lambda message: sent.append(message.run))
     stamp = SimpleNamespace(sec=0, nanosec=0)

@@ -1,4 +1,4 @@
-"""Drives of joints: inertia of motors behind gears, torque that falls with the speed, limit switches."""
+"""Drives of joints: motor inertia behind gears, torque falling with speed, limit switches."""
 
 from typing import Any
 
@@ -23,7 +23,10 @@ MOTOR = {"ratio": 50.0, "inertia": 2e-3, "torque": 2.0, "base_speed": 30.0, "no_
 
 
 def test_the_speed_of_a_slew_follows_its_motor() -> None:
-    """A slew at full torque speeds up in a line to the base speed, then exponentially towards the one at no load."""
+    """A slew at full torque speeds up linearly to the base speed, then exponentially.
+
+    It approaches the speed at no load.
+    """
     changes = {
         "actuators": {"slew": {"motor": MOTOR}},
         "friction": {"boom": HELD, "jib": HELD},  # one joint moves, and next to nothing hangs on it
@@ -46,7 +49,7 @@ def test_the_speed_of_a_slew_follows_its_motor() -> None:
 
 
 def test_motors_of_a_knuckle_boom_add_their_inertia() -> None:
-    """Accelerations are those of a mass matrix with the motors' inertia times the ratio squared on its diagonal."""
+    """Accelerations are those of a mass matrix with motor inertia × ratio² on its diagonal."""
     ratios = {"slew": 50.0, "boom": 80.0, "jib": 30.0}
     motors = {name: {"motor": {"ratio": n, "inertia": 2e-3}} for name, n in ratios.items()}
     plain, geared = load_scene(KNUCKLE), load_scene(KNUCKLE, {"actuators": motors})
@@ -86,7 +89,10 @@ def test_a_motor_without_limit_or_inertia_is_none() -> None:
 
 
 def test_a_limit_switch_stops_its_joint() -> None:
-    """A trolley that runs over a limit switch is braked from the next period on, and stops after v² / (2 a)."""
+    """A trolley over a limit switch is braked from the next period on.
+
+    It stops after v² / (2 a).
+    """
     changes = {
         "hoist": None,
         "payload": {"mass": 1e-9},  # next to nothing hangs on the trolley

@@ -14,7 +14,7 @@ from crane_sim.simulation.rollout import simulate
 
 
 def test_noise_is_drawn_by_seed_signal_and_step() -> None:
-    """Every noise is the number that seed, signal and step have, computed here with Python's whole numbers."""
+    """Every noise is the number of seed, signal and step, by Python's whole numbers."""
     scene = rod(seed=2**63 - 5, sensors={"all": {"noise": [0.1, 0.2]}})
     true, measured, _ = history(scene, 50)
     for j, deviation in enumerate((0.1, 0.1, 0.2, 0.2)):
@@ -24,7 +24,7 @@ def test_noise_is_drawn_by_seed_signal_and_step() -> None:
 
 
 def test_noise_is_normal_unbiased_and_repeats() -> None:
-    """Noise has the scene's deviation and bias, a normal distribution, and is the same every time."""
+    """Noise has the scene's deviation and bias, is normal, and is the same every time."""
     scene = rod(seed=3, sensors={"all": {"noise": 0.01, "bias": [0.5, -0.25]}})
     true, measured, _ = history(scene, 3000)
     noise = (measured - true - [0.5, 0.5, -0.25, -0.25]) / 0.01
@@ -41,7 +41,7 @@ def test_noise_is_normal_unbiased_and_repeats() -> None:
 
 
 def test_digits_and_delay_are_exact() -> None:
-    """A sensor shows the nearest multiple of its step, and the truth delayed by whole periods, to the bit."""
+    """A sensor shows the nearest multiple of its step, delayed by whole periods, to the bit."""
     sensors = {"trolley": {"quantisation": [0.003, 0.01]}, "swing_1": {"delay": 0.04}}
     true, measured, _ = history(rod(sensors=sensors), 60)
     for j, step in ((0, 0.003), (2, 0.01)):
@@ -51,7 +51,10 @@ def test_digits_and_delay_are_exact() -> None:
 
 
 def test_rate_and_dropout() -> None:
-    """Samples are taken at their rate and lost by their chance, the last one stays, and the summary counts them."""
+    """Samples are taken at their rate and lost by chance; the last one stays, losses count.
+
+    The summary has the counts.
+    """
     scene = rod(seed=11, duration=50.0, sensors={"trolley": {"rate": 25.0, "dropout": 0.3, "delay": 0.02}})
     plant, lost, held, measured = Plant(scene), 0, [], []
     last = 0.0
@@ -69,7 +72,7 @@ def test_rate_and_dropout() -> None:
 
 
 def test_what_is_not_whole_periods_is_said() -> None:
-    """Delays and rates that are not whole periods are rounded, and the scene's notes say so once."""
+    """Delays and rates that are not whole periods are rounded; the scene's notes say so once."""
     scene = rod(sensors={"all": {"delay": 0.024}, "trolley": {"rate": 30.0}})
     assert scene.notes["rounded"] == [
         "sensors.all.delay: 0.024 s is taken as 0.02 s",
@@ -88,7 +91,7 @@ TIMES = np.linspace(0.0, 0.1, 201)[1:-1]  # s, also within periods
 
 
 def test_a_lag_is_an_exponential() -> None:
-    """An effort behind a lag follows the exponential between its demands, also within periods, not a staircase."""
+    """An effort behind a lag is exponential between its demands, also within periods."""
     effort, run = follow({"lag": 0.03, "initial_demand": 2.0}, [2.0] * 2 + [10.0] * 8, TIMES)
     expected = [2.0 if t < 0.02 else 10.0 - 8.0 * exp(-(t - 0.02) / 0.03) for t in TIMES]
     assert effort == pytest.approx(expected, rel=1e-13)  # rounding of some exponentials, one for each period
@@ -96,7 +99,7 @@ def test_a_lag_is_an_exponential() -> None:
 
 
 def test_a_rate_limit_is_a_ramp() -> None:
-    """An effort whose rate is limited is a ramp that ends where it meets the demand, within a period."""
+    """An effort of limited rate is a ramp that ends at the demand, within a period."""
     effort, run = follow({"rate_limit": 300.0}, [0.0] + [10.0] * 5 + [8.0] * 4, TIMES)
     up = np.clip(300.0 * (TIMES - 0.01), 0.0, 10.0)
     down = 10.0 - np.clip(300.0 * (TIMES - 0.06), 0.0, 2.0)
@@ -105,7 +108,10 @@ def test_a_rate_limit_is_a_ramp() -> None:
 
 
 def test_lag_and_rate_limit_together() -> None:
-    """With both, the effort solves u' = (demand - u) / lag within the rate limit, as an integrator finds it."""
+    """With both, the effort solves u' = (demand - u) / lag within the rate limit.
+
+    An integrator finds the same.
+    """
     effort, _ = follow({"rate_limit": 150.0, "lag": 0.02}, [0.0] + [10.0] * 9, TIMES)
     solution = solve_ivp(
         lambda t, u: np.clip((10.0 - u) / 0.02, -150.0, 150.0),
@@ -120,7 +126,10 @@ def test_lag_and_rate_limit_together() -> None:
 
 
 def test_limit_deadband_and_delay() -> None:
-    """A demand comes late, does nothing below the dead band, and is limited; the summary counts the limited ones."""
+    """A demand comes late, does nothing in the dead band, and is limited.
+
+    The summary counts the limited ones.
+    """
     actuator = {"limit": [-3.0, 4.0], "deadband": 1.0, "delay": 0.03}
     scene = rod(actuators={"trolley": actuator})
     demands = [6.0 * cos(0.37 * k) for k in range(100)]

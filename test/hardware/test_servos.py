@@ -1,4 +1,4 @@
-"""Servo drives: references within their limits, the speed loop, its limits, and the position loop, by closed forms."""
+"""Servo drives by closed forms: references within limits, speed loop, its limits, position loop."""
 
 from itertools import pairwise
 from math import inf, sqrt
@@ -24,7 +24,7 @@ RAMP = {"max_speed": 0.8, "max_acceleration": 0.5, "max_jerk": 2.0}
 
 
 def trolley(servo: dict[str, Any], drive: str = "velocity", payload: float = 1e-9, **groups: Any) -> Scene:
-    """Return the scene of a trolley with a servo drive; its payload weighs nothing unless it is given."""
+    """Return the scene of a trolley with a servo drive; its payload weighs nothing by default."""
     actuator = {"drive": drive, "servo": servo} | groups.pop("actuator", {})
     document = {
         "crane": "overhead",
@@ -43,14 +43,17 @@ def under(scene: Scene, commands: Any, times: Any = None) -> Any:
 
 
 def error_after_step(t: Any, gain: float = GAIN) -> Any:
-    """Return the speed's deviation after a unit step: m e' = -K (e + integral of e / T), e(0) = 1, from rest."""
+    """Return the speed's deviation after a unit step, from rest.
+
+    m e' = -K (e + integral of e / T), e(0) = 1.
+    """
     decay = 0.5 * gain / MASS
     w = sqrt(gain / TIME / MASS - decay**2)
     return np.exp(-decay * t) * (np.cos(w * t) - decay / w * np.sin(w * t))
 
 
 def test_a_speed_step_is_that_of_a_second_order_system() -> None:
-    """A mass under the PI loop answers a step of the speed as the linear system of mass, damper and spring does."""
+    """A mass under the PI loop answers a speed step as mass, damper and spring do."""
     times = np.linspace(0.0, 3.0, 401)
     run = under(trolley(PI), lambda t: 0.5, times)
     expected = 0.5 * (1.0 - error_after_step(times))
@@ -62,7 +65,7 @@ def test_a_speed_step_is_that_of_a_second_order_system() -> None:
 
 
 def motion(phases: Any, times: Any) -> Any:
-    """Return (position, velocity, acceleration) (m, 3) of the first joint's profile, summed phase by phase."""
+    """Return (position, velocity, acceleration) (m, 3) of the first joint, phase by phase."""
     rows = []
     for t in times:
         x, begin = 0.0, 0.0
@@ -77,7 +80,10 @@ def motion(phases: Any, times: Any) -> Any:
 
 
 def check_profile(phases: Any, bounds: Bounds, start: tuple[float, float]) -> Any:
-    """Check that a profile continues from (v, a), has no jumps within its bounds; return its motion at the end."""
+    """Check that a profile goes on from (v, a) without jumps, within its bounds.
+
+    It returns the motion at the end.
+    """
     assert np.all(phases[0, :, 0] >= 0.0) and phases[0, -1, 0] == inf
     duration = float(np.sum(phases[0, :-1, 0][np.isfinite(phases[0, :-1, 0])]))
     v, a = start
@@ -95,7 +101,10 @@ def check_profile(phases: Any, bounds: Bounds, start: tuple[float, float]) -> An
 
 @pytest.mark.parametrize("target", [0.7, 0.02, -0.4])
 def test_a_ramp_takes_the_least_time(target: float) -> None:
-    """From rest a ramp lasts v / A + A / J, or 2 sqrt(v / J) where it does not reach A, and covers half v × time."""
+    """From rest a ramp lasts v / A + A / J, or 2 sqrt(v / J), and covers half v × time.
+
+    The second holds where it does not reach A.
+    """
     phases, bounds = np.zeros((1, PHASES, 4)), Bounds(inf, 0.5, 2.0)
     plan_velocity(phases, 0, 0.0, 0.0, target, bounds)
     size = abs(target)
@@ -108,7 +117,10 @@ def test_a_ramp_takes_the_least_time(target: float) -> None:
 @pytest.mark.parametrize("jerk", [inf, 2.0])
 @pytest.mark.parametrize("acceleration", [0.5, inf])
 def test_profiles_go_on_from_any_motion(jerk: float, acceleration: float) -> None:
-    """From random speeds and accelerations, profiles reach their speed or position within all bounds, without jumps."""
+    """Profiles from random motions reach speed or position in all bounds, without jumps.
+
+    They begin with random speeds and accelerations.
+    """
     rng = np.random.default_rng(4)
     bounds = Bounds(0.8, acceleration, jerk)
     for _ in range(60):
@@ -129,7 +141,7 @@ def test_profiles_go_on_from_any_motion(jerk: float, acceleration: float) -> Non
 @pytest.mark.parametrize("speed", [0.8, 1.0, 1.5, 3.0])
 @pytest.mark.parametrize("distance", [0.05, 0.6, 3.0, -3.0])
 def test_a_way_that_is_planned_anew_takes_no_longer(speed: float, distance: float) -> None:
-    """Planned anew at any instant of the way, the rest of it takes the rest of the time: it is at its end then."""
+    """Planned anew at any instant, the rest of a way takes the rest of the time."""
     bounds, phases, again = Bounds(speed, 0.5, 2.0), np.zeros((1, PHASES, 4)), np.zeros((1, PHASES, 4))
     plan_position(phases, 0, 0.0, 0.0, distance, bounds)
     duration = float(np.sum(phases[0, :-1, 0]))
@@ -142,7 +154,10 @@ def test_a_way_that_is_planned_anew_takes_no_longer(speed: float, distance: floa
 
 
 def test_a_way_from_rest_takes_the_least_time() -> None:
-    """From rest to a position: d / V + V / A + A / J where all limits bind, and without a jerk limit 2 sqrt(d / A)."""
+    """From rest to a position: d / V + V / A + A / J, or without a jerk limit 2 sqrt(d / A).
+
+    In the first case all limits bind.
+    """
     phases = np.zeros((1, PHASES, 4))
     plan_position(phases, 0, 0.0, 0.0, 3.0, Bounds(0.8, 0.5, 2.0))
     assert np.sum(phases[0, :-1, 0]) == pytest.approx(3.0 / 0.8 + 0.8 / 0.5 + 0.5 / 2.0, rel=1e-13)
@@ -152,7 +167,10 @@ def test_a_way_from_rest_takes_the_least_time() -> None:
 
 @pytest.mark.long
 def test_the_loop_follows_its_ramp_with_the_linear_lag() -> None:
-    """Behind a ramp with jerk limits, whose command changes midway, the speed is the convolution of step responses."""
+    """Behind a ramp with jerk limits the speed is the convolution of step responses.
+
+    The ramp's command changes midway.
+    """
     times = np.linspace(0.0, 3.0, 301)
     run = under(trolley(PI | RAMP), lambda t: 0.6 if t < 0.645 else -0.3, times)
     # v(0.65 s) = 0.2625 m/s at 0.5 m/s², which turns to -0.5 within 0.5 s and leaves 0.5 s × 1 m/s for the hold
@@ -171,7 +189,10 @@ def test_the_loop_follows_its_ramp_with_the_linear_lag() -> None:
 
 
 def test_a_torque_limit_binds_and_the_integral_does_not_wind_up() -> None:
-    """At its limit the drive accelerates with F / m; behind it the speed overshoots less than the linear loop does."""
+    """At its limit the drive accelerates with F / m.
+
+    Behind it the speed overshoots less than the linear loop does.
+    """
     scene = trolley(PI, actuator={"limit": 300.0})
     run = under(scene, lambda t: 0.5)
     bound = run.u[:, 0] == 300.0
@@ -186,7 +207,10 @@ def test_a_torque_limit_binds_and_the_integral_does_not_wind_up() -> None:
 
 
 def test_a_position_drive_is_a_sampled_cascade() -> None:
-    """To a step of its position a drive without limits of acceleration answers as the sampled linear cascade does."""
+    """A position drive without acceleration limits answers steps as the sampled cascade does.
+
+    The cascade is linear.
+    """
     speed, target, gain = 0.8, 1.2, 1.5  # m/s, m, 1/s
     servo = PI | {"max_speed": speed, "position_gain": gain}
     run = under(trolley(servo, "position"), lambda t: target)
@@ -205,7 +229,10 @@ def test_a_position_drive_is_a_sampled_cascade() -> None:
 
 
 def test_a_position_drive_arrives_within_its_limits() -> None:
-    """With a payload, and limits of its reference, a position drive rests at its target, and the audit holds."""
+    """With a payload and limits a position drive rests at its target, and the audit holds.
+
+    The limits are those of its reference.
+    """
     servo = PI | RAMP | {"gain": 10.0 * GAIN, "position_gain": 1.5}
     run = under(trolley(servo, "position", payload=200.0, duration=10.0), lambda t: 1.2)
     # the payload, which swings on below, moves it by its pull over the loop's stiffness, some 300 N / 150 kN/m
@@ -221,7 +248,10 @@ STICKING = {"coulomb": 500.0, "static": 900.0}
 @pytest.mark.long(cases=["position"])
 @pytest.mark.parametrize("drive", ["velocity", "position"])
 def test_an_infinite_gain_is_exact(drive: str) -> None:
-    """With an infinite gain the trolley follows its reference, which swings the payload as a prescribed motion."""
+    """With infinite gain the trolley follows its reference, as a prescribed motion would.
+
+    The payload swings as with that motion.
+    """
     command = 0.6 if drive == "velocity" else 0.9
     run = under(trolley(EXACT, drive, payload=3000.0, duration=4.0), lambda t: command)
     if drive == "velocity":  # ramp to 0.6 m/s: 0.25 s, 0.95 s and 0.25 s
@@ -263,13 +293,16 @@ def integrated(phases: list[tuple[float, float]], times: Any) -> Any:
 
 
 def acceleration_knots(phases: list[tuple[float, float]]) -> tuple[Any, Any]:
-    """Return (times, accelerations) between which the acceleration of phases (duration, jerk) is linear."""
+    """Return (times, accelerations) between which phases' acceleration is linear.
+
+    `phases` are (duration, jerk).
+    """
     durations, jerks = np.array(phases).T
     return np.concatenate([[0.0], np.cumsum(durations)]), np.concatenate([[0.0], np.cumsum(durations * jerks)])
 
 
 def test_a_brake_takes_over_and_gives_back() -> None:
-    """While the brake holds, the drive is off; released, it accelerates from the joint's speed again."""
+    """While the brake holds, the drive is off; released, it accelerates from the joint's speed."""
     plant = Plant(trolley(PI | RAMP, brake={"capacity": [2000.0]}))
     for braking, periods in ((False, 150), (True, 100)):
         plant.braking = braking
@@ -321,14 +354,20 @@ def test_contradictions_are_reported_in_one_line(changes: dict[str, Any], messag
     ],
 )
 def test_what_jerks_or_holds_a_joint_excludes_exact_drives(groups: dict[str, Any], message: str) -> None:
-    """An infinite gain keeps accelerations: nothing may change velocities at once, or hold what has to move."""
+    """An infinite gain excludes what jumps velocities, or holds what has to move.
+
+    It keeps accelerations.
+    """
     with pytest.raises(SceneError, match=message):
         load_scene("bridge_speed_drive", {"control": None, "actuators": {"trolley": EXACT_SPEED}} | groups)
 
 
 @pytest.mark.long
 def test_a_torque_limit_shows_in_applied_effort(domain_id: int, tmp_path: Path) -> None:
-    """Over DDS recorded efforts, which are those of `applied_effort`, equal those of `simulate`: the limit at first."""
+    """Over DDS recorded efforts equal those of `simulate`, the limit at first.
+
+    They are those of `applied_effort`.
+    """
     limit = 150.0  # N; the ramp of 0.16 m/s² wants 192 N for the trolley alone
     scene = load_scene("bridge_speed_drive", {"duration": 4.0, "actuators.trolley.limit": limit})
     orchestration.run(scene, record=tmp_path / "run.rrd", domain_id=domain_id)

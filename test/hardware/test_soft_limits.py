@@ -1,4 +1,4 @@
-"""Soft limits: a drive's reference, led by any levers, stays within its travel and loses none of it."""
+"""Soft limits: under any levers a drive's reference stays in its travel and can use all of it."""
 
 from math import inf
 
@@ -17,7 +17,7 @@ RAMPS = [Bounds(0.9, 0.2, 0.8), Bounds(0.9, 0.2, inf), Bounds(3.0, 0.4, 0.4), Bo
 def reference_by_quadrature(
     motion: ReferenceMotion, command: float, bounds: Bounds, s: float, n: int = 20_000
 ) -> ReferenceMotion:
-    """Return the motion after s seconds in which the jerk is decided anew at every one of n short steps."""
+    """Return the motion after s seconds with the jerk chosen anew in each of n short steps."""
     x, v, a = motion
     dt = s / n
     for _ in range(n):
@@ -33,7 +33,10 @@ def reference_by_quadrature(
     ("v", "a", "command"), [(0.0, 0.0, 0.8), (0.5, -0.1, 0.3), (-0.4, 0.15, 0.6), (0.6, 0.1, -0.5)]
 )
 def test_the_reference_in_closed_form(s: float, v: float, a: float, command: float) -> None:
-    """The reference after a while is that of a bang-bang jerk; the steps of the second derivation err by their size."""
+    """The reference after a while is that of a bang-bang jerk.
+
+    The steps of the second derivation err by their size.
+    """
     bounds, start = RAMPS[0], ReferenceMotion(1.0, v, a)
     there, again = follow(start, command, bounds, s), reference_by_quadrature(start, command, bounds, s)
     assert there == pytest.approx(again, abs=2e-3)  # chatter of the acceleration: jerk × step × a few
@@ -41,7 +44,7 @@ def test_the_reference_in_closed_form(s: float, v: float, a: float, command: flo
 
 @pytest.mark.parametrize("bounds", RAMPS)
 def test_a_joint_stops_at_its_end(bounds: Bounds) -> None:
-    """A lever that stays forward leads the reference to the end of its travel, not beyond, and to rest."""
+    """A lever held forward leads the reference to rest at the end of its travel, not beyond."""
     motion = ReferenceMotion(0.0, 0.0, 0.0)
     for _ in range(4000):
         speed = permitted_speed(motion, bounds.speed, bounds, -inf, 5.0, REACTION_TIME)
@@ -51,7 +54,10 @@ def test_a_joint_stops_at_its_end(bounds: Bounds) -> None:
 
 
 def test_no_lever_leads_beyond() -> None:
-    """Levers that jump at random never lead the reference out of its travel, and far from its ends they are exact."""
+    """Levers that jump at random never lead the reference out of its travel.
+
+    Far from its ends they are exact.
+    """
     random = np.random.default_rng(5)
     joint = DrivenJoint("trolley", "m", Bounds(0.9, 0.4, 1.6), -3.0, 3.0)
     limits, motion, commands = (
@@ -81,7 +87,7 @@ def test_a_joint_beyond_its_end_may_return() -> None:
 
 
 def test_a_lag_counts() -> None:
-    """A joint that follows its reference with a lag T comes to rest v T behind it, within the travel."""
+    """A joint that lags its reference by T rests v T behind it, within the travel."""
     joint = DrivenJoint("rope", "m", Bounds(0.5, 0.5, inf), 1.0, 7.0, lag=0.3)
     limits, reference, q, v = SoftLimits([joint], PERIOD), ReferenceMotion(5.0, 0.0, 0.0), 5.0, 0.0
     for _ in range(2000):

@@ -61,7 +61,7 @@ class NodeProcess:
         os.write(self._control, line.encode() + b"\n")
 
     def await_event(self, name: str) -> dict[str, Any]:
-        """Wait for the first event of this name, and return it; fails where the process exits without it."""
+        """Wait for the first event of this name and return it; fails if the process exits."""
         events: list[dict[str, Any]] = []
 
         def has_come() -> bool:
@@ -152,7 +152,7 @@ class Remote:
         return self.call(Trigger, "plant/step_simulation", Trigger.Request())
 
     def take_steps(self, number: int) -> None:
-        """Let a paused run take steps: in one call, or in several where the commands are late on a busy machine."""
+        """Let a paused run take steps, in several calls where a busy machine delays commands."""
         while number:
             assert self.set(step_count=number) == ""
             answer = self.step()
@@ -176,7 +176,7 @@ class Remote:
         return "ok" if answer.success else answer.message
 
     def request(self, kind: Any, name: str, request: Any) -> Any:
-        """Call a service and return its answer; each service has one client, which is matched once."""
+        """Call a service and return its answer; each service has one client, matched once."""
         client = self._clients.get(name) or self._clients.setdefault(name, self.node.create_client(kind, name))
         assert client.wait_for_service(LIMIT), f"{name}: there is no such service"
         future = client.call_async(request)
@@ -201,7 +201,7 @@ class Remote:
 
 @contextmanager
 def graph(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[int, dict[str, str]]]:
-    """Yield a domain that no other process uses, and the environment of its nodes, which this process gets, too."""
+    """Yield an unused domain and the environment of its nodes, which this process gets, too."""
     with reserve_domain() as domain:
         env = node_environment(domain, folder)
         for key, value in env.items():

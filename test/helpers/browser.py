@@ -1,4 +1,4 @@
-"""Pages in a headless Chromium, without a network: what their scripts report, and what goes wrong in them."""
+"""Pages in a headless Chromium without a network: what scripts report, and what goes wrong."""
 
 import json
 import re
@@ -43,7 +43,7 @@ addEventListener("message", ({ data }) => {
 def evaluate_in_pages(
     pages: dict[str, str], script: str, folder: Path, time_limit: float = 240.0, address: str = ""
 ) -> dict[str, Any]:
-    """Return by name what a function in JavaScript returns in each page (`answer`), its `faults` and its `requests`.
+    """Return by page's name a JavaScript function's `answer`, the `faults` and the `requests`.
 
     All pages are opened at once, by one browser, 900 pixels wide: from files, or from the address on the loopback
     interface at which the folder is served.

@@ -1,4 +1,4 @@
-"""Chooses the test files of `--changed`: those of files that differ from the last commit, or are new.
+"""Chooses the test files of `--changed`: those of files changed since the last commit, or new.
 
 These are the test files that changed, that import a changed module, themselves or by a helper of the tests, and that
 have the name of another changed file in their text. It is what to run while working, not the whole suite.
@@ -15,14 +15,17 @@ _HELPERS = ("test/helpers", "test/programs")
 
 
 class ChangedFiles:
-    """The files of a work tree that differ from its last commit, and the plugin that ignores the others' tests."""
+    """The changed files of a work tree, and the plugin that ignores the tests of others.
+
+    They differ from the last commit.
+    """
 
     def __init__(self, tree: Path) -> None:
         self._tree = tree
         self._named: dict[Path, bool] = {}
 
     def pytest_ignore_collect(self, collection_path: Path) -> bool | None:
-        """Ignore a test file that no changed file concerns; the others are left to pytest's rules."""
+        """Ignore a test file that no changed file concerns; pytest's rules apply to others."""
         if collection_path.suffix != ".py" or not collection_path.name.startswith("test_"):
             return None
         return None if self.concern(collection_path) else True

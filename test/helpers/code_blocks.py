@@ -1,4 +1,4 @@
-"""Code blocks of a page of documentation, executed in the order of the page, in a folder that looks like the tree.
+"""Code blocks of a documentation page, executed in order, in a folder that looks like the tree.
 
 A fence says by its language and title what its block is:
 
@@ -61,7 +61,7 @@ def blocks_of(page: Path) -> list[Block]:
 
 
 def execute(page: Path, folder: Path, domain: int) -> int:
-    """Execute the blocks of a page in a folder, commands for ROS in a domain; return how many that were."""
+    """Execute the blocks of a page in a folder, ROS commands in a domain; return how many."""
     for name in TREE:
         Path(folder, name).symlink_to(ROOT / name)
     namespace: dict[str, Any] = {}
@@ -83,7 +83,7 @@ def execute(page: Path, folder: Path, domain: int) -> int:
 
 
 def run_commands(text: str, other: str, folder: Path, domain: int) -> None:
-    """Run commands of a terminal, and those of another one meanwhile; fails where one of the former does."""
+    """Run a terminal's commands, and another one's meanwhile; fails if one of the former does."""
     first, second = (["bash", "-euo", "pipefail", "-c", _DOMAIN.sub(str(domain), each)] for each in (text, other))
     if not other:
         run_to_completion(first, cwd=folder, check=True)
@@ -98,7 +98,10 @@ def run_commands(text: str, other: str, folder: Path, domain: int) -> None:
 
 
 def interrupt(process: subprocess.Popen[str]) -> str:
-    """Press Ctrl-C until a program ends, and return what it has printed: plain rclpy can lose a signal."""
+    """Press Ctrl-C until a program ends; return what it printed.
+
+    Plain rclpy can lose a signal.
+    """
     deadline = time.monotonic() + _GRACE
     while True:
         os.killpg(process.pid, signal.SIGINT)

@@ -20,7 +20,10 @@ def crane(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProce
 def crane_here(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *arguments: str
 ) -> subprocess.CompletedProcess[str]:
-    """Return exit code and output of the command in this process, which is no terminal and has loaded everything."""
+    """Return a command's exit code and output, run in this process.
+
+    The process is no terminal and has loaded everything.
+    """
     monkeypatch.setattr("sys.argv", ["crane", *arguments])
     monkeypatch.setattr("crane_sim.process_signals.exit_on_signal", lambda end: None)  # pytest has its own handlers
     capsys.readouterr()

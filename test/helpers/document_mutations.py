@@ -1,4 +1,4 @@
-"""Random mutations of scene files: the entries of a document, what can be done to them, and the values put there."""
+"""Random mutations of scene files: a document's entries, changes to them, and new values."""
 
 import copy
 from collections.abc import Callable, Iterator
@@ -103,7 +103,10 @@ MUTATION = st.tuples(st.sampled_from(MUTATIONS), st.integers(0, 10**6), NUMBERS 
 
 
 def mutate(document: dict[str, Any], mutations: list[tuple[Callable[..., None], int, Any]]) -> dict[str, Any]:
-    """Return a copy with every mutation applied, each at the entry of its number; deep nesting comes last, and once."""
+    """Return a copy with every mutation applied, each at the entry of its number.
+
+    Deep nesting comes last, and once.
+    """
     document = copy.deepcopy(document)
     others, deep = ([m for m in mutations if (m[0] is nest_deeply) == is_deep] for is_deep in (False, True))
     for mutation, number, value in others + deep[:1]:  # `list_entries` cannot recurse so deep

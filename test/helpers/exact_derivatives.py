@@ -1,4 +1,4 @@
-"""Derivatives along directions by central differences in 60 digits, of the instructions of traced functions."""
+"""Derivatives of traced functions along directions by central differences in 60 digits."""
 
 from typing import Any
 

@@ -19,7 +19,7 @@ GRACE = 30.0  # s from SIGTERM to SIGKILL of an example
 
 @contextmanager
 def started_example(name: str, domain: int, python: str = sys.executable) -> Iterator[None]:
-    """Run an example in a ROS domain while the block lasts, in the environment that the README names.
+    """Run an example in a ROS domain while the block lasts, in the README's environment.
 
     At its end it gets SIGTERM.
     """
@@ -45,14 +45,14 @@ def check_arrival(summary: Mapping) -> None:
 
 
 def check_lockstep(summary: dict) -> None:
-    """Check the same in lockstep: every state is answered, and the states are bit for bit those of one process."""
+    """Check the same in lockstep: all states are answered, bit for bit those of one process."""
     check_arrival(summary)
     check_one_command_per_state(summary, 600)
     assert summary["state_sha256"] == hash_in_process()
 
 
 def hash_in_process() -> str:
-    """Return the hash of the states that the examples' law leads through, computed without any middleware."""
+    """Return the hash of the states under the examples' law, computed without middleware."""
     scene = load_scene("knuckle_setpoint", {"duration": DURATION}).with_external_commands()
     law = runpy.run_path(str(EXAMPLES / "my_law.py"))["effort"]
     plant = Plant(scene)

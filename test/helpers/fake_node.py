@@ -16,7 +16,7 @@ _MODULES = (
 
 @pytest.fixture
 def fake_sources(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let nodes without a middleware subscribe to their sources, without publishers to tell apart."""
+    """Let nodes without a middleware subscribe to sources without publishers to tell apart."""
     for module in _MODULES:
         monkeypatch.setattr(f"{module}.SourceSubscription", FakeSourceSubscription)
 

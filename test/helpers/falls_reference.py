@@ -1,4 +1,7 @@
-"""A load on falls below a bridge or a tower crane, as point masses: joints of the support, length, centre, angles."""
+"""A load on falls below a bridge or a tower crane, as point masses.
+
+The coordinates are the joints of the support, length, centre and angles.
+"""
 
 from typing import Any
 

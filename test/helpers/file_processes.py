@@ -17,7 +17,7 @@ import session_guard
 
 
 class Forwarder:
-    """The plugin of a file's process: it sends what a worker's plugin would report to the controller."""
+    """The plugin of a file's process: it sends a worker plugin's reports to the controller."""
 
     def __init__(self, config: pytest.Config, connection: Connection) -> None:
         self._config = config

@@ -1,4 +1,7 @@
-"""A second solution of joints with dry friction: a constraint for each one that sticks, by events of scipy."""
+"""A second solution of joints with dry friction.
+
+It has a constraint for each one that sticks, by events of scipy.
+"""
 
 from collections.abc import Callable, Sequence
 from math import copysign, exp, sin
@@ -19,7 +22,7 @@ def sines(waves: dict[str, tuple[float, float, float]]) -> dict[str, Any]:
 
 
 def bristle_forces(bristles: Rubbing, v: Vector, z: Vector) -> tuple[Vector, Vector]:
-    """Return (friction (n,), rates of the bristles' deflections (n,)) of joints, by the paper on LuGre friction."""
+    """Return (friction (n,), rates of the bristles' deflections (n,)) by the LuGre paper."""
     keys = ("coulomb", "static", "stribeck", "stiffness", "damping", "viscous")
     f = {key: np.array([group.get(key, 0.0) for group in bristles.values()]) for key in keys}
     g = f["coulomb"] + (f["static"] - f["coulomb"]) * np.exp(-((v / f["stribeck"]) ** 2))
@@ -28,7 +31,10 @@ def bristle_forces(bristles: Rubbing, v: Vector, z: Vector) -> tuple[Vector, Vec
 
 
 class Reference(NamedTuple):
-    """An independent solution in coordinates whose first ones are joints: a constraint for each one that sticks."""
+    """An independent solution in coordinates whose first ones are joints.
+
+    There is a constraint for each joint that sticks.
+    """
 
     equations: Callable[[Vector, Vector, Vector], tuple[Vector, Vector]]  # of (q, v, u): mass matrix and force
     waves: dict[str, tuple[float, float, float]]
@@ -94,7 +100,10 @@ OUTCOMES = {0.0: "sticks", 1.0: "slips forwards", -1.0: "slips backwards"}
 
 
 def check_events(run: Any, expected: Any, names: Sequence[str]) -> None:
-    """Assert that a run's events are those of a reference, at the same instants, and that its energy adds up."""
+    """Assert that a run's events are those of a reference, at the same instants.
+
+    Its energy adds up, too.
+    """
     assert [text for _, text in run.events] == [f"the {names[joint]} {OUTCOMES[mode]}" for _, joint, mode in expected]
     assert np.max(np.abs([a - b for (a, _), (b, _, _) in zip(run.events, expected, strict=True)])) < EVENT_TIME
     assert run.summary["energy_audit_max"] < 1e-9

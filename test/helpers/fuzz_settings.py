@@ -19,5 +19,5 @@ LONG = CHECKS | {"max_examples": 10_000, "print_blob": True, "database": None, "
 
 
 def explore(part: int, check: Callable[..., None], *drawn: SearchStrategy[Any]) -> None:
-    """Call a check with 500 examples of its arguments, drawn with the number of the part as their seed."""
+    """Call a check with 500 examples of its arguments, drawn with its part's number as seed."""
     seed(part)(settings(**PART)(given(*drawn)(check)))()

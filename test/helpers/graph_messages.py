@@ -1,4 +1,4 @@
-"""The messages of a run over ROS, read from its bag, and checks of what a subscriber computes from them alone."""
+"""The messages of a run over ROS, read from its bag, and checks of what they alone give."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -17,7 +17,10 @@ STAMPS = 10  # of a bag whose states are checked
 
 
 def messages_of(bag: Path) -> Messages:
-    """Return the messages of a bag by topic, without the namespace; topics of all cranes begin with a slash."""
+    """Return a bag's messages by topic without namespace.
+
+    Topics of all cranes begin with a slash.
+    """
     topics = read(bag).items()  # (name, [(time of reception, message), ...])
     return {name.partition("/")[2].partition("/")[2] or name: [each for _, each in samples] for name, samples in topics}
 
@@ -33,7 +36,7 @@ def quaternion(message: Any) -> Rotation:
 
 
 def check_payload(scene: Scene, messages: Messages) -> None:
-    """Check that URDF, joint states and the base's odometry give the payload's pose, from the messages alone.
+    """Check that URDF, joint states and the base's odometry alone give the payload's pose.
 
     Where sensors measure the joints, joint states have errors: the payload's pose is not compared with them.
     """

@@ -1,4 +1,4 @@
-"""A small crane with hardware, shared by tests of sensors, actuators and faults: its code is compiled once."""
+"""A small crane with hardware for tests of sensors, actuators and faults: compiled once."""
 
 from math import cos
 from typing import Any
@@ -27,7 +27,10 @@ def rod(**groups: Any) -> Scene:
 
 
 def history(scene: Scene, periods: int, demand: Any = lambda t: 5.0 * cos(3.0 * t)) -> tuple[Any, Any, Any]:
-    """Return (true, measured, applied) of every period: coordinates (K, 4), those of sensors, and efforts (K,)."""
+    """Return (true, measured, applied) of every period.
+
+    True and measured coordinates are (K, 4), efforts (K,).
+    """
     plant, true, measured, applied = Plant(scene), [], [], []
     for _ in range(periods):
         true.append((*plant.q, *plant.v))

@@ -1,4 +1,4 @@
-"""How often the intervals of an identification hold the true parameters: cases, and runs of them with other noise."""
+"""How often identified intervals hold the true parameters: cases, and runs with other noise."""
 
 import tempfile
 from collections.abc import Mapping
@@ -48,7 +48,7 @@ def measured(case: Case, seed: int) -> Measurements:
 
 
 def errors_of(case: Case, seed: int) -> dict[str, float]:
-    """Return each parameter's error, by half of its interval: at most 1 where the interval holds the truth."""
+    """Return each parameter's error over half its interval; at most 1 if the truth is inside."""
     scene = crane_sim.load_scene(case.scene, dict(case.guess))
     found = crane_sim.identify(scene, measured(case, seed), [*case.truth], segment=case.segment)
     return {each.key: (each.value - case.truth[each.key]) / (each.high - each.value) for each in found.estimates}

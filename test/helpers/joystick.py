@@ -88,7 +88,7 @@ class Joystick:
 
 
 class ScriptedOperator:
-    """An operator whose doing is a function, called in a thread while the run goes on; the run ends with it."""
+    """An operator that is a function, called in a thread during the run, which ends with it."""
 
     def __init__(self, script: Callable[[DeskLink], None], **parameters: Any) -> None:
         """Take the function, and parameters of the node."""

@@ -1,4 +1,4 @@
-"""The knuckle crane's equations derived a second time, by sympy from T and U in the joints' own coordinates."""
+"""The knuckle crane's equations derived again, by sympy from T and U in joint coordinates."""
 
 from collections.abc import Callable
 from functools import cache
@@ -13,7 +13,10 @@ import crane_sim
 
 @cache
 def derivation() -> Callable[..., Any]:
-    """Return the function that returns (M, bias, payload Jacobian), from T and U by sympy, with all energies."""
+    """Return the function that returns (M, bias, payload Jacobian), from T and U by sympy.
+
+    T and U have all energies.
+    """
     q = sp.symbols("a b c d t1 t2")
     v = sp.symbols("a_ b_ c_ d_ t1_ t2_")
     lb, mb, ib, xb, lj, mj, ij, xj, tower, m, g = p = sp.symbols("lb mb ib xb lj mj ij xj tower m g")
@@ -44,12 +47,15 @@ def derivation() -> Callable[..., Any]:
 
 
 def second_derivation(scene: crane_sim.Scene, q: Any, v: Any, u: Any) -> np.ndarray:
-    """Return the accelerations (6,) that M, bias, friction and drag of the second derivation give."""
+    """Return the accelerations (6,) by M, bias, friction and drag of the second derivation."""
     return np.linalg.solve(*mass_and_force(scene, q, v, u))
 
 
 def mass_and_force(scene: crane_sim.Scene, q: Any, v: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return the mass matrix (6, 6) and the generalised force (6,) under efforts u (4,) of the second derivation."""
+    """Return mass matrix (6, 6) and generalised force (6,) under efforts u (4,).
+
+    They are those of the second derivation.
+    """
     s, boom, jib = scene.model.support, scene.model.support.boom, scene.model.support.jib
     rods = float(boom.axial_inertia is not None)
     numbers = [boom.length, boom.mass, boom.inertia, boom.axial_inertia or 0.0]

@@ -1,4 +1,4 @@
-"""Parts of the long tests: together they are all of them, and consecutive commits run one after the other."""
+"""Parts of the long tests, together all of them; consecutive commits run one after the other."""
 
 import hashlib
 import subprocess
@@ -11,13 +11,16 @@ CHOICES = ("auto", *map(str, range(PARTS)))
 
 
 def part_of(test_id: str) -> str:
-    """Return the part of a test: a function of its id without the file, so that files can be split."""
+    """Return a test's part: a function of its id without the file, so that files can be split."""
     digest = hashlib.sha256(test_id.partition("::")[2].encode()).digest()
     return str(int.from_bytes(digest) % PARTS)
 
 
 def part_of_commit(folder: Path) -> str:
-    """Return the part that is due: by the number of commits, in a shallow clone by the commit's hash; 0 without git."""
+    """Return the part that is due: by the number of commits; 0 without git.
+
+    In a shallow clone it is by the commit's hash.
+    """
     shallow = _ask_git(folder, "rev-parse", "--is-shallow-repository") == "true"
     count = _ask_git(folder, "rev-parse", "HEAD") if shallow else _ask_git(folder, "rev-list", "--count", "HEAD")
     return str(int(count or "0", 16 if shallow else 10) % PARTS)
@@ -32,7 +35,10 @@ def _ask_git(folder: Path, *arguments: str) -> str:
 
 
 def choose_part(config: pytest.Config) -> None:
-    """Replace `--part auto` by the part that is due, and print the part; a worker has that of its controller."""
+    """Replace `--part auto` by the part that is due, and print it.
+
+    A worker has that of its controller.
+    """
     if hasattr(config, "workerinput"):
         config.option.part = config.workerinput["part"]
     if config.option.part is None or hasattr(config, "workerinput"):

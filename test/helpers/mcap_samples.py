@@ -31,7 +31,7 @@ DESCRIPTION = b"\0\1\0\0\6\0\0\0crane\0"
 
 
 def read(path: Path) -> dict[str, list[tuple[int, Any]]]:
-    """Return times [ns] and messages of a file, by topic, by a reader that is independent of ours."""
+    """Return times [ns] and messages of a file, by topic, by a reader independent of ours."""
     types = get_typestore(Stores.ROS2_JAZZY)
     with Reader(path) as reader:
         messages: dict[str, list[tuple[int, Any]]] = {connection.topic: [] for connection in reader.connections}
@@ -46,7 +46,7 @@ def stamp_of(message: Any) -> int:
 
 
 def feed(bag: Bag, steps: int, after: int = 0) -> None:
-    """Pass to the bag the messages of the steps after step `after`, and the state after the last one."""
+    """Pass the messages of the steps after step `after` to the bag, and the state after them."""
     callbacks = bag.callbacks()
     for k in range(after + 1, steps + 2):
         callbacks["joint_states"](STATE_CODEC.encode(k * SCENE.period_ns, (float(k),) * 6, (0.0,) * 6, (0.0,) * 6))

@@ -1,4 +1,7 @@
-"""Metrics of motions that are made up: rows of joints in place of those of a run, whatever the equations would say."""
+"""Metrics of motions that are made up: rows of joints in place of those of a run.
+
+The equations do not matter.
+"""
 
 from typing import Any
 
@@ -14,7 +17,7 @@ Array = npt.NDArray[np.float64]
 
 
 def metrics_of(scene: Scene, q: Array, cuts: tuple[int, ...] = ()) -> dict[str, Any]:
-    """Return the metrics of joints q (K + 1, nq) at the control steps and at the end, taken in blocks."""
+    """Return the metrics of joints q (K + 1, nq) at control steps and at the end, in blocks."""
     nq, start = len(scene.joint_names), begin(scene.model, np.array(scene.initial_q), np.array(scene.initial_v))[0]
     rows = np.zeros((len(q) - 1, row_width(scene.model, nq, len(scene.actuated))))
     rows[:, :nq], t = q[:-1], np.arange(len(q)) * scene.period

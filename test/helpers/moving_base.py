@@ -1,4 +1,7 @@
-"""A second derivation of cranes on a moving base: Newton's law in the world, the base's pose by the product rule."""
+"""A second derivation of cranes on a moving base.
+
+It has Newton's law in the world, and the base's pose by the product rule.
+"""
 
 from typing import Any, NamedTuple
 
@@ -13,7 +16,7 @@ TIGHT: Any = {"rtol": 1e-12, "atol": 1e-13}
 
 
 def motion(group: dict[str, Any], t: float) -> Array:
-    """Return (position, velocity, acceleration) of the six axes (3, 6) of a group of one sinusoid for each axis."""
+    """Return (position, velocity, acceleration) of six axes (3, 6), one sinusoid for each."""
     axes = np.zeros((3, 6))
     for i, name in enumerate(AXES):
         if name in group:
@@ -24,7 +27,10 @@ def motion(group: dict[str, Any], t: float) -> Array:
 
 
 def about(axis: int, angle: Array) -> Array:
-    """Return a rotation about an axis and its first two derivatives in time (3, 3, 3), from those of the angle."""
+    """Return a rotation about an axis with its first two time derivatives (3, 3, 3).
+
+    They are from those of the angle.
+    """
     i, j = (axis + 1) % 3, (axis + 2) % 3
     s, c = np.sin(angle[0]), np.cos(angle[0])
     matrix, first, second = np.zeros((3, 3, 3))
@@ -36,19 +42,25 @@ def about(axis: int, angle: Array) -> Array:
 
 
 def product(a: Array, b: Array) -> Array:
-    """Return the product of two matrices (or of a matrix and a vector) and its derivatives, from the factors' ones."""
+    """Return a product and its derivatives from those of the factors.
+
+    The factors are two matrices, or a matrix and a vector.
+    """
     return np.array([a[0] @ b[0], a[1] @ b[0] + a[0] @ b[1], a[2] @ b[0] + 2.0 * a[1] @ b[1] + a[0] @ b[2]])
 
 
 def pose(group: dict[str, Any], t: float) -> tuple[Array, Array]:
-    """Return (rotation, place) of the base with their first two derivatives, (3, 3, 3) and (3, 3)."""
+    """Return the base's (rotation, place) with two time derivatives, (3, 3, 3) and (3, 3)."""
     axes = motion(group, t)
     rotation = product(product(about(2, axes[:, 5]), about(1, axes[:, 4])), about(0, axes[:, 3]))
     return rotation, axes[:, :3]
 
 
 class Crane(NamedTuple):
-    """A trolley on a bridge with its own mass in the middle, and a chain of rigid (stiffness 0) or elastic links."""
+    """A trolley on a bridge with its mass in the middle, and a chain of links.
+
+    These are rigid (stiffness 0) or elastic.
+    """
 
     trolley: float
     bridge: float
@@ -58,7 +70,10 @@ class Crane(NamedTuple):
 
 
 def accelerations(crane: Crane, group: dict[str, Any], t: float, y: Array) -> Array:
-    """Return the derivative of y = (trolley x, y on the base, nodes in the world (3 N)), then their rates."""
+    """Return the derivative of y: positions, then rates.
+
+    Positions are trolley x, y on the base and the nodes in the world (3 N).
+    """
     n, (rotation, place), half = len(crane.masses), pose(group, t), len(y) // 2
     rail, rail_rate = np.append(y[:2], 0.0), np.append(y[half : half + 2], 0.0)
     top = place + product(rotation, np.array([rail, rail_rate, np.zeros(3)]))
@@ -109,7 +124,10 @@ def nodes(crane: Crane, group: dict[str, Any], start: Array, rates: Array, times
 
 
 class Plane(NamedTuple):
-    """A trolley with viscous friction, and links that turn as rods, the first one's length a function of time."""
+    """A trolley with viscous friction, and links that turn as rods.
+
+    The first link's length is a function of time.
+    """
 
     trolley: float
     viscous: float
@@ -120,7 +138,10 @@ class Plane(NamedTuple):
 
 
 def plane_rates(crane: Plane, group: dict[str, Any], t: float, y: Array) -> Array:
-    """Return the derivative of y = (trolley x, angles, their rates): d'Alembert's principle in the world."""
+    """Return the derivative of y = (trolley x, angles, their rates).
+
+    By d'Alembert's principle in the world.
+    """
     n, (rotation, place), half = len(crane.masses), pose(group, t), len(y) // 2
     q, v = y[:half], y[half:]
     lengths = np.zeros((3, n))
@@ -152,7 +173,10 @@ def plane_rates(crane: Plane, group: dict[str, Any], t: float, y: Array) -> Arra
 
 
 def plane_nodes(crane: Plane, group: dict[str, Any], y: Array, times: Array) -> Array:
-    """Return the places of trolley and nodes in the world at `times` (K, N + 1, 3), from joints and rates y at 0."""
+    """Return places in the world at `times` (K, N + 1, 3), from joints and rates y at 0.
+
+    They are those of trolley and nodes.
+    """
     run = solve_ivp(lambda t, y: plane_rates(crane, group, t, y), (0.0, times[-1]), y, "DOP853", times, **TIGHT)
     places = np.zeros((len(times), len(crane.masses) + 1, 3))
     for i, (t, row) in enumerate(zip(times, run.y.T, strict=True)):

@@ -24,7 +24,7 @@ RATES = np.array([[0.0, 0.5, 0.0], [0.3, 0.0, 0.0], [0.3, 0.4, 0.0]])
 
 
 def start_of(lengths: Any, units: Any, rates: Any) -> tuple[Any, Any]:
-    """Return positions and velocities (N + 1, 3) of a trolley at rest in the origin and the nodes below it."""
+    """Return positions and velocities (N + 1, 3) of trolley, at rest in the origin, and nodes."""
     links, relative = (np.array(lengths)[:, None] * np.array(part) for part in (units, rates))
     return np.cumsum(np.vstack([np.zeros(3), links]), axis=0), np.cumsum(np.vstack([np.zeros(3), relative]), axis=0)
 

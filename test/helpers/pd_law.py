@@ -11,7 +11,10 @@ FREQUENCY = 1.5  # rad/s of the critically damped joints
 
 
 class PdLaw:
-    """u = u₀ - M (ω² (q - q₀) + 2 ω v) of the actuated joints, with M and u₀ of the load at rest at the target q₀."""
+    """u = u₀ - M (ω² (q - q₀) + 2 ω v) of the actuated joints.
+
+    M and u₀ are those of the load at rest at the target q₀.
+    """
 
     def __init__(self, scene: Scene) -> None:
         """Linearise a scene at its reference."""

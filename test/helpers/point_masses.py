@@ -1,4 +1,6 @@
-"""A second derivation of cranes: every body as point masses, whose places in the world are functions of coordinates.
+"""A second derivation of cranes by point masses, places in the world from coordinates.
+
+Every body consists of point masses.
 
 Virtual work of points needs no rates, no inertia tensors, no tensions and no rotating frames: with the Jacobian J of
 the places r(t, q), M = Σ m Jᵀ J and M q'' = Σ m Jᵀ (g - r''|_{q''=0}) + Q. Derivatives are central differences in
@@ -104,7 +106,7 @@ def plus(a: Sequence[Any], b: Sequence[Any]) -> Point:
 
 
 def body_points(mass: float, inertia: Any) -> list[tuple[Any, Point]]:
-    """Return six points about the centre of mass with the mass and the inertia tensor (3, 3) of a rigid body."""
+    """Return six points about a rigid body's centre of mass with its mass and inertia (3, 3)."""
     second = 0.5 * np.trace(inertia) * np.eye(3) - inertia  # Σ m r rᵀ
     values, axes = np.linalg.eigh(second)
     assert values.min() >= 0.0, "no body has such an inertia"
@@ -118,7 +120,7 @@ def body_points(mass: float, inertia: Any) -> list[tuple[Any, Point]]:
 
 
 def rod_points(mass: float, inertia: float, centre: Any) -> list[tuple[Any, Any]]:
-    """Return (mass, distance along the rod) of a thin rod's two points, its centre of mass at a distance."""
+    """Return (mass, distance along the rod) of a thin rod's two points, by its centre of mass."""
     half = mpmath.sqrt(mpf(inertia) / mpf(mass))
     return [(mpf(mass) / 2, centre + half), (mpf(mass) / 2, centre - half)]
 
@@ -129,7 +131,7 @@ def ring_points(inertia: float, angle: Any) -> list[tuple[Any, Point]]:
 
 
 def on_base(group: dict[str, Any], t: Any, place: Point) -> Point:
-    """Return a place of the base in the world: one sinusoid for each axis of a group `base_motion`."""
+    """Return a place of the base in the world: a sinusoid for each axis of `base_motion`."""
     x = dict.fromkeys(("surge", "sway", "heave", "roll", "pitch", "yaw"), mpf(0))
     for name, term in group.items():
         x[name] = mpf(term["amplitude"]) * mpmath.sin(mpf(term["frequency"]) * t + mpf(term.get("phase", 0.0)))

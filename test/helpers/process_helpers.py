@@ -1,4 +1,4 @@
-"""Programs started by tests: each ends with the block that started it, or with this process in any case.
+"""Programs started by tests: each ends with the block that started it, or with this process.
 
 Every wait here has a time limit, beyond which it fails with a line on its subject.
 """
@@ -79,7 +79,7 @@ def run_to_completion(
 
 
 def end(process: subprocess.Popen[Any], grace: float = 0.0) -> None:
-    """End a program, with its process group where it has not exited; arguments: see `started_program`."""
+    """End a program, with its process group if it has not exited; see `started_program`."""
     if grace and process.poll() is None:
         process.terminate()
         with suppress(subprocess.TimeoutExpired):
@@ -116,7 +116,7 @@ def wait_until(condition: Callable[[], bool], what: str = "the condition of the 
 
 
 def has_exited(pid: int) -> bool:
-    """Return whether a process has exited: there is none of this id, or it is a zombie that has yet to be reaped."""
+    """Return whether a process has exited: no such id, or a zombie that has yet to be reaped."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] in "ZX"
     except OSError:
@@ -124,7 +124,10 @@ def has_exited(pid: int) -> bool:
 
 
 def wait_exited(pid: int) -> None:
-    """Wait for the exit of a process, which takes the kernel no time, and a node that polls its pipe 50 ms."""
+    """Wait for the exit of a process.
+
+    It takes the kernel no time, and a node that polls its pipe 50 ms.
+    """
     wait_until(lambda: has_exited(pid), f"the end of process {pid}", 30.0)
 
 
@@ -134,7 +137,7 @@ def children(pid: int) -> list[int]:
 
 
 def nodes_of(pid: int) -> dict[str, int]:
-    """Return the process ids of the nodes of a run, forked by a child of its process, by node name."""
+    """Return the process ids of a run's nodes, forked by a child of its process, by name."""
     nodes = {}
     for node in (node for child in children(pid) for node in children(child)):
         name, _, kind = Path(f"/proc/{node}/comm").read_text().strip().rpartition("_")

@@ -1,4 +1,4 @@
-"""Random small programs of the part of Python that is traced, and how their results are compared bit for bit."""
+"""Random small programs of the traced part of Python, and comparisons of results bit for bit."""
 
 import importlib.util
 import math
@@ -18,7 +18,9 @@ _NUMBERS = (0.0, -0.0, 1.0, -2.5, 1e-300, 1e300, math.inf, -math.inf, math.nan)
 
 
 class Program:
-    """Writes a function of reals x and y, integers i and j, and arrays a (5,), m (3, 2), both of reals, and k (4,).
+    """Writes a function of reals x, y, integers i, j, arrays a (5,), m (3, 2) and k (4,).
+
+    a and m are of reals, k of integers.
 
     Integers stay small, so none leaves 64 bits; every variable has a value from the beginning on.
     """

@@ -1,4 +1,7 @@
-"""Doubles of host, simulation and controller for tests of real time without ROS, some with a clock of their own."""
+"""Doubles of host, simulation and controller for tests of real time without ROS.
+
+Some have a clock of their own.
+"""
 
 import time
 from collections import deque
@@ -73,7 +76,7 @@ class FakeSimulation:
 
 
 def fake_subscription(topic: str, publishers: int, queue: deque[tuple[bytes, None]] | None = None) -> Any:
-    """Return a subscription with a number of publishers and, if there are any, messages to be taken."""
+    """Return a subscription with a number of publishers and messages, if any, to be taken."""
 
     def take() -> MessageWithSender | None:
         return MessageWithSender(queue.popleft()[0], SENDER) if queue else None
@@ -87,7 +90,7 @@ def deliver_to(callback: Any) -> Callable[[bytes], None]:
 
 
 class RealtimeBench(FakeSimulation):
-    """A run, its host, and a controller that answers each state after a delay; it has a clock of its own.
+    """A run, its host, and a controller that answers states after a delay; with its own clock.
 
     Attributes:
         now: s.
@@ -123,7 +126,7 @@ class RealtimeBench(FakeSimulation):
         self._send_answer()
 
     def publish_first_state(self) -> None:
-        """Publish a first state, which the controller answers; answers to states before it are lost."""
+        """Publish a first state that the controller answers; earlier answers are lost."""
         self._in_transit.clear()
         self._queue.clear()
         self._send_answer()
@@ -157,7 +160,7 @@ class RealtimeBench(FakeSimulation):
 
 @pytest.fixture
 def stepped_clock(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let sleeping alone advance the monotonic clock, by a microsecond more: no stall of the machine counts."""
+    """Let only sleeping advance the monotonic clock, 1 µs beyond: no stall counts."""
     now = [1000.0]
 
     def sleep(seconds: float) -> None:

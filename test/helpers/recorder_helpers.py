@@ -11,7 +11,7 @@ SCENE = load_scene("knuckle_setpoint", {"duration": 2.0})
 
 
 def feed(recorder: Recorder, steps: int, after: int = 0, lost_command: int = 0) -> None:
-    """Let the plant take steps and pass those after step `after` to the recorder, one of them without its command."""
+    """Let the plant take steps, and record those after step `after`, one without its command."""
     plant = Plant(SCENE)
     for k in range(1, steps + 1):
         q, v = plant.q, plant.v

@@ -12,7 +12,7 @@ LIMIT = 300.0  # s for all scenes, which take less than one minute
 
 
 def run_scenes(scenes: list[str], folder: Path) -> None:
-    """Run scenes of the catalogue or of files, with recordings and bags in a folder, and check what they leave.
+    """Run scenes of the catalogue or of files, with recordings and bags, and check the output.
 
     Every one ends without an error, has all steps on the disk, and the bits of `simulate`.
     """

@@ -15,12 +15,18 @@ TIGHT = {"method": "dop853", "rtol": 1e-13, "atol": 1e-14}
 
 
 def sine(form: Any = 0.0) -> dict[str, Any]:
-    """Return an input from a reference's description, one kind for all: every kind would compile a scene anew."""
+    """Return an input from a reference's description, of one kind for all.
+
+    Every other kind would compile a scene anew.
+    """
     return {"kind": "sine", "amplitude": 0.0, "frequency": 1.0} | (form or {})
 
 
 def scene_of(masses: Any, lengths: Any, directions: Any, rates: Any = None, **groups: Any) -> crane_sim.Scene:
-    """Return the scene of a chain below a trolley of 5 kg on a bridge of 3 kg, unless groups replace them."""
+    """Return the scene of a chain below a trolley (5 kg) on a bridge (3 kg).
+
+    `groups` replace these.
+    """
     document = {
         "crane": "overhead",
         "dimensions": 3,
@@ -36,7 +42,10 @@ def scene_of(masses: Any, lengths: Any, directions: Any, rates: Any = None, **gr
 
 
 def turned(name: str, azimuth: float, **groups: Any) -> crane_sim.Scene:
-    """Return a planar reference in the vertical plane at an azimuth [rad]: a bridge without mass favours no axis."""
+    """Return a planar reference at an azimuth [rad]: a massless bridge favours no axis.
+
+    It moves in the vertical plane at this azimuth.
+    """
     case = REFERENCE[name]
     spec, (c, s) = case["spec"], (np.cos(azimuth), np.sin(azimuth))
     a, w = np.array(spec["alpha0"]), np.array(spec["alphadot0"])
@@ -56,7 +65,7 @@ def turned(name: str, azimuth: float, **groups: Any) -> crane_sim.Scene:
 
 
 def error_in_tolerances(run: Rollout, name: str, azimuth: float = 0.0) -> float:
-    """Return the largest position error of the nodes at a reference's instants, divided by its tolerance [m]."""
+    """Return the nodes' largest position error at a reference's instants by its tolerance [m]."""
     case, (c, s) = REFERENCE[name], (np.cos(azimuth), np.sin(azimuth))
     expected = np.array(case["node_positions_xyz"])
     rotated = np.stack([c * expected[..., 0] - s * expected[..., 1], s * expected[..., 0], expected[..., 2]], axis=-1)

@@ -1,4 +1,4 @@
-"""A trolley on a speed drive, led by a path of its joint: the crane that takes goals of the trajectory action."""
+"""A trolley on a speed drive that takes goals of the trajectory action: a path of its joint."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Instructions of a traced function computed one by one, in Python: with floats, or with numbers of another kind.
+"""Instructions of a traced function computed one by one in Python, with floats or other numbers.
 
 Addresses are those of the process. In another kind of numbers than floats, reals that are written are kept apart.
 """
@@ -91,7 +91,7 @@ class TracedTree(NamedTuple):
 
 
 def trace_tree(key: Any, compute: Callable[[Calls, Graph, Any], Any]) -> TracedTree:
-    """Return what a function of (calls, graph, tree of symbols) notes for a tree of a structure (`arguments`)."""
+    """Return what a function of (calls, graph, tree of symbols) notes for an `arguments` tree."""
     graph, calls, structure = Graph(), Calls(), list[Any]()
 
     def run(*symbols: Value) -> tuple[Value, ...]:

@@ -17,7 +17,7 @@ GRAVITY = 9.81
 
 
 class MovingBase(NamedTuple):
-    """Coefficients of polynomials of time: of the origin [m], and of three angles about z, y, x [rad]."""
+    """Coefficients of polynomials of time: origin [m], and angles about z, y, x [rad]."""
 
     origin: tuple[tuple[float, float, float], ...]
     angles: tuple[tuple[float, float, float], ...]
@@ -62,7 +62,7 @@ def second_derivative(f: Callable[[Any], Any]) -> Any:
 
 
 def spin(orientation: Callable[[Any], Any], t: Any) -> Any:
-    """Return the angular velocity (3, 1) of an orientation that is a function of time, in the world."""
+    """Return the angular velocity (3, 1), in the world, of an orientation given over time."""
     w = derivative(orientation, t) * orientation(t).T
     return mp.matrix([w[2, 1], w[0, 2], w[1, 0]])
 
@@ -104,7 +104,10 @@ def link_pose(joint: Joint, position: Any, axes: Any, origin: Any) -> tuple[Any,
 
 
 def lagrange_efforts(tree: Tree, base: MovingBase, q: Any, v: Any, a: Any, motors: Any) -> list[float]:
-    """Return the efforts (n,) of d/dt dL/dv - dL/dq = τ at t = 0 for accelerations a, those of motors included."""
+    """Return the efforts (n,) of d/dt dL/dv - dL/dq = τ at t = 0 for accelerations a.
+
+    Those of motors are included.
+    """
 
     def path(t: Any) -> tuple[list[Any], list[Any]]:
         positions = [x + t * (y + t * z / 2) for x, y, z in zip(q, v, a, strict=True)]
@@ -127,7 +130,10 @@ def moved(x: list[Any], i: int, change: Any) -> list[Any]:
 
 
 def lagrangian(tree: Tree, base: MovingBase, t: Any, q: list[Any], v: list[Any]) -> Any:
-    """Return kinetic less potential energy [J]; motors, which turn with their joint alone, are left out."""
+    """Return kinetic less potential energy [J].
+
+    Motors, which turn with their joint alone, are left out.
+    """
 
     def poses(s: Any) -> list[BodyPose]:
         return body_poses(tree, base, t + s, [x + s * y for x, y in zip(q, v, strict=True)])
@@ -147,7 +153,10 @@ def dot(a: Any, b: Any) -> Any:
 
 
 def reaction(tree: Tree, base: MovingBase, q: Any, v: Any, a: Any) -> tuple[Any, Any]:
-    """Return (force, moment about the base's origin) in the base's axes that moves all bodies, gravity included."""
+    """Return (force, moment about the origin of the base) that moves all bodies.
+
+    Both are in the base's axes, gravity included.
+    """
 
     def poses(t: Any) -> list[BodyPose]:
         return body_poses(tree, base, t, [x + t * (y + t * z / 2) for x, y, z in zip(q, v, a, strict=True)])

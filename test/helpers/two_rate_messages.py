@@ -1,4 +1,4 @@
-"""Messages of plant and tracker to the inner loop of a two-rate law; test doubles of its node and outer loop."""
+"""Messages of plant and tracker to a two-rate law's inner loop; doubles of node and outer loop."""
 
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -50,7 +50,7 @@ class FakeOuterLoop:
 
 
 def make_setpoint_message(step: int, x: float) -> JointTrajectory:
-    """Return the outer loop's message: its setpoint for the state before a step, tip_x = `x` [m]."""
+    """Return the outer loop's message for the state before a step: a setpoint, tip_x = `x` [m]."""
     setpoint = messages.setpoint_message(FakeOuterLoop.names)
     messages.set_setpoint(setpoint, (step + 1) * 4_000_000, (x, 0.0, 0.0, 0.0, 0.0, 0.0))
     return setpoint

@@ -20,7 +20,7 @@ def numbers(element: ElementTree.Element | None, key: str) -> np.ndarray:
 
 
 def link_position(document: str, joints: dict[str, float], link: str) -> np.ndarray:
-    """Return the position (3,) of a link's origin in the root frame, from the URDF alone, mimic joints included."""
+    """Return a link's origin (3,) in the root frame from the URDF alone, mimic joints included."""
     robot = ElementTree.fromstring(document)
     parents = {joint.find("child").attrib["link"]: joint for joint in robot.findall("joint")}  # pyright: ignore
     position = np.zeros(3)

@@ -1,4 +1,7 @@
-"""Bags of a rig: joints in any order, unequal stamps, missing samples, no stamps; what is refused."""
+"""Bags of a rig: joints in any order, unequal, missing or no stamps; what is refused.
+
+Samples may be missing, too.
+"""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -45,7 +48,7 @@ def write_bag(path: Path, topics: Mapping[str, tuple[str, Sequence[Row]]], stamp
 
 
 def rig(duration: float) -> dict[str, tuple[str, list[Row]]]:
-    """Return the messages of a rig: a fifth of the states is lost, and every seventh lacks the swing."""
+    """Return a rig's messages: a fifth of the states is lost, every seventh lacks the swing."""
     run = crane_sim.simulate(SCENE, overrides=TRUTH | {"duration": duration})
     random = np.random.default_rng(1)
     q = run.q + random.normal(0.0, NOISE, run.q.shape)
@@ -60,7 +63,10 @@ def rig(duration: float) -> dict[str, tuple[str, list[Row]]]:
 
 
 def test_a_bag_gives_the_true_parameters(tmp_path: Path) -> None:
-    """From a bag with lost and partial states the true values are within three standard errors; chance 5e-3 to fail."""
+    """From lost and partial states, true values are within three standard errors.
+
+    The chance to fail is 5e-3.
+    """
     bag = write_bag(tmp_path / "bag", rig(10.0))
     found = crane_sim.identify(SCENE, bag, [*TRUTH])
     for each in found.estimates:
@@ -71,7 +77,10 @@ def test_a_bag_gives_the_true_parameters(tmp_path: Path) -> None:
 
 
 def test_without_stamps_the_times_of_reception_count(tmp_path: Path) -> None:
-    """A bag whose senders leave the stamps out has the same times between its messages, and the same values."""
+    """A bag without stamps from its senders has the same times between messages.
+
+    The values are the same, too.
+    """
     scene, topics = crane_sim.load_scene(SCENE), rig(0.5)
     stamped, unstamped = (
         read_measurements(write_bag(tmp_path / str(kind), topics, kind), scene) for kind in (True, False)
@@ -81,7 +90,7 @@ def test_without_stamps_the_times_of_reception_count(tmp_path: Path) -> None:
 
 
 def test_a_gap_in_the_commands_of_a_damaged_bag_is_refused(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    """Commands that are lost in the middle of a bag are refused by their time; a damaged end costs that end only."""
+    """Commands lost in the middle of a bag are refused by time; a damaged end costs only that."""
     run = crane_sim.simulate("knuckle_setpoint", duration=0.3)
     whole = write_recorded_bag(tmp_path / "whole.mcap", run, save_every=10)  # steps in a chunk
     for step, name in ((15, "middle"), (25, "end")):

@@ -1,4 +1,4 @@
-"""Parameters from measured runs: sensitivities, estimates with their intervals, and what cannot be identified."""
+"""Parameters from measured runs: sensitivities, estimates, intervals; what is not identifiable."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -23,7 +23,7 @@ PERIOD = 0.01  # s
 
 
 def extrapolate(function: Callable[[float], Any], h: float = 0.02, rows: int = 6) -> Any:
-    """Return the derivative of a function at 0: central differences of halved steps, extrapolated to order 12."""
+    """Return a function's derivative at 0: central differences, extrapolated to order 12."""
     table = [(function(h / 2**i) - function(-h / 2**i)) / (2.0 * h / 2**i) for i in range(rows)]
     for j in range(1, rows):
         table = [b + (b - a) / (4.0**j - 1.0) for a, b in zip(table, table[1:], strict=False)]
@@ -31,7 +31,10 @@ def extrapolate(function: Callable[[float], Any], h: float = 0.02, rows: int = 6
 
 
 def pendulum_on_trolley(y: Any, force: float, trolley: Any, load: Any, length: Any) -> Any:
-    """Return the rates of (x, angle, x', angle') (4, n), complex, of a trolley with one link, from its Lagrangian."""
+    """Return the complex rates of (x, angle, x', angle') (4, n) of a trolley with one link.
+
+    They are from its Lagrangian.
+    """
     _, angle, v, w = y
     s, c = np.sin(angle), np.cos(angle)
     a = (force + load * s * (length * w * w + 9.81 * c)) / (trolley + load * s * s)
@@ -39,7 +42,10 @@ def pendulum_on_trolley(y: Any, force: float, trolley: Any, load: Any, length: A
 
 
 def complex_step(data: Measurements, segment: Any) -> Any:
-    """Return the derivatives (K, 2, 7) by logarithms of length, load, trolley, and by the initial state."""
+    """Return the derivatives (K, 2, 7) by logarithms and by the initial state.
+
+    The logarithms are those of length, load and trolley.
+    """
     h, nominal = 1e-30, np.array([2.0, 10.0, 20.0])
     length, load, trolley = nominal[:, None] * np.exp(1j * h * np.eye(3, 7))
     y = np.concatenate([segment.q, segment.v])[:, None] + 1j * h * np.eye(4, 7, 3)
@@ -55,7 +61,9 @@ def complex_step(data: Measurements, segment: Any) -> Any:
 
 
 def test_sensitivities_are_complex_steps_of_the_equations() -> None:
-    """Derivatives of 3 s are the complex step of the crane's equations, written anew here, to rounding.
+    """Derivatives over 3 s are the complex step of the crane's equations, to rounding.
+
+    The equations are written anew here.
 
     Those by parameters have that of the differences of the model's numbers, 1e-12; those by states 1e-13.
     """
@@ -68,7 +76,7 @@ def test_sensitivities_are_complex_steps_of_the_equations() -> None:
 
 
 def swing_below_a_motion(t: Any, start: float, duration: float) -> Any:
-    """Return the angles (K,) below a trolley that goes 2 m by the quintic from `start` on, piece by piece."""
+    """Return angles (K,) below a trolley that goes 2 m by the quintic from `start`, by pieces."""
 
     def rates(at: float, y: Any) -> list[float]:
         s = (at - start) / duration
@@ -84,7 +92,9 @@ def swing_below_a_motion(t: Any, start: float, duration: float) -> Any:
 
 
 def test_sensitivities_by_instants_of_a_motion() -> None:
-    """Derivatives by start and duration of a prescribed motion are those of an independent solution, to 1e-7.
+    """Derivatives by start and duration of a prescribed motion are right to 1e-7.
+
+    The reference is an independent solution.
 
     Forward mode alone would miss that its kinks move within steps.
     """
@@ -105,7 +115,10 @@ def test_sensitivities_by_instants_of_a_motion() -> None:
 
 
 def test_sensitivities_are_extrapolated_differences() -> None:
-    """With a drive, derivatives by its lag, its delay and initial states are Richardson's extrapolation to 1e-8."""
+    """Derivatives by a drive's lag and delay and by initial states are right to 1e-8.
+
+    The reference is Richardson's extrapolation.
+    """
     scene = crane_sim.load_scene(SCENE, {"actuators": {"trolley": {"delay": 0.0237, "lag": 0.05}}})
     data = from_rollout(crane_sim.simulate(scene, duration=4.0), NOISE)
     shooting = Shooting(scene, data, ["actuators.trolley.delay", "actuators.trolley.lag"], 2.0)
@@ -120,7 +133,10 @@ def test_sensitivities_are_extrapolated_differences() -> None:
 
 
 def test_a_run_that_fails_near_the_estimates_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where a run that only the intervals need comes to no end, there are no intervals: a line, no error of LAPACK."""
+    """Where a run that only the intervals need comes to no end, there are no intervals.
+
+    This is a line, no error of LAPACK.
+    """
 
     def fail(*args: Any) -> Linear:
         linear = linearise(*args)
@@ -132,7 +148,10 @@ def test_a_run_that_fails_near_the_estimates_is_one_line(monkeypatch: pytest.Mon
 
 
 def test_a_run_without_noise_gives_the_true_parameters() -> None:
-    """From exact positions the fit, which begins 5 to 10 % away, ends at the truth to 1e-7: only rounding is left."""
+    """From exact positions a fit ends at the truth to 1e-7: only rounding is left.
+
+    It begins 5 to 10 % away.
+    """
     run = crane_sim.simulate(SCENE, overrides=MASSES | {"duration": 15.0})
     result = crane_sim.identify(SCENE, run, [*MASSES])
     assert result.overrides() == pytest.approx(MASSES, rel=1e-7)
@@ -144,7 +163,10 @@ def test_a_run_without_noise_gives_the_true_parameters() -> None:
 
 
 def test_a_first_guess_far_away_is_no_obstacle() -> None:
-    """Twice the cable, half the trolley: over 5 s that swing is another one; shorter segments lead to the truth."""
+    """Shorter segments lead to the truth from twice the cable and half the trolley.
+
+    Over 5 s that swing is another one.
+    """
     far = crane_sim.load_scene(SCENE, {"cable.lengths.0": 4.0, "trolley.mass": 10.0, "cable.node_masses.0": 9.0})
     run = crane_sim.simulate(SCENE, overrides=MASSES | {"duration": 15.0})
     found = crane_sim.identify(far, run, ["cable.lengths.0", "trolley.mass"], joints=["swing_1", "trolley"])
@@ -153,7 +175,10 @@ def test_a_first_guess_far_away_is_no_obstacle() -> None:
 
 @pytest.mark.long
 def test_delay_and_lag_of_a_drive_are_told_apart() -> None:
-    """A drive's delay, which is no whole number of periods on the way, and its lag come out to 2 %, without warning."""
+    """A drive's delay and its lag come out to 2 %, without warning.
+
+    On the way the delay is no whole number of periods.
+    """
     case = CASES["delay and lag"]
     scene = crane_sim.load_scene(case.scene, dict(case.guess))
     result = crane_sim.identify(scene, measured(case, 1), [*case.truth])
@@ -162,7 +187,10 @@ def test_delay_and_lag_of_a_drive_are_told_apart() -> None:
 
 
 def share_inside(case: Case, seeds: int) -> float:
-    """Return the share of true parameters inside their 95 % intervals over runs that differ in their noise."""
+    """Return the share of true parameters inside their 95 % intervals.
+
+    The runs differ in their noise.
+    """
     errors = [error for seed in range(seeds) for error in errors_of(case, seed).values()]
     return float(np.mean(np.abs(errors) <= 1.0))
 
@@ -175,7 +203,10 @@ def test_intervals_hold_the_truth_in_90_to_99_percent(name: str) -> None:
 
 
 def test_sensors_are_undone(tmp_path: Path) -> None:
-    """Delay, rate, lost samples and bias of a scene's sensors leave the true positions at the instants of samples."""
+    """Positions without delay, rate, lost samples and bias of sensors are the true ones.
+
+    They are those at the instants of samples.
+    """
     sensors = {"all": {"delay": 0.03, "dropout": 0.2}, "swing_1": {"rate": 50.0, "bias": [0.01, 0.0]}}
     run = crane_sim.simulate(SCENE, overrides={"sensors": sensors, "duration": 2.0, "seed": 3})
     data = read_measurements(run.record(tmp_path / "run.rrd"), run.scene)
@@ -189,7 +220,10 @@ def test_sensors_are_undone(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("begin", [0, 1, 2, 3])
 def test_slow_sensors_are_undone_of_a_bag_that_begins_mid_run(begin: int) -> None:
-    """A sensor of every third period, one late: its samples are at their instants, wherever in three a bag begins."""
+    """Samples of a slow sensor are at their instants, wherever a bag begins.
+
+    The sensor is of every third period, and one period late.
+    """
     run = crane_sim.simulate(SCENE, overrides={"duration": 1.0})
     scene = crane_sim.load_scene(SCENE, {"sensors": {"all": {"rate": 1.0 / (3 * PERIOD), "delay": PERIOD}}})
     published = np.maximum((np.arange(len(run.t)) - 1) // 3 * 3, 0)
@@ -201,7 +235,10 @@ def test_slow_sensors_are_undone_of_a_bag_that_begins_mid_run(begin: int) -> Non
 
 
 def test_what_cannot_be_told_apart_is_refused() -> None:
-    """In a free swing only the ratio of the masses acts: both are named; and what nothing shows is, alone."""
+    """In a free swing only the ratio of the masses acts: both are named.
+
+    What nothing shows is named alone.
+    """
     swing = crane_sim.load_scene("overhead_swing")
     data = from_rollout(crane_sim.simulate(swing), 1e-3)
     line = r"^trolley.mass, cable.node_masses.0: not identifiable from this run, cannot be told apart"
@@ -216,14 +253,20 @@ def test_what_cannot_be_told_apart_is_refused() -> None:
 
 
 def test_residuals_that_are_no_noise_are_said() -> None:
-    """A cable of another length leaves correlated residuals; a line says that intervals are too narrow."""
+    """A cable of another length leaves correlated residuals.
+
+    A line says that intervals are too narrow.
+    """
     found = crane_sim.identify(SCENE, measured(CASES["masses and length"], 0), ["trolley.mass"])
     assert any("residuals are correlated" in line for line in found.warnings)
 
 
 @pytest.mark.long
 def test_the_command_writes_a_scene_results_and_a_picture(tmp_path: Path) -> None:
-    """`crane identify` of a recording writes what `crane check` takes; an unknown joint is one line and exit code 2."""
+    """`crane identify` of a recording writes what `crane check` takes.
+
+    An unknown joint is one line and exit code 2.
+    """
     crane_sim.simulate(SCENE, overrides=MASSES | {"duration": 5.0}).record(tmp_path / "rig.rrd")
     words = ("identify", SCENE, "rig.rrd", "--parameters", "cable.lengths.0,trolley.mass", "-o", "out")
     done = crane(*words, "--set", "cable.node_masses.0=9", "--json", cwd=tmp_path)
@@ -267,7 +310,10 @@ def test_bad_input_is_one_line(parameters: list[str] | str, options: dict[str, A
     ],
 )
 def test_measurements_of_ones_own_are_checked(changes: dict[str, Any], line: str) -> None:
-    """A joint that the scene lacks, or an array of another shape, is named in one line; nothing is left out."""
+    """A joint that the scene lacks, or an array of another shape, is named in one line.
+
+    Nothing is left out.
+    """
     t = np.linspace(0.0, 0.99, 100)
     data = Measurements(t, ("trolley", "swing_1"), np.column_stack([t, np.sin(t)]), t, np.zeros((100, 1)))
     with pytest.raises(SceneError) as raised:
@@ -283,7 +329,10 @@ OPEN_LOOP: dict[str, Any] = {"control": None, "reference": None, "duration": 0.5
 )
 @pytest.mark.parametrize("is_recorded", [False, True])
 def test_inputs_of_drives_that_hold_them_are_commands(drive: dict[str, Any], is_recorded: bool, tmp_path: Path) -> None:
-    """A run in open loop has the inputs at the starts of periods as commands, where its drive has a lag or a servo."""
+    """A run in open loop has the inputs at the starts of periods as commands.
+
+    Its drive has a lag or a servo.
+    """
     sine = {"kind": "sine", "amplitude": 0.5, "frequency": 3.0}
     scene = crane_sim.load_scene(SCENE, OPEN_LOOP | {"inputs": {"trolley": sine}, "actuators": {"trolley": drive}})
     run = crane_sim.simulate(scene)
@@ -294,7 +343,7 @@ def test_inputs_of_drives_that_hold_them_are_commands(drive: dict[str, Any], is_
 
 
 def test_what_commands_are_possible_is_said(tmp_path: Path) -> None:
-    """Inputs that act between samples are refused with the names of their joints; constant ones are commands."""
+    """Inputs that act between samples are refused by joint; constant ones are commands."""
     inputs: dict[str, Any] = {"trolley": {"kind": "sine", "amplitude": 20.0, "frequency": 3.0}}
     run = crane_sim.simulate(SCENE, overrides=OPEN_LOOP | {"inputs": inputs})
     with pytest.raises(
@@ -307,7 +356,7 @@ def test_what_commands_are_possible_is_said(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("from_start", "before"), [(True, 0.0), (False, 7.0)])
 def test_before_the_first_command_stands_it_or_the_initial_demand(from_start: bool, before: float) -> None:
-    """A delayed drive begins with its initial demand with the run, and with the first command of a log under way."""
+    """A delayed drive begins with its initial demand, in a log under way with its first command."""
     scene = crane_sim.load_scene(SCENE, {"actuators.trolley.delay": 0.025})
     t = PERIOD * np.arange(6)
     data = Measurements(t, ("trolley",), t[:, None], t, np.full((6, 1), 7.0), from_start)
@@ -316,7 +365,7 @@ def test_before_the_first_command_stands_it_or_the_initial_demand(from_start: bo
 
 
 def test_commands_in_another_unit_are_refused(tmp_path: Path) -> None:
-    """A run whose trolley was commanded speeds is no run of a scene whose trolley is commanded forces."""
+    """A run of commanded trolley speeds is no run of a scene with commanded trolley forces."""
     drive = {"drive": "velocity", "servo": {"gain": 500.0, "integral_time": 1.0, "max_acceleration": 1.0}}
     overrides = {"control": None, "reference": None, "actuators": {"trolley": drive}}
     run = crane_sim.simulate(SCENE, lambda t, q, v: (0.3,), 0.2, overrides=overrides)

@@ -1,4 +1,7 @@
-"""Steps of array states: in one piece as one by one; the leapfrog method: its order, price, independence of samples."""
+"""Steps of array states, in one piece as one by one, and the leapfrog method.
+
+Of the latter: its order, its price, its independence of samples.
+"""
 
 from typing import Any, NamedTuple
 
@@ -28,7 +31,7 @@ from crane_sim.scenes.scene import load_scene
 
 
 class Whirl(NamedTuple):
-    """x'' = -4 x + 0.3 v^2 + sin(3 t), and the integral of x v behind them: state [x, v, integral], an array."""
+    """x'' = -4 x + 0.3 v^2 + sin(3 t), and the integral of x v: an array [x, v, integral]."""
 
     unused: float = 0.0
 
@@ -52,7 +55,10 @@ START = np.array([0.5, 0.0, 0.0])
 
 
 def integrate(method: Any, end: float, samples: Any = ()) -> Integration:
-    """Return the integration to `end`, with states at samples on the way, beyond which steps may go."""
+    """Return the integration to `end`, with states at samples on the way.
+
+    Steps may go beyond the samples.
+    """
     integration = start(Whirl(), 0.0, START, None)
     for t in samples:
         integration = integrate_to(method, Whirl(), (), integration, t, end)
@@ -62,7 +68,10 @@ def integrate(method: Any, end: float, samples: Any = ()) -> Integration:
 
 @pytest.mark.parametrize("method", [RK4(0.1), RK8(0.1), DOP853(1e-6, 1e-8), DOPRI5(1e-6, 1e-8)], ids=repr)
 def test_steps_in_one_piece_are_those_one_by_one(method: Any) -> None:
-    """The loop over steps of an array state has the bits, counters and last step of a loop over `advance`."""
+    """One loop over steps of an array state has the bits of a loop over `advance`.
+
+    Counters and the last step are the same, too.
+    """
     single = start(Whirl(), 0.0, START, None)
     while single.t < 2.0:
         single = advance(method, Whirl(), (), single, 2.0)
@@ -107,7 +116,10 @@ def _switching_whirl_apply_reset_map(p, t, x, u, which):
 @pytest.mark.parametrize("rank", [0, 1])
 @pytest.mark.parametrize("method", [RK4(0.1), RK8(0.1), DOP853(1e-6, 1e-8), Rodas(1e-4, 1e-6)], ids=repr)
 def test_steps_with_events_in_one_piece_are_those_one_by_one(method: Any, rank: int) -> None:
-    """Events, bits, counters and the last step are those of a loop that looks for an event after each step."""
+    """Events, bits, counters and the last step are those of a loop that checks every step.
+
+    It looks for an event after each one.
+    """
     p = SwitchingWhirl(rank=rank)
     switches = system.switching(p)
     single, whole = (start(p, 0.0, START, make_event_log(switches)) for _ in range(2))
@@ -122,7 +134,10 @@ def test_steps_with_events_in_one_piece_are_those_one_by_one(method: Any, rank: 
 
 @pytest.mark.parametrize("method", [RK4(1.0), RK8(1.0), DOP853(), DOPRI5()], ids=repr)
 def test_the_cubic_through_first_and_last_stage_is_of_order_four(method: Any) -> None:
-    """In the middle of a step the interpolation of guards errs by h⁴: halving the step divides its error by 16."""
+    """The interpolation of guards errs by h⁴: halving the step divides its error by 16.
+
+    This is measured in the middle of a step.
+    """
     p, errors = SwitchingWhirl(), list[float]()
     for h in (0.1, 0.05):
         x, space, middle = np.empty(3), scratch(START, p), np.empty(3)
@@ -142,7 +157,7 @@ def test_steps_in_one_piece_end_where_a_state_is_not_finite() -> None:
 
 
 def test_leapfrog_is_of_order_two() -> None:
-    """Halving the step divides the errors by 4, with a force by the square of the velocity and one of time."""
+    """Halving the step divides the errors by 4, with forces by squared velocity and by time."""
     exact = integrate(RK8(0.01), 3.0).x
     errors = [np.linalg.norm(integrate(Leapfrog(h), 3.0).x - exact) for h in (0.02, 0.01)]
     assert errors[1] < 1e-3
@@ -157,7 +172,7 @@ def test_samples_change_no_step(method: Any) -> None:
 
 
 def test_leapfrog_evaluates_once_a_step_wherever_it_is_sampled() -> None:
-    """A period takes an evaluation for each step and one at its start, and has the same bits with samples in it."""
+    """A period takes an evaluation a step and one at its start; samples in it change no bit."""
     whole, sampled = integrate(Leapfrog(0.1), 1.0), integrate(Leapfrog(0.1), 1.0, samples=(0.07, 0.31, 0.32, 0.77))
     assert (whole.steps, whole.evaluations) == (sampled.steps, sampled.evaluations) == (10, 11)
     assert np.array_equal(whole.x, sampled.x)

@@ -1,4 +1,4 @@
-"""Event detection: sample times within a step, evaluations, and guards that are negative for a short time."""
+"""Event detection: samples within a step, evaluations, and guards that are briefly negative."""
 
 from typing import Any, NamedTuple
 
@@ -72,7 +72,10 @@ def cases(ceiling: float, forced: float, v: float) -> list[tuple[Any, Any]]:
 @pytest.mark.parametrize("forced", [0.0, 1.0])
 @pytest.mark.parametrize("top", np.linspace(0.3, 1.7, 8))
 def test_a_short_stay_beyond_a_guard_is_seen(top: float, forced: float) -> None:
-    """A guard that is negative for just over 1 / GUARD_SAMPLES of a step, and not at its ends, ends the run on time."""
+    """A guard that is negative for just over 1 / GUARD_SAMPLES of a step ends the run on time.
+
+    It is not negative at the ends of the step.
+    """
     half = 0.51 * STEP / GUARD_SAMPLES
     for p, x in cases(0.5 * top**2 - 0.5 * half**2, forced, top):
         integration = thrown(p, x, STEP)
@@ -85,7 +88,10 @@ def test_a_short_stay_beyond_a_guard_is_seen(top: float, forced: float) -> None:
 
 @pytest.mark.parametrize("forced", [0, 1])
 def test_what_looking_costs_is_counted(forced: int) -> None:
-    """Guards of positions alone cost no evaluation, others what each takes, and both ends of a tuple."""
+    """Guards of positions alone cost no evaluation, others what each takes.
+
+    Both ends of a tuple cost theirs.
+    """
     for (p, x), at_ends in zip(cases(1.0, forced, 1.0), (2, 0), strict=True):
         integration = thrown(p, x, 5 * STEP)
         assert (integration.steps, integration.evaluations) == (5, 5 * (12 + forced * (at_ends + GUARD_SAMPLES)))
@@ -107,7 +113,10 @@ def test_a_guard_that_is_only_touched_does_not_fail() -> None:
     ids=["limits", "sticking", "slack"],
 )
 def test_only_guards_of_forces_solve_for_them(groups: dict[str, Any], each: int) -> None:
-    """A crane that travel limits alone can stop costs no evaluation more per step than one that nothing can."""
+    """A crane that only travel limits can stop costs no more evaluations than one without.
+
+    The evaluations are those per step.
+    """
     changes = {"duration": 0.5, "integrator": {"method": "rk8", "step": 0.05}}
     stats = simulate(crane_sim.load_scene("overhead_swing", changes | groups)).stats
     at_start = int(each > 12)  # where guards are evaluated before the first step
@@ -115,7 +124,10 @@ def test_only_guards_of_forces_solve_for_them(groups: dict[str, Any], each: int)
 
 
 def test_a_log_without_what_is_later() -> None:
-    """Events up to an instant stay; those that a full log only counted go with the last one that it kept."""
+    """Events up to an instant stay.
+
+    Those that a full log only counted go with the last one that it kept.
+    """
     rows = np.array([[1.0, 7.0], [2.0, 8.0]])
     assert [events_until(EventLog(2, rows), t).total for t in (0.5, 1.0, 1.5, 2.0)] == [0, 1, 1, 2]
     assert [events_until(EventLog(5, rows), t).total for t in (1.5, 2.0)] == [1, 5]

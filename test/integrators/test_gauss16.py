@@ -1,4 +1,4 @@
-"""Gauss collocation of order 16: its coefficients, its order, its way through the stages, events, and its choice."""
+"""Gauss collocation of order 16: its coefficients, order, stages, events, and automatic choice."""
 
 from math import cos, sin
 from typing import Any, NamedTuple
@@ -79,7 +79,10 @@ KINDS = [(Oscillators, START), (Paired, START), (InArray, np.array(START))]
 
 
 def test_coefficients_are_those_of_gauss() -> None:
-    """Nodes and weights are Gauss' quadrature, the matrices integrate polynomials up to degree 7 once and twice."""
+    """Nodes and weights are Gauss' quadrature.
+
+    The matrices integrate polynomials up to degree 7 once and twice.
+    """
     x, w = np.polynomial.legendre.leggauss(8)
     b, c = np.array(gauss16.B), np.array(gauss16.C)
     assert b == pytest.approx(0.5 * w, abs=1e-15) and c == pytest.approx(0.5 + 0.5 * x, abs=1e-15)
@@ -112,7 +115,7 @@ def test_measured_order(kind: Any, x: Any) -> None:
 @pytest.mark.parametrize(("kind", "x"), [KINDS[0], KINDS[2]], ids=["tuple", "array"])
 @pytest.mark.parametrize("rtol", [1e-4, 1e-8, 1e-12])
 def test_error_follows_the_tolerance(kind: Any, x: Any, rtol: float) -> None:
-    """The global error stays within a small multiple of the tolerance, and every evaluation is counted."""
+    """The global error stays within a small multiple of the tolerance; evaluations are counted."""
     integration = integrate(Gauss16(rtol, rtol), kind(FORCE), x, 20.0)
     assert np.max(np.abs(np.array(integration.x) - exact(20.0, FORCE))) < 20.0 * rtol  # local errors add up over 20 s
     assert integration.status == Status.OK
@@ -128,7 +131,7 @@ def test_a_step_far_too_long_is_rejected() -> None:
 
 
 def test_limits_are_met_at_the_instant_of_another_method() -> None:
-    """A crane that runs into a travel limit stops at the time that Dormand and Prince's method finds."""
+    """A crane that hits a travel limit stops at the time of Dormand and Prince's method."""
     changes, ends = {"trolley.limits": [-0.5, 0.5], "trolley.mass": 1.0, "duration": 1.0}, []
     for method in (Gauss16(), DOP853()):
         with pytest.raises(SimulationError, match="reached its travel limit") as stop:
@@ -143,7 +146,7 @@ def method_group(method: Any) -> dict[str, Any]:
 
 
 def test_auto_takes_it_for_tight_tolerances() -> None:
-    """Method auto with a tight tolerance takes order 16 where nothing is sampled and the state has few entries."""
+    """Method auto takes order 16 for a tight tolerance without samples and a small state."""
 
     def chosen(scene: str, rtol: float) -> Any:
         return crane_sim.load_scene(scene, {"integrator": {"method": "auto", "rtol": rtol}}).method

@@ -1,4 +1,4 @@
-"""Integrators: the coefficients' identities, the measured order, error control, stiffness and long horizons."""
+"""Integrators: coefficients, measured order, error control, stiffness and long horizons."""
 
 from math import cos, nan, pi, sin
 from typing import Any, NamedTuple
@@ -84,7 +84,10 @@ def dense(rows: Any, n: int) -> np.ndarray:
 
 @pytest.mark.parametrize(("tableau", "order"), [(rk4, 4), (dop853, 8), (dopri5, 5)], ids=["rk4", "dop853", "dopri5"])
 def test_coefficients_satisfy_the_order_conditions(tableau: Any, order: int) -> None:
-    """Weights integrate polynomials up to the order, rows sum to their nodes, and tall trees' order conditions hold."""
+    """Weights integrate polynomials up to the order, and rows sum to their nodes.
+
+    The order conditions of tall trees hold.
+    """
     n = len(tableau.B)
     a, c = dense(tableau.A, n), np.array([0.0, *tableau.C])
     b = np.array([0.0 if x is None else x for x in tableau.B])
@@ -101,7 +104,7 @@ def test_coefficients_satisfy_the_order_conditions(tableau: Any, order: int) -> 
 
 @pytest.mark.parametrize("weights", [dop853.E5, dop853.E3, dopri5.E], ids=["order 5", "order 3", "dopri5"])
 def test_error_weights_cancel_on_a_constant(weights: Any) -> None:
-    """The error estimates are zero where every slope is the same, as differences of two quadratures are."""
+    """Error estimates are zero where all slopes are equal: differences of two quadratures."""
     assert sum(x for x in weights if x is not None) == pytest.approx(0.0, abs=1e-14)
 
 
@@ -134,13 +137,13 @@ def test_adaptive_error_follows_the_tolerance(method: Any, rtol: float) -> None:
 
 
 def test_evaluations_are_counted() -> None:
-    """An accepted step costs 12 evaluations, a rejected one 11 more, and the first step's choice 1."""
+    """An accepted step costs 12 evaluations, a rejected one 11 more, the first step's size 1."""
     integration = integrate(DOP853(1e-8, 1e-8), Oscillator(0.7), (1.0, 0.0), 20.0)
     assert integration.evaluations == 12 * integration.steps + 11 * integration.rejected + 1
 
 
 def test_a_stiff_problem_is_slow_but_right() -> None:
-    """Error control holds an explicit method stable on a fast decay instead of letting it explode."""
+    """Error control keeps an explicit method stable on a fast decay."""
     integration = integrate(DOP853(1e-6, 1e-9), Decay(-1e4), (1.0,), 1.0)
     # the stability bound of the method on the negative axis is about 6: at least 1e4 / 6 steps
     assert (
@@ -151,14 +154,14 @@ def test_a_stiff_problem_is_slow_but_right() -> None:
 
 
 def test_long_horizon() -> None:
-    """Energy of an oscillator drifts by less than rounding's share over 100 000 steps of order 8."""
+    """An oscillator's energy drifts by less than rounding over 100 000 steps of order 8."""
     integration = integrate(RK8(2.0 * pi / 60.0), Oscillator(0.0), (1.0, 0.0), 100_000 * 2.0 * pi / 60.0)
     # order 8 at h = 0.1 loses h^8 1e-7 a step at worst; 1e5 roundings of 1e-16 add up to 1e-11 at most
     assert integration.x[0] ** 2 + integration.x[1] ** 2 == pytest.approx(1.0, abs=1e-10)
 
 
 def test_reading_between_steps_changes_nothing() -> None:
-    """A state read within a step is as accurate as the steps, and leaves the integration as it is."""
+    """A state read within a step is as accurate as the steps, and the integration unchanged."""
     p, method = Oscillator(0.7), DOP853(1e-10, 1e-12)
     x, integration = look_back(method, p, (1.0, 0.0), 9.0, 9.0)
     assert integration.t > 9.0  # steps follow the solution, not the instants of reading
@@ -168,7 +171,7 @@ def test_reading_between_steps_changes_nothing() -> None:
 
 @pytest.mark.parametrize("method", [DOP853(1e-8, 1e-8), RK4(0.01), Gauss16()], ids=["dop853", "rk4", "gauss16"])
 def test_a_solution_that_ends_is_reported(method: Any) -> None:
-    """Integration across a singularity stops with a status, near the singularity, instead of returning numbers."""
+    """Integration across a singularity stops near it with a status."""
     integration = integrate(method, FiniteTimeBlowUp(), (1.0,), 2.0)
     assert integration.status != Status.OK and integration.t < 1.5
 

@@ -78,20 +78,26 @@ def order_of(tree: Tree) -> int:
 
 
 def weight(tree: Tree, alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
-    """Return the elementary weights of the stages: a single branch meets the Jacobian, several do not."""
+    """Return the elementary weights of the stages.
+
+    A single branch meets the Jacobian, several do not.
+    """
     inner = beta if len(tree) == 1 else alpha
     return np.prod([inner @ weight(branch, alpha, beta) for branch in tree] + [np.ones(len(alpha))], axis=0)
 
 
 def rosenbrock_form() -> tuple[np.ndarray, np.ndarray]:
-    """Return the coefficients (alpha, gamma) for stages k; the method's own, and weights, are for u = gamma k."""
+    """Return the coefficients (alpha, gamma) for stages k.
+
+    The method's own, and its weights, are for u = gamma k.
+    """
     gamma = np.linalg.inv(np.eye(rodas.STAGES) / rodas.GAMMA - to_dense_tableau(rodas.C))
     return to_dense_tableau(rodas.A) @ gamma, gamma
 
 
 @pytest.mark.parametrize("order", [1, 2, 3, 4, 5])
 def test_coefficients_satisfy_all_order_conditions(order: int) -> None:
-    """The weights satisfy every condition up to order 5, those without the last increment up to order 4 only."""
+    """The weights satisfy every condition up to order 5, without the last increment up to 4."""
     alpha, gamma = rosenbrock_form()
     b, last = np.array(rodas.B), np.eye(rodas.STAGES)[-1]
     residuals = [
@@ -104,7 +110,7 @@ def test_coefficients_satisfy_all_order_conditions(order: int) -> None:
 
 
 def test_measured_order() -> None:
-    """Halving the step of a nonlinear problem that depends on time divides the error by 2 to the fifth."""
+    """Halving the step of a nonlinear, time-dependent problem divides the error by 2^5."""
     p = Pendulum(0.7, 1.5)
     exact = integrate(DOP853(1e-13, 1e-14), p, X0, 4.0)[0].x
     errors = [np.linalg.norm(steps(Rodas(), p, X0, n, 4.0 / n) - exact) for n in (80, 160)]
@@ -113,7 +119,10 @@ def test_measured_order() -> None:
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
 def test_adaptive_error_follows_the_tolerance(rtol: float) -> None:
-    """The global error stays within a small multiple of the tolerance, at the end and between steps."""
+    """The global error stays within a small multiple of the tolerance.
+
+    It does so at the end and between steps.
+    """
     p = Pendulum(0.7, 1.5)
     integration, middle = integrate(Rodas(rtol, rtol), p, X0, 10.0)
     for t, x in ((10.0, integration.x), (0.5 * (integration.t0 + integration.t), middle)):
@@ -124,14 +133,14 @@ def test_adaptive_error_follows_the_tolerance(rtol: float) -> None:
 
 
 def test_a_stiff_component_costs_nothing() -> None:
-    """A rate of 1e8 leaves the number of steps what it is without, and the error within the tolerance."""
+    """A rate of 1e8 changes no number of steps, and the error stays within the tolerance."""
     mild, stiff = (integrate(Rodas(1e-6, 1e-6), Pendulum(0.7, rate), X0, 10.0)[0] for rate in (1.5, 1e8))
     assert stiff.status == Status.OK and stiff.steps < 2 * mild.steps
     assert stiff.x[2] == pytest.approx(sin(20.0), abs=1e-5)  # within 1e-8 of its target, errors of 1e-6 a step
 
 
 def test_a_fast_decay_ends_in_one_step() -> None:
-    """The method is L-stable: a step much longer than a decay ends where it goes, instead of overshooting."""
+    """The method is L-stable: a step much longer than a decay ends where the decay goes."""
     x = steps(Rodas(), Pendulum(0.0, 1e9), np.array([0.0, 0.0, 1.0]), 1, 0.5)
     assert x[2] == pytest.approx(sin(1.0), abs=1e-7)  # the stability function falls like 1 / (rate h)
 
@@ -144,7 +153,7 @@ def dense_solution(a, b):
 
 @entry_point
 def band_solution(a, x, b):
-    """Add the band's product with x to b, then overwrite b with the solution of the banded system."""
+    """Add the band's product with x to b, then overwrite b with the banded system's solution."""
     work = np.zeros(len(b) + 6)
     add_band_product(a, x, 2.0, b, 3, work)
     factor_band(a)

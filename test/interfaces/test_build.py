@@ -53,7 +53,7 @@ def python(tmp_path: Path) -> Path:
 
 
 def test_packages_are_built_from_nothing(python: Path) -> None:
-    """What was missing is there after one command, its messages are those of ROS, and nothing else is left behind."""
+    """One command makes what was missing, with ROS's messages, and leaves nothing else behind."""
     before = run(python, BUILD, "interfaces", "--check")
     assert before.returncode == 1 and before.stdout.count("not there") == len(USES), before.stdout + before.stderr
     built = run(python, BUILD, "interfaces")

@@ -25,7 +25,7 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_a_package_from_elsewhere_is_used_as_it_is(installed: Path) -> None:
-    """An importable package that was not built here is not missing, and its origin is where it lies."""
+    """An importable package not built here is not missing; its origin is where it lies."""
     package = find_package("tf2_msgs")
     assert not package.missing and package.origin == str(installed)
 
@@ -47,7 +47,7 @@ def test_unknown_packages_are_refused() -> None:
 
 @pytest.mark.parametrize("name", USES)
 def test_definitions_are_whole(name: str) -> None:
-    """Every definition has the sections of its kind: a message none, a service one mark, an action two."""
+    """Every definition has its kind's sections: a message no mark, a service one, an action two."""
     marks = {".msg": 0, ".srv": 1, ".action": 2}
     files = [file for file in packages.source_folder(name).glob("*/*") if file.is_file()]
     assert files and all(file.read_text().splitlines().count("---") == marks[file.suffix] for file in files)

@@ -1,4 +1,4 @@
-"""Drives with play, against two masses in closed form, the crane without play, and the balance of energy."""
+"""Drives with play, against two masses in closed form, cranes without play, and energy balance."""
 
 from math import atan, pi, sqrt
 from typing import Any
@@ -57,7 +57,10 @@ def crane(name: str, drives: Drives | None) -> SuspendedCrane:
 
 
 def posture(name: str, leads: Any) -> tuple[Any, Any]:
-    """Return (q, v) of the joints with drives that lead joints 0, 0 and 1 by (position, velocity)."""
+    """Return (q, v) of the joints with drives ahead of joints 0, 0 and 1.
+
+    `leads` are (position, velocity) each.
+    """
     q, v = SUPPORTS[name][1:]
     lead = [(q[j] + a, v[j] + b) for j, (a, b) in zip((0, 0, 1), leads, strict=True)]
     (joints, rates), ends = RIGGING, list(zip(*lead, strict=True))
@@ -74,7 +77,7 @@ def drives() -> Drives:
     ("name", "case"), [("tower", "gap"), ("tower", "leaving"), ("bridge", "forwards"), ("mobile", "backwards")]
 )
 def test_a_joint_moves_by_what_its_shafts_push(name: str, case: str) -> None:
-    """Joints move as those of the crane without play under the shafts' forces, drives by efforts less these forces.
+    """Joints move as without play under the shafts' forces, drives by efforts less these.
 
     The energy of masses, springs and weight changes by the power that the meter counts.
     """
@@ -109,7 +112,7 @@ def check_meter(p: Any, x: Any, u: Any) -> None:
 
 @pytest.mark.parametrize("case", ["gap", "forwards"])
 def test_a_gantry_moves_by_what_its_shafts_push(case: str) -> None:
-    """Below falls: accelerations are those without play under the shafts' forces, and the meter counts all power."""
+    """Below falls: accelerations are those under the shafts' forces, and all power is metered."""
     (lead, rate, mode), play, stiffness, damping = CASES[case], 0.02, 4e5, 2e3
     gears = [{"inertia": 900.0, "play": play, "stiffness": stiffness, "damping": damping}]
     plain = crane_sim.load_scene("spreader_skew")
@@ -129,7 +132,7 @@ def test_a_gantry_moves_by_what_its_shafts_push(case: str) -> None:
 
 
 def test_contact_begins_and_ends_by_its_guards() -> None:
-    """The guard of a drive in the gap fails where it touches and pushes, that of a contact where it would pull."""
+    """The guard of a drive fails where it touches and pushes, or where a contact would pull."""
     p, u = crane("bridge", ((), (Drive(2.0, 1.0, 0.02, 4e3, 20.0),))), (0.0, 0.0, -60.0)
     q, v = posture("bridge", ((0.0, 0.0),) * 3)
     q, v = np.array([*q[:8], q[1] + 0.011]), np.array([*v[:8], v[1] + 0.1])
@@ -156,7 +159,10 @@ def test_contact_begins_and_ends_by_its_guards() -> None:
 
 
 def test_brakes_are_chosen_for_the_joint_behind_the_play() -> None:
-    """Inertias and loads that brakes are chosen by are those of the crane without play, which would hide them."""
+    """Inertias and loads that brakes are chosen by are those of the crane without play.
+
+    Play would hide them.
+    """
     with_play = joint_mechanics(crane_sim.load_scene("tandem_play"))
     without = joint_mechanics(crane_sim.load_scene("tandem_play", {"backlash": {}}))
     for got, expected in zip(with_play, without, strict=True):
@@ -186,7 +192,10 @@ def contacts(summary: dict[str, Any]) -> list[float]:
 
 @pytest.mark.long
 def test_a_drive_that_bounces_in_its_play_has_the_period_of_two_masses() -> None:
-    """Without damping, flights across the gap and half oscillations of the two masses follow in closed form."""
+    """Without damping, flights across the gap and half oscillations follow in closed form.
+
+    The oscillations are those of the two masses.
+    """
     plant, v = Plant(crane_sim.load_scene(FREE)), 0.1
     plant.reset(None, [0.0, 0.0, 0.0, 0.0, 0.0, v])
     for _ in range(plant.scene.steps):
@@ -201,7 +210,9 @@ def test_a_drive_that_bounces_in_its_play_has_the_period_of_two_masses() -> None
 
 @pytest.mark.long
 def test_a_drive_that_is_pushed_bounces_on_one_flank() -> None:
-    """Parabolas in the gap and arcs on the flank make a limit cycle under a constant force, its period in closed form.
+    """Parabolas in the gap and arcs on the flank make a limit cycle under a constant force.
+
+    Its period is in closed form.
 
     The drive starts at the other flank and crosses the whole gap first.
     """
@@ -221,7 +232,10 @@ def test_a_drive_that_is_pushed_bounces_on_one_flank() -> None:
 
 @pytest.mark.slow
 def test_drives_in_tandem_cross_their_play_one_after_the_other() -> None:
-    """In the catalogue's scene both drives pull and brake, cross their play at different times, and energy is kept."""
+    """In the catalogue's scene both drives pull and brake, and energy is kept.
+
+    They cross their play at different times.
+    """
     run = crane_sim.simulate("tandem_play")
     assert run.summary["energy_audit_max"] < 1e-9
     lead = (run.q[:, -2:] - run.q[:, 1:2]) * 1e3  # mm
@@ -242,7 +256,10 @@ REJECTED = [
 
 @pytest.mark.parametrize(("backlash", "line"), REJECTED)
 def test_play_that_cannot_be_is_refused(backlash: Any, line: str) -> None:
-    """Each contradiction is one line that begins with the key; no play is the group left out, and not a play of 0."""
+    """Each contradiction is one line that begins with the key.
+
+    No play is the group left out, and not a play of 0.
+    """
     whole = {name: [FREE["backlash"]["bridge"][0] | drive for drive in joint] for name, joint in backlash.items()}
     with pytest.raises(crane_sim.SceneError) as error:
         crane_sim.load_scene(FREE | {"backlash": whole})
@@ -250,7 +267,7 @@ def test_play_that_cannot_be_is_refused(backlash: Any, line: str) -> None:
 
 
 def test_a_fixed_step_is_judged_by_the_shafts() -> None:
-    """A step that a drive of 10 kg on a shaft of 1e9 N/m cannot bear is refused, with the largest one that it can."""
+    """A step that 10 kg on a shaft of 1e9 N/m cannot bear is refused, with the largest one."""
     drive = {"inertia": 10.0, "play": 1e-3, "stiffness": 1e9}
     changes = {"backlash": {"bridge": [drive]}, "integrator": {"method": "rk4", "step": 0.005}}
     with pytest.raises(crane_sim.SceneError, match=r"integrator.step = 0.005: too large for the stiffest motion, 1.41"):

@@ -1,4 +1,7 @@
-"""Contact of a load on falls: equations and impacts, against virtual work of point masses and closed forms."""
+"""Contact of a load on falls: equations and impacts, against virtual work and closed forms.
+
+Virtual work is that of point masses.
+"""
 
 from math import atan, cos, pi, sin
 from typing import Any
@@ -49,7 +52,7 @@ def place(q: Any, point: Any) -> Any:
 
 
 def along(function: Any, t: float, q: Any, v: Any, a: Any) -> tuple[float, float, float]:
-    """Return a function of (t, q) and its first two derivatives on the way with these rates and accelerations."""
+    """Return a function of (t, q) and its two derivatives at these rates and accelerations."""
     with mp.workdps(60):
         h, (q, v, a) = mpf(10) ** -18, ([mpf(float(x)) for x in row] for row in (q, v, a))
         values = []
@@ -65,7 +68,7 @@ def gap_of(point: Any) -> Any:
 
 
 class Resting:
-    """A load on some corners, sliding: coordinates, rates, corners, and the height of the surface."""
+    """A load that slides on some corners: coordinates, rates, corners, and surface height."""
 
     def __init__(self, count: int) -> None:
         """Choose a posture on `count` closed corners of four, or of the three that there are."""
@@ -80,7 +83,7 @@ class Resting:
         self.v[[5, 7, 8]] -= np.linalg.lstsq(*self._rates(), rcond=None)[0]
 
     def _rates(self) -> Any:
-        """Return (Jacobian of the closed corners' heights in z and the tilts, rates of these heights)."""
+        """Return (Jacobian of closed corners' heights in z and tilts, rates of the heights)."""
         rows, rates = [], []
         for i in self.closed:
             gap = gap_of(self.corners[i])
@@ -128,7 +131,10 @@ def unit_push(corner: Any, q: Any, v: Any, sea: bool) -> Extras:
 
 @pytest.mark.parametrize(("count", "sea"), [(1, True), (2, True), (3, False), (4, True)])
 def test_closed_corners_follow_the_surface(count: int, sea: bool) -> None:
-    """A sliding load accelerates as point masses under normal forces and friction; closed corners as the deck does."""
+    """A sliding load accelerates as point masses under contact; closed corners as the deck.
+
+    Contact is by normal forces and friction.
+    """
     load = Resting(count)
     q, v, efforts, added = load.q, load.v, np.zeros(9), np.zeros(9)
     efforts[:3], added[2] = EFFORTS, 1.5
@@ -150,7 +156,10 @@ def test_closed_corners_follow_the_surface(count: int, sea: bool) -> None:
 
 
 def test_indeterminate_normal_forces_are_the_least_squares() -> None:
-    """Of all normal forces on four corners with the same sum and tilting moment, the model takes the least squares."""
+    """Of all normal forces on four corners with the same sums the model takes the least squares.
+
+    The sums are those of force and of tilting moment.
+    """
     load = Resting(4)
     crane = load.crane(False)
     contact: Any = crane.contact
@@ -170,7 +179,10 @@ def heeled(axis: int, angle: float) -> Base:
 
 
 def sticking(contact: RigidContact, moved: Base, yaw: float = 0.0) -> tuple[FallsCrane, Any]:
-    """Return (crane, state) of a load that sticks to a surface 10 m below the base's origin, its centre 1 m above."""
+    """Return (crane, state) of a load that sticks to a surface below.
+
+    The surface is 10 m below the base's origin, the load's centre 1 m above it.
+    """
     loose, load = falls()._replace(length=20.0), rigid(np.diag([3.0, 4.0, 5.0]))
     crane = FallsCrane(Support(SUPPORTS["bridge"]), loose, load, None, base=moved, contact=contact)
     q = np.array([0.0, 0.0, 0.0, 0.0, -9.0, cos(0.5 * yaw), 0.0, 0.0, sin(0.5 * yaw)])
@@ -181,7 +193,7 @@ def sticking(contact: RigidContact, moved: Base, yaw: float = 0.0) -> tuple[Fall
 
 @pytest.mark.parametrize(("part", "holds"), [(0.9999, True), (1.0001, False)])
 def test_a_load_slips_on_a_base_that_heels_beyond_friction(part: float, holds: bool) -> None:
-    """On a base that heels by φ a load at rest is held while tan φ < μ, and its acceleration is zero."""
+    """On a base that heels by φ a load at rest is held while tan φ < μ, not accelerated."""
     contact = RigidContact(CORNERS, Surface(-10.0, FRICTION, SLIP), 0.0, 0.01)
     crane, x = sticking(contact, heeled(3, atan(part * FRICTION)))
     assert not system.acceleration(crane, 0.0, x, (0.0, 0.0))[2:].any()
@@ -193,7 +205,10 @@ def test_a_load_slips_on_a_base_that_heels_beyond_friction(part: float, holds: b
 @pytest.mark.parametrize("part", [0.9999, 1.0001])
 @pytest.mark.parametrize(("axis", "side", "reach"), [(3, 1, 0.6), (3, -1, 0.6), (4, 1, 0.75), (4, -1, 0.75)])
 def test_a_load_tips_on_a_base_that_heels_beyond_its_edge(axis: int, side: int, reach: float, part: float) -> None:
-    """A load that friction holds tips beyond tan φ = its way to the edge over its height: upper corners lift off."""
+    """A load that friction holds tips beyond tan φ = way to the edge over height.
+
+    Then the upper corners lift off.
+    """
     heel, points = side * atan(part * reach), CORNERS - (0.05, 0.0, 0.0)  # a rectangle about the centre
     crane, x = sticking(RigidContact(points, Surface(-10.0, 5.0, SLIP), 0.0, 0.01), heeled(axis, heel))
     value, _, _ = system.guard(crane, 0.0, x, (0.0, 0.0), None)
@@ -202,7 +217,7 @@ def test_a_load_tips_on_a_base_that_heels_beyond_its_edge(axis: int, side: int, 
 
 
 def test_forces_at_the_corners_hold_a_load_that_sticks() -> None:
-    """Normal forces, and the friction that they share, add up to the force and the tilting moment of the hold."""
+    """Normal forces and their friction add up to the force and tilting moment of the hold."""
     amplitudes, ones = np.zeros((6, 1)), np.ones((6, 1))
     amplitudes[:2, 0] = 1.5, -0.8
     deck = Base(np.zeros(6), amplitudes, ones, 0.5 * pi * ones)  # which is not moving at t = 0, but accelerates
@@ -228,7 +243,10 @@ def body_at(lever: Any, velocity: Any, omega: Any) -> BodyState:
 
 
 def test_a_rocking_block_loses_what_housner_says() -> None:
-    """A block that rocks onto its other edge, without bounce or slip, keeps 1 - 3/2 sin² α of its rate (Housner)."""
+    """A block rocking onto its other edge keeps 1 - 3/2 sin² α of its rate (Housner).
+
+    It neither bounces nor slips.
+    """
     half, tall, depth, mass = 0.3, 1.0, 0.2, 7.0
     sizes = (half, tall), (depth, tall), (half, depth)  # half is along y, tall along z, depth along x
     moments = [mass / 3.0 * (a * a + b * b) for a, b in sizes]
@@ -256,7 +274,10 @@ def impacts() -> Any:
 
 
 def test_impacts_give_no_energy_and_leave_no_approach() -> None:
-    """After an impact no touching corner approaches, no impulse pulls, and the work done is the energy's change."""
+    """After an impact no touching corner approaches and no impulse pulls.
+
+    The work done is the energy's change.
+    """
     load, resting = rigid(), displacement_at(None, 0.0)
     for contact, velocity, omega, touching in impacts():
         before = body_at(ZERO, velocity, omega)

@@ -1,4 +1,4 @@
-"""Runs of a load that is set down, dropped, dragged and picked up, against closed forms and invariants."""
+"""Runs of a load set down, dropped, dragged and picked up, against closed forms and invariants."""
 
 from dataclasses import replace
 from math import asinh, atan, cos, log1p, pi, sin, sqrt
@@ -23,7 +23,10 @@ def hoisting(first: float, second: float) -> dict[str, Any]:
 
 
 def scene(contact: dict[str, Any], start: dict[str, Any], duration: float, **changes: Any) -> dict[str, Any]:
-    """Return a scene whose falls are slack unless `changes` shorten them; all have models of the same types."""
+    """Return a scene with slack falls unless `changes` shorten them.
+
+    All have models of the same types.
+    """
     return {
         "crane": "gantry",
         "duration": duration,
@@ -54,7 +57,10 @@ def heights(run: Rollout) -> Any:
 
 
 def test_bounces_of_a_dropped_load() -> None:
-    """A load dropped flat flies 2 e v / g between impacts, each e times the one before, until it is too slow."""
+    """A load dropped flat flies 2 e v / g between impacts, each e times the one before.
+
+    Bounces end where it is too slow.
+    """
     drop, e = 0.5, 0.5
     start = {"position": [0.0, 0.0, FLOOR + 1.0 + drop]}
     run = crane_sim.simulate(scene({"restitution": e, "rest_velocity": 0.01}, start, 1.2))
@@ -77,7 +83,10 @@ def test_bounces_of_a_dropped_load() -> None:
 
 @pytest.mark.long
 def test_sliding_distance() -> None:
-    """A load that slides flat at v stops after ∫ √(v² + v_s²) dv / (μ g) from v_s to v, near Coulomb's v² / (2 μ g)."""
+    """A load that slides flat at v stops near Coulomb's v² / (2 μ g).
+
+    The distance is ∫ √(v² + v_s²) dv / (μ g) from v_s to v.
+    """
     friction, v, slip = 0.3, 1.0, 1e-3
     start = {"position": [0.0, 0.0, FLOOR + 1.0], "velocity": [v, 0.0, 0.0]}
     run = crane_sim.simulate(scene({"friction": friction, "slip_velocity": slip}, start, 0.6))
@@ -95,7 +104,9 @@ def test_sliding_distance() -> None:
 
 
 def test_peak_of_a_load_that_is_picked_up_at_a_speed() -> None:
-    """A load lifted off a surface that leaves it at v_r pulls up to W (1 + v_r / g √(k / m)) in an undamped rope.
+    """A load lifted off a surface that leaves it at v_r pulls up to W (1 + v_r / g √(k / m)).
+
+    The rope is undamped.
 
     The deck sinks through its middle, where its speed is stationary, as the falls carry the whole weight. From there
     the load oscillates about its equilibrium, with the deck's speed, away from the deck.
@@ -119,7 +130,7 @@ def test_peak_of_a_load_that_is_picked_up_at_a_speed() -> None:
 
 
 def test_a_load_on_a_ship_moves_with_it() -> None:
-    """On a base that heaves and rolls a load set down on it stays where it is, and the energies balance."""
+    """On a base that heaves and rolls a load set down on it stays, and the energies balance."""
     ship = {"heave": {"amplitude": 0.5, "frequency": 0.8}, "roll": {"amplitude": 0.05, "frequency": 0.9}}
     start = {"position": [0, 0, FLOOR + 1.001]}
     run = crane_sim.simulate(scene({"friction": 0.3, "motion": None}, start, 0.6, base_motion=ship))
@@ -130,7 +141,7 @@ def test_a_load_on_a_ship_moves_with_it() -> None:
 
 
 def test_a_load_tips_over_on_a_deck_that_surges() -> None:
-    """A tall load that friction holds on an accelerating deck tips about its edge, as a block on a pivot does."""
+    """A tall load that friction holds on an accelerating deck tips as a block on a pivot."""
     half, tall, inertia, slip, duration = 0.5, 2.0, 1420.0, 2e-3, 0.5  # m, m, kg m², m/s, s
     surge = {"amplitude": 1.0, "frequency": 2.0, "phase": 0.5 * pi}  # at once 4 m/s², of which it tips beyond 2.45
     contact = {"points": [[x, y, -2.0 * tall] for x in (half, -half) for y in (1.0, -1.0)], "motion": {"surge": surge}}
@@ -158,7 +169,7 @@ def compliant(stiffness: float, damping: float, start: dict[str, Any], duration:
 
 
 def test_a_load_dropped_on_springs() -> None:
-    """A load that falls on four springs at v stays for 2 (π - atan(v ω / g)) / ω, and leaves at v."""
+    """A load that falls on four springs at v stays for 2 (π - atan(v ω / g)) / ω, leaves at v."""
     drop, k = 0.2, 1e5
     speed, omega = sqrt(2.0 * G * drop), sqrt(4.0 * k / MASS)
     stay = 2.0 * (pi - atan(speed * omega / G)) / omega
@@ -172,7 +183,7 @@ def test_a_load_dropped_on_springs() -> None:
 
 
 def test_damping_of_hunt_and_crossley() -> None:
-    """Without gravity, speeds u before and w after satisfy c u - ln(1 + c u) = -c w - ln(1 - c w)."""
+    """Without gravity, speeds u before, w after satisfy c u - ln(1 + c u) = -c w - ln(1 - c w)."""
     u, c = 0.8, 0.7
     start = {"position": [0, 0, FLOOR + 1.01], "velocity": [0, 0, -u]}
     run = compliant(1e5, c, start, 0.4, gravity=0.0)

@@ -48,7 +48,7 @@ def missing_functions(kind: type, functions: tuple[Any, ...]) -> list[str]:
 
 @pytest.mark.parametrize("model", MODELS, ids=name_of)
 def test_every_model_answers_what_it_must(model: type) -> None:
-    """A model has all that is mandatory, one form of its derivative, and all or nothing of what switches."""
+    """A model has all that is mandatory, one form of derivative, and all or no switching."""
     assert not missing_functions(model, system.MANDATORY)
     assert len(missing_functions(model, system.DERIVATIVES)) == 1
     assert missing_functions(model, system.SWITCHES) in ([], list(map(name_of, system.SWITCHES)))
@@ -56,7 +56,10 @@ def test_every_model_answers_what_it_must(model: type) -> None:
 
 @pytest.mark.parametrize("structure", STRUCTURES, ids=name_of)
 def test_every_structure_declares_a_mechanism(structure: type) -> None:
-    """A structure of a support names its coordinates, and one whose drives prescribe motions says which."""
+    """A support's structure names its coordinates, and which of them are prescribed.
+
+    Drives that prescribe motions are those.
+    """
     assert callable(getattr(structure, "coordinate", None))
     assert hasattr(structure, "prescribe") == (name_of(structure) in {"Bridge", "DrivenPoint", "TowerCrane"})
 
@@ -81,7 +84,7 @@ def test_what_is_mandatory_has_no_default(function: Any) -> None:
 
 
 def test_importing_the_models_imports_every_module() -> None:
-    """No module of the folder that registers something is left out of its package's import: it would be missing."""
+    """No module of the folder that registers something is left out of its package's import."""
     code = "import sys; import crane_sim.models; print(*sys.modules)"
     imported = run_to_completion([sys.executable, "-c", code], check=True).stdout.split()
     registering = {name for name in MODULES if ".register(" in inspect.getsource(import_module(name))}

@@ -1,4 +1,4 @@
-"""The support that ARCHITECTURE.md declares, a davit: a crane of no catalogue, at the end of a rope with a load."""
+"""The support of ARCHITECTURE.md, a davit: a crane of no catalogue, with a rope and a load."""
 
 import re
 from pathlib import Path
@@ -35,7 +35,10 @@ def along(q: Any, distance: Any) -> Point:
 
 
 def places(t: Any, q: Any) -> list[tuple[Any, Point]]:
-    """Return all points; coordinates: post, arm, and azimuth and inclination of the rope from the downward vertical."""
+    """Return all points; coordinates: post, arm, and the rope's azimuth and inclination.
+
+    The inclination is from the downward vertical.
+    """
     half = mpmath.sqrt(mpf(POST) / 2)
     points = [(mpf(1), rotate(2, q[0], (side * half, mpf(0), mpf(0)))) for side in (-1, 1)]
     points += [(m, along(q, s)) for m, s in rod_points(mpf(ARM), mpf(INERTIA), mpf(LENGTH) / 2)]
@@ -45,7 +48,10 @@ def places(t: Any, q: Any) -> list[tuple[Any, Point]]:
 
 
 def test_the_davit_of_the_page_moves_by_virtual_work(tmp_path: Path) -> None:
-    """Accelerations of post and arm under efforts, with a load that swings, are those of point masses, to 1e-12."""
+    """Accelerations of post and arm under efforts are those of point masses, to 1e-12.
+
+    The load swings.
+    """
     crane = SuspendedCrane(Support(davit(tmp_path)), Chain(np.array([MASS]), np.array([ROPE])), PointLoad(MASS))
     rng = np.random.default_rng(4)
     q, v = np.array([0.4, -0.7, 0.9, 0.5]), rng.uniform(-0.6, 0.6, 4)

@@ -1,4 +1,4 @@
-"""Pick-up and release of loads by the hook, against the momentum of point masses, and in whole runs."""
+"""Pick-up and release of loads by the hook, against momentum of point masses, and in runs."""
 
 from typing import Any
 
@@ -111,7 +111,7 @@ def quaternion(angles: Any) -> list[Any]:
 
 
 def places(name: str, q: Any, rigid: bool) -> tuple[list[tuple[Any, Point]], list[tuple[Any, Point]], list[Any]]:
-    """Return (points of the crane with its hook, points of the load it picks up, joint coordinates) at coordinates q.
+    """Return (points of crane and hook, of the load it picks up, joint coordinates) at q.
 
     Bridge: the bridge's own mass is a point at x = 0, which only y moves.
     """
@@ -188,7 +188,10 @@ class Reference:
         return self.jacobian * mpmath.matrix(list(v))
 
     def jumped(self, v: Any, velocity: Any) -> Any:
-        """Return the rates after the load, at `velocity`, was picked up: M v = J' m (velocities before)."""
+        """Return the rates after the load, at `velocity`, was picked up.
+
+        They solve M v = J' m (velocities before).
+        """
         before, size = self.velocities(v), len(self.masses)
         for k in range(self.count, size):
             for c in range(3):
@@ -240,7 +243,7 @@ CASES = [
 
 @pytest.mark.parametrize(("name", "hoist", "rigid"), CASES)
 def test_jumps_are_those_of_point_masses(name: str, hoist: str, rigid: bool) -> None:
-    """After a pick-up all velocities are those that the projected momentum of point masses gives."""
+    """After a pick-up all velocities follow from the projected momentum of point masses."""
     with mp.workdps(60):
         reference, p = Reference(name, hoist, rigid), crane(name, hoist, rigid, pick_up(rigid))
         v = start(name, rigid)[1]
@@ -254,7 +257,10 @@ def test_jumps_are_those_of_point_masses(name: str, hoist: str, rigid: bool) -> 
 
 @pytest.mark.parametrize(("name", "rigid"), [("tower", True), ("bridge", False)])
 def test_momentum_from_the_free_hook_to_the_load_and_back(name: str, rigid: bool) -> None:
-    """Pick-up and release conserve what no rail takes: linear momentum on a bridge, angular momentum on a tower."""
+    """Pick-up and release conserve the momentum that no rail takes.
+
+    It is linear momentum on a bridge, angular momentum on a tower.
+    """
     with mp.workdps(60):
         reference, p = Reference(name, "force", rigid), crane(name, "force", rigid, pick_up(rigid), release(rigid))
         q, rates = reference.joint_rates(start(name, rigid)[1])
@@ -271,7 +277,10 @@ def test_momentum_from_the_free_hook_to_the_load_and_back(name: str, rigid: bool
 
 
 def velocities_of(p: SuspendedCrane, x: Any, reference: Reference) -> Any:
-    """Return the velocities of all points in the model's state x, whose rates in Q's coordinates are solved for."""
+    """Return the velocities of all points in the model's state x.
+
+    Its rates in Q's coordinates are solved for.
+    """
     rates, columns = system.joints(p, x)[1], mpmath.matrix(reference.joint_columns).T
     v = mpmath.lu_solve(columns, mpmath.matrix([mpf(float(a)) for a in rates]))  # least squares
     moved = reference.velocities(v)
@@ -292,7 +301,10 @@ def momentum(name: str, reference: Reference, velocities: Any) -> list[float]:
 @pytest.mark.parametrize("velocity", [VELOCITY, "hook", None], ids=["moving", "with the hook", "at rest"])
 @pytest.mark.parametrize(("name", "hoist", "rigid"), CASES)
 def test_the_energy_meter_jumps_as_the_energy_does(name: str, hoist: str, rigid: bool, velocity: Any) -> None:
-    """At pick-up and release the meter jumps, by the impulses, as the crane's energy does; an impact dissipates."""
+    """At pick-up and release the meter jumps as the crane's energy does; an impact dissipates.
+
+    The jump is the work of the impulses.
+    """
     p = crane(name, hoist, rigid, pick_up(rigid, velocity=velocity), release(rigid))
     with mp.workdps(60):
         reference = Reference(name, hoist, rigid)
@@ -321,7 +333,7 @@ def energy_scale(p: SuspendedCrane, x: Any) -> float:
 
 
 def test_an_impact_in_the_line_of_the_cable_in_numbers() -> None:
-    """A point of 3 kg that moves up at 2 m/s on a free rope picks up 1 kg at rest: both at 1.5 m/s."""
+    """A point of 3 kg moving up at 2 m/s on a free rope picks up 1 kg at rest: both at 1.5 m/s."""
     schedule = [LoadEvent.model_validate({"at": 1.0, "set": {"payload": {"mass": 4.0}}})]
     load, exchange = exchange_of(Payload(mass=3.0), schedule)
     chain = Chain(np.array([3.0]), np.array([5.0]))
@@ -341,7 +353,7 @@ def test_an_impact_in_the_line_of_the_cable_in_numbers() -> None:
 
 
 def test_a_state_has_the_load_of_its_time() -> None:
-    """A state made of joints has the hook alone up to the time of the pick-up, and the load after it."""
+    """A state made of joints has the hook alone up to the pick-up, and the load after it."""
     p = crane("bridge", "rate", True, pick_up(True))
     q, v = np.array([0.0, 0.0, 2.5, 0.1, 0.2, 0, 0, -1, 0, 0, -1, 1, 0, 0, 0]), np.zeros(15)
     before, after = (system.potential(p, system.state(p, t, q, v)) for t in (1.0, 1.0 + 1e-12))
@@ -351,7 +363,10 @@ def test_a_state_has_the_load_of_its_time() -> None:
 
 
 def test_a_rope_that_would_push_ends_the_run() -> None:
-    """Where ropes cannot push, picking up a body that moves up from below ends the run, and the text says why."""
+    """Where ropes cannot push, picking up a body that moves up from below ends the run.
+
+    The text says why.
+    """
     event = {"at": 1.0, "set": {"payload": {"mass": 4.0}}, "velocity": (0.0, 0.0, 2.0)}
     load, exchange = exchange_of(Payload(mass=3.0), [LoadEvent.model_validate(event)])
     chain = Chain(np.array([3.0]), np.array([5.0]))
@@ -380,7 +395,10 @@ HEAVY = {"mass": 530.0, "inertia": [300.0, 350.0, 250.0], "attachment": [0.1, 0.
 
 
 def test_a_run_with_exchanges_keeps_its_energy() -> None:
-    """A crane slews in the wind, picks a body up and releases it: the energy balance closes, the texts name both."""
+    """A crane slews in the wind, picks a body up, releases it; the energy balance closes.
+
+    The texts name both exchanges.
+    """
     events = [
         {"at": 2.0, "set": {"payload": HEAVY}, "velocity": [0.2, 0.0, 0.1]},
         {"at": 4.5, "set": {"payload": HOOK | {"mass": 30.0}}},
@@ -423,7 +441,10 @@ def test_exchanges_that_cannot_be_are_refused(event: dict[str, Any], payload: di
 
 
 def test_the_instant_of_an_exchange_is_the_one_before_it() -> None:
-    """At its own instant, in the middle of a run or at its end, the state is that before; the next one is after it."""
+    """At its own instant, inside a run or at its end, the state is that before the exchange.
+
+    The next state is after it.
+    """
     taken = {"events": [{"at": 0.5, "set": {"payload": {"mass": 300.0}}}]}
     free, run = crane_sim.simulate(SWINGING), crane_sim.simulate(SWINGING | taken)
     assert run.v[:51] == pytest.approx(free.v[:51], abs=1e-9) and run.t[50] == 0.5  # other steps, of rtol 1e-9

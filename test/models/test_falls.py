@@ -44,7 +44,7 @@ def falls(relaxation: float = 0.0) -> Falls:
 
 
 def places_of(name: str, q: Any) -> tuple[list[Any], Any, Any]:
-    """Return (points of the support, its tip, its yaw), relative to the base; q begins with the support's."""
+    """Return (points of the support, its tip, its yaw) relative to the base; q: support first."""
     if name == "bridge":
         return [(mpf(8), (q[0], q[1], mpf(0))), (mpf(12), (mpf(0), q[1], mpf(0)))], (q[0], q[1], mpf(0)), mpf(0)
     if name in BENT:
@@ -77,7 +77,7 @@ def strain_energy(tip_of: Any, length_of: Any, load_of: Any) -> Any:
 
 
 def moved(q: Any, v: Any, a: Any, at: int) -> Any:
-    """Return coordinates with their first and second derivatives, three angles from `at` on as a quaternion."""
+    """Return coordinates and two derivatives, three angles from `at` on as a quaternion."""
     with mp.workdps(60):
         h, (q, v, a) = mpf(10) ** -18, ([mpf(float(x)) for x in row] for row in (q, v, a))
         rows = []
@@ -92,7 +92,10 @@ def moved(q: Any, v: Any, a: Any, at: int) -> Any:
 
 @pytest.mark.parametrize(("name", "sea"), [(name, i % 2 == 0) for i, name in enumerate(SUPPORTS)])
 def test_accelerations_are_those_of_point_masses(name: str, sea: bool) -> None:
-    """With all falls taut, the accelerations agree with virtual work of point masses and springs, at sea too."""
+    """With taut falls the accelerations agree with virtual work of points and springs.
+
+    This holds at sea, too.
+    """
     rng, t, ns, shape = np.random.default_rng(3), 0.9, len(STARTS[name]), body_points(10.0, INERTIA)
     x, y, z = (float(a) for a in places_of(name, [*map(mpf, STARTS[name]), *(mpf(1),) * 7])[1])
     q = np.array([*STARTS[name], 2.0, x + 0.3, y + 0.2, z - 2.9, 0.35, 0.05, -0.04])
@@ -152,7 +155,7 @@ def test_falls_below_a_driven_point_are_those_of_point_masses() -> None:
 
 
 def test_bifilar_yaw() -> None:
-    """Two parallel falls at distance s carry a weight W with the yaw stiffness W (s/2)² / L of a bifilar pendulum."""
+    """Two parallel falls at distance s under W have the bifilar yaw stiffness W (s/2)² / L."""
     length, spacing, mass, yaw = 12.0, 3.0, 500.0, 1e-4
     top = np.array([[0.0, 0.5 * spacing, 0.0], [0.0, -0.5 * spacing, 0.0]])
     ropes = Falls(top, top.copy(), length, np.zeros(2), np.full(2, 1e9), np.zeros(2))
@@ -168,7 +171,10 @@ def test_bifilar_yaw() -> None:
 
 
 def test_peak_of_a_rope_that_goes_taut() -> None:
-    """A load that falls by h goes taut at v = √(2 g h), and the tension's peak is W (1 + √(1 + (v/g)² k/m))."""
+    """A load that falls by h goes taut at v = √(2 g h) with the closed form's peak tension.
+
+    The peak is W (1 + √(1 + (v/g)² k/m)).
+    """
     height, k, m, g = 0.2, 2e4, 100.0, 9.81
     speed, omega = sqrt(2.0 * g * height), sqrt(k / m)
     peak = 1.0 + sqrt(1.0 + (speed * omega / g) ** 2)

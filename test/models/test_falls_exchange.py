@@ -72,7 +72,7 @@ def state_of(p: FallsCrane, name: str, t: float) -> Any:
 
 @pytest.mark.parametrize(("name", "sea"), [("tower", False), ("bridge", True)])
 def test_accelerations_of_the_load_that_hangs_now(name: str, sea: bool) -> None:
-    """With what was taken up, accelerations of the first load's point are those of the point masses of both bodies."""
+    """With what was taken up, the first load's point accelerates as point masses of both bodies."""
     taken = [(m, plus(tuple(map(mpf, TAKEN_CENTRE.tolist())), r)) for m, r in body_points(TAKEN_MASS, TAKEN_INERTIA)]
 
     def both(t: Any, q: Any) -> Any:
@@ -91,7 +91,9 @@ def test_accelerations_of_the_load_that_hangs_now(name: str, sea: bool) -> None:
 
 
 def momentum(q: Any, v: Any, bodies: Any) -> Any:
-    """Return momentum and angular momentum (6,) about the origin of bodies that move as the load at joints q, v.
+    """Return the momenta (6,) about the origin of bodies that move as the load at joints q, v.
+
+    They are momentum and angular momentum.
 
     Args:
         q, v: joint coordinates and rates, of which those of the load are used.
@@ -110,7 +112,10 @@ def momentum(q: Any, v: Any, bodies: Any) -> Any:
 
 @pytest.mark.parametrize("name", ["tower", "bridge"])
 def test_momentum_of_both_bodies_is_that_of_the_one(name: str) -> None:
-    """Pick-up and release conserve momentum and angular momentum; nothing but the load's velocities jumps."""
+    """Pick-up and release conserve both momenta; only the load's velocities jump.
+
+    They are momentum and angular momentum.
+    """
     p = crane(name)
     x = state_of(p, name, 0.0)
     laden = exchange_now(p, x, 0)
@@ -144,7 +149,10 @@ def test_the_energy_meter_jumps_as_the_energy_does(velocity: Any) -> None:
 
 @pytest.mark.parametrize(("height", "allowed"), [(-5.0, True), (-3.9, False)])
 def test_points_of_the_new_load(height: float, allowed: bool) -> None:
-    """From the exchange on the new load's points touch at their own height; below it the run ends, and says why."""
+    """From the exchange on the new load's points touch at their own height.
+
+    Below it the run ends, and says why.
+    """
     changes = PointChanges(np.stack([CORNERS, CORNERS - (0.0, 0.0, 0.1), CORNERS]), np.array([-9.0, height, -9.0]))
     p = crane("bridge")._replace(contact=RigidContact(CORNERS, Surface(-9.0, 0.1, 1e-3), 0.0, 0.01, changes))
     x = system.state(p, 0.0, np.array([0, 0, 2.0, 0, 0, -2.9, 1, 0, 0, 0]), np.zeros(10))
@@ -159,7 +167,10 @@ def test_points_of_the_new_load(height: float, allowed: bool) -> None:
 
 @pytest.mark.parametrize("stands", [(1.0, 1.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0)])
 def test_a_load_that_stands_on_fewer_than_three_points_does_not_stick(stands: Any) -> None:
-    """A load that sticks goes on to stick after an exchange if it stands on three points or more, else it slips."""
+    """A load that sticks still sticks after an exchange if it stands on three points or more.
+
+    Otherwise it slips.
+    """
     points = CORNERS + np.outer(1.0 - np.array(stands), (0.0, 0.0, 0.1))  # m: those that do not stand are higher
     changes = PointChanges(np.stack([CORNERS, points, CORNERS]), np.full(3, -4.9))
     surface = Surface(-4.9, 0.4, 1e-3)
@@ -171,7 +182,7 @@ def test_a_load_that_stands_on_fewer_than_three_points_does_not_stick(stands: An
 
 @pytest.mark.slow
 def test_a_container_is_set_down_and_left() -> None:
-    """A spreader lands on a container, lifts it off the heaving deck, sets it down and leaves it there."""
+    """A spreader lands on a container, lifts it off the heaving deck, sets it down, leaves it."""
     run = crane_sim.simulate("spreader_pick_up")
     assert run.summary["energy_audit_max"] < 1e-9
     tension, weight = run.tensions.sum(axis=1), {k: 9.81 * m for k, m in (("spreader", 18e3), ("all", 48.48e3))}

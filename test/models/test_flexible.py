@@ -1,4 +1,4 @@
-"""Structures that bend: virtual work of point masses, the balance of energy, frequencies and the rigid crane."""
+"""Structures that bend: virtual work of point masses, energy, frequencies and the rigid crane."""
 
 from math import hypot
 from typing import Any
@@ -92,7 +92,7 @@ def root(name: str, yaw: Any) -> Point:
 
 
 class Reference:
-    """The crane as point masses; coordinates: the support's own, the two angles, rope, directions of both links."""
+    """The crane as point masses; coordinates: support's, two angles, rope, links' directions."""
 
     def __init__(self, name: str, which: tuple[bool, bool]) -> None:
         """Take its name and the axes about which it bends."""
@@ -189,7 +189,7 @@ def posture(name: str, which: tuple[bool, bool]) -> tuple[Any, Any]:
 
 
 def wind_of(reference: Reference, t: float, q: Any) -> dict[str, Any]:
-    """Return the wind on the jib or boom as entries of Extras: 3 m² with the coefficient 1.3, across it."""
+    """Return the wind across the jib or boom as entries of Extras: 3 m², coefficient 1.3."""
     with mp.workdps(60):
         yaw, elevation, _ = reference.axis([mpf(float(a)) for a in q])
         ends = [on_base(SEA, mpf(t), along(yaw, elevation, s)) for s in (0, 1)]
@@ -214,7 +214,7 @@ BENDING = [
 
 @pytest.mark.parametrize(("name", "which", "sea"), BENDING)
 def test_accelerations_are_those_of_point_masses(name: str, which: tuple[bool, bool], sea: bool) -> None:
-    """All accelerations agree with virtual work of point masses and springs, on a moving base in the wind too."""
+    """All accelerations agree with virtual work of points and springs, at sea in wind too."""
     reference, t, (q, v) = Reference(name, which), 1.3, posture(name, which)
     own, at = reference.own, reference.own + sum(which)
     drives, added, efforts = np.random.default_rng(7).uniform(-20.0, 20.0, own), np.zeros(len(q)), np.zeros(len(q))
@@ -253,7 +253,7 @@ def rubbing(bent: FlexibleSupport) -> Support:
 
 @pytest.mark.parametrize(("case", "sea"), [*zip(HELD, (False, True, True), strict=True)])
 def test_friction_and_motors_act_on_the_drives_of_a_structure_that_bends(case: str, sea: bool) -> None:
-    """All accelerations agree with virtual work, where drives slip and where friction holds some of them.
+    """All accelerations agree with virtual work, with drives that slip or that friction holds.
 
     The reference gives a drive that is held an inertia without bound, beside which that of its motor does not count.
     """
@@ -286,7 +286,10 @@ def test_friction_and_motors_act_on_the_drives_of_a_structure_that_bends(case: s
 
 @pytest.mark.parametrize(("name", "sea"), [("tower", False), ("mobile", True)])
 def test_the_meter_counts_all_power(name: str, sea: bool) -> None:
-    """The energy of masses, springs and weight changes by the power of drives, dampers, wind and base."""
+    """The energy of masses, springs and weight changes by the power supplied.
+
+    It is that of drives, dampers, wind and base.
+    """
     reference, p, t = Reference(name, (True, True)), crane(name, (True, True), sea), 1.3
     joints, rates, _ = mapped(reference, *posture(name, (True, True)), np.zeros(len(posture(name, (True, True))[0])))
     x, u = system.state(p, t, joints, rates), (*(5.0, -7.0, 4.0)[: reference.own], -120.0)
@@ -298,7 +301,10 @@ def test_the_meter_counts_all_power(name: str, sea: bool) -> None:
 
 
 def jacobian(p: Any, x: Any, u: Any, rows: list[int], columns: list[int]) -> Any:
-    """Return derivatives of joint accelerations (rows) after joint positions (columns) at the joints x at rest."""
+    """Return derivatives of joint accelerations (rows) by joint positions (columns) at rest.
+
+    It is at the joints x.
+    """
     out, h, still = np.empty((len(rows), len(columns))), 1e-4, np.zeros(len(x))
     for k, j in enumerate(columns):
         ends = []
@@ -311,7 +317,9 @@ def jacobian(p: Any, x: Any, u: Any, rows: list[int], columns: list[int]) -> Any
 
 
 def test_jib_and_load_swing_sideways_at_the_frequencies_of_a_closed_form() -> None:
-    """With a free slew, jib on its spring and load on its rope have two frequencies, roots of a quadratic equation.
+    """With a free slew, jib and load have two frequencies, roots of a quadratic equation.
+
+    The jib is on its spring, the load on its rope.
 
     With φ = α + ε: ε'' = -k (1/J_i + 1/J_o) ε + m g r / J_o θ, ℓ θ'' = -g θ - r φ''.
     """
@@ -331,7 +339,10 @@ def test_jib_and_load_swing_sideways_at_the_frequencies_of_a_closed_form() -> No
 
 
 def test_an_impact_passes_no_spring() -> None:
-    """A load taken up at rest slows the jib and not its drive; angular momentum about the tower's axis is kept."""
+    """A load taken up at rest slows the jib and not its drive; angular momentum is kept.
+
+    The momentum is that about the tower's axis.
+    """
     events = [LoadEvent.model_validate({"at": 1.0, "set": {"payload": {"mass": 30.0}}, "velocity": [0.0, 0.0, 0.0]})]
     load, exchange = exchange_of(Payload.model_validate({"mass": MASSES[1]}), events)
     p = crane("tower", (True, True), False)._replace(load=load, exchange=exchange, stops=Stops())
@@ -369,7 +380,10 @@ def momentum(p: Any, x: Any, mass: float) -> float:
 
 @pytest.mark.slow
 def test_a_bent_jib_rolls_its_trolley() -> None:
-    """In the catalogue's scene energy is kept, and the law holds the weights on the jib's slope by an offset."""
+    """In the catalogue's scene energy is kept, and the law holds weights on the jib's slope.
+
+    It holds them by an offset.
+    """
     run = crane_sim.simulate("tower_flexible_jib")
     assert run.summary["energy_audit_max"] < 1e-9
     end = run.t[: len(run.u)] > 50.0

@@ -61,7 +61,7 @@ KNUCKLE: dict[str, Any] = {
 
 
 def trolley_equations(q: Vector, v: Vector, u: Vector) -> tuple[Vector, Vector]:
-    """Return (mass matrix, generalised force) of (x, l, α): trolley, drum and payload, by Lagrange."""
+    """Return (mass matrix, generalised force) of (x, l, α): trolley, drum, payload, by Lagrange."""
     (_, length, a), (_, rate, w) = q, v
     s, c, m = sin(a), cos(a), PAYLOAD
     mass = np.array([[M + m, m * s, m * length * c], [m * s, m + DRUM, 0.0], [m * length * c, 0.0, m * length**2]])
@@ -82,7 +82,10 @@ MODELS: dict[str, dict[str, Any]] = {"rod": {}, "planar": {"forces": [SILENT]}, 
 
 @pytest.mark.parametrize("model", ["rod", "planar", pytest.param("spatial", marks=pytest.mark.long)])
 def test_trolley_and_drum_stick_and_slip(model: str) -> None:
-    """Trolley and hoist with Stribeck friction stick and slip when Lagrange's equations say so, in all rigid models."""
+    """Trolley and hoist with Stribeck friction stick and slip as Lagrange's equations say.
+
+    This holds in all rigid models.
+    """
     expected = trolley_events()
     assert len(expected) > 12 and {(0, 0.0), (1, 0.0), (0, 1.0), (1, -1.0)} <= {(j, mode) for _, j, mode in expected}
     check_events(crane_sim.simulate(TROLLEY | MODELS[model]), expected, ["trolley", "hoist"])
@@ -90,7 +93,10 @@ def test_trolley_and_drum_stick_and_slip(model: str) -> None:
 
 @pytest.mark.long
 def test_every_joint_of_a_knuckle_crane_sticks_and_slips() -> None:
-    """Four joints stick and slip, at the times of Lagrange's equations with a constraint for each that sticks."""
+    """Four joints stick and slip at the times of Lagrange's equations with constraints.
+
+    There is a constraint for each joint that sticks.
+    """
     scene, frictionless = load_scene(KNUCKLE | {"friction": BOOM}), load_scene(KNUCKLE)
     case = Reference(lambda *at: mass_and_force(frictionless, *at), BOOM_WAVES, BOOM)
     expected = case.events(np.array([*scene.initial_q, *np.zeros(6)]), 4.0)
@@ -138,7 +144,10 @@ def test_friction_that_is_impossible_is_named(case: str) -> None:
 
 
 def test_bristles_move_as_the_paper_says() -> None:
-    """Three joints with LuGre friction move as Lagrange's equations with the bristles do, and the energy adds up."""
+    """Three joints with LuGre friction move as Lagrange's equations with the bristles.
+
+    The energy adds up.
+    """
     joints, end = [0, 1, 3], 2.0
     frictionless = load_scene(KNUCKLE)
     changes = {"lugre": BRISTLES, "friction": {"jib": BOOM["jib"]}, "duration": end, "integrator": {"method": "dop853"}}
@@ -166,7 +175,10 @@ def test_bristles_move_as_the_paper_says() -> None:
 
 @pytest.mark.parametrize("model", ["planar", "spatial"])
 def test_bristles_of_a_trolley_bend_as_the_paper_says(model: str) -> None:
-    """A trolley with LuGre friction moves as Lagrange's equations with the bristles do, in all rigid models."""
+    """A trolley with LuGre friction moves as Lagrange's equations with bristles, in all models.
+
+    The models are the rigid ones.
+    """
 
     def rates(t: float, y: Vector) -> Vector:
         q, v, z = np.split(y, [3, 6])
@@ -185,7 +197,7 @@ def test_bristles_of_a_trolley_bend_as_the_paper_says(model: str) -> None:
 
 
 def test_a_hoist_that_reverses_within_a_step_sticks() -> None:
-    """A hoist whose rate touches zero between two ends of steps, V + cos t, sticks there until its load frees it.
+    """A hoist whose rate V + cos t touches zero between steps sticks until its load frees it.
 
     Its velocity is interpolated by its derivatives: a guard of positions alone would have stepped over both events.
     """

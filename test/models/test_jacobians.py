@@ -31,7 +31,7 @@ ILL_CONDITIONED = {
 
 
 class Moving:
-    """A scene's crane in motion, and directions of its state that leave discrete modes as they are."""
+    """A scene's crane in motion, and directions of its state without discrete modes."""
 
     def __init__(self, name: str) -> None:
         scene = crane_sim.load_scene(name)
@@ -51,7 +51,9 @@ class Moving:
     "name", [pytest.param(name, marks=[pytest.mark.long] * (name not in EACH_KIND)) for name in SCENES]
 )
 def test_the_derivative_of_the_state_is_exact(name: str) -> None:
-    """Along random directions of state and time derivatives are within 1e-12 of differences in 60 digits, row by row.
+    """Along random directions, derivatives are within 1e-12 of differences in 60 digits.
+
+    They are those of state and time, row by row.
 
     Relative to the sum of the products' sizes: about a thousand roundings, as an evaluation has them.
     """
@@ -75,7 +77,9 @@ def step_of(p, t, x, u, h):
     "name", [pytest.param(name, marks=[pytest.mark.long] * (name not in SHORT)) for name in SCENES]
 )
 def test_the_derivative_of_a_step_is_exact(name: str) -> None:
-    """Along random directions the derivative of one step, its stages and its projection, is that of differences.
+    """Along random directions the derivative of one step is that of differences.
+
+    It includes its stages and its projection.
 
     Relative to the largest row of the step's change over all directions, by the tolerances of a dozen evaluations.
     """
@@ -96,7 +100,7 @@ def compiled_jacobian(p, t, x, u):
 
 @pytest.mark.parametrize("name", ["knuckle_setpoint", "tower_sway", "overhead_steel"])
 def test_the_compiled_jacobian_is_that_of_python(name: str) -> None:
-    """Compiled, tangents are summed by fused operations: equal to rounding, of tuples and arrays."""
+    """Compiled, tangents use fused operations: equal to rounding, of tuples and arrays."""
     crane = Moving(name)
     scale = np.max(np.abs(crane.jacobian), axis=1, keepdims=True)
     found = compiled_jacobian(*crane.arguments)

@@ -1,4 +1,4 @@
-"""Friction of joints of tower, mobile, bridge and gantry cranes: events, bristles, motors, and what they meet."""
+"""Friction of joints of tower, mobile, bridge and gantry cranes: events, bristles, motors."""
 
 from typing import Any
 
@@ -28,7 +28,10 @@ AMPLITUDE, FREQUENCY, COULOMB, STATIC = 900.0, 3.0, 500.0, 700.0
 
 
 def bridge_events(end: float) -> list[tuple[float, str]]:
-    """Return the events of a mass on a rail under a sinusoidal force, from the roots of its speed in 30 digits."""
+    """Return the events of a mass on a rail under a sinusoidal force, from its speed's roots.
+
+    They have 30 digits.
+    """
     with mp.workdps(30):
         a, w, fc, breaks = mpf(AMPLITUDE), mpf(FREQUENCY), mpf(COULOMB), mpmath.asin(mpf(STATIC) / mpf(AMPLITUDE))
         t, k, events = breaks / w, 0, []
@@ -48,7 +51,10 @@ def bridge_events(end: float) -> list[tuple[float, str]]:
 
 
 def test_a_bridge_sticks_and_slips_at_the_instants_of_the_closed_form() -> None:
-    """Under a sinusoidal force with its trolley held, a bridge sticks and slips at the roots of its speed."""
+    """Under a sinusoidal force, with its trolley held, a bridge sticks and slips at the roots.
+
+    The roots are those of its speed.
+    """
     sine = {"kind": "sine", "amplitude": AMPLITUDE, "frequency": FREQUENCY}
     group = {"bridge": {"coulomb": COULOMB, "static": STATIC}, "trolley": {"coulomb": 1.0, "static": 1.0}}
     light = {"payload": {"mass": 1e-9}, "initial": {"q": [0.0, 0.0, 5.0, 0.0, 0.0]}}  # kg: a part of 1e-13
@@ -98,7 +104,7 @@ METERED: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("case", METERED)
 def test_the_meter_counts_what_friction_takes(case: str) -> None:
-    """The energy of the crane changes by the power that the meter counts, friction's losses among it."""
+    """The crane's energy changes by the power that the meter counts, friction's losses too."""
     p = load_scene(MOBILE | MOVES, METERED[case]).model
     assert p.support.frictions is not None
     q, v = (np.array(MOVES["initial"][key]) for key in ("q", "v"))
@@ -111,7 +117,7 @@ def test_the_meter_counts_what_friction_takes(case: str) -> None:
 
 
 def test_motors_are_mass_of_the_joints_on_a_base_at_rest() -> None:
-    """The motor of a bridge moves like as much mass on it; on a moving base it does not weigh, which mass does."""
+    """The motor of a bridge moves like as much mass, but does not weigh on a moving base."""
     motor = {"actuators": {"bridge": {"motor": {"ratio": 50.0, "inertia": 0.2}}}}  # 500 kg
     for base, same in (({}, True), ({"base_motion": {"sway": {"amplitude": 0.5, "frequency": 1.0}}}, False)):
         geared, heavy = load_scene(BRIDGE | base, motor), load_scene(BRIDGE | base, {"bridge.mass": 3500.0})
@@ -130,7 +136,10 @@ FULL = {
 
 
 def test_friction_plays_and_reeved_winches_meet() -> None:
-    """Joints with friction behind drives with play above a winch that sticks: modes have places, energy is kept."""
+    """Joints with friction, drives with play and a winch that sticks keep the energy.
+
+    The joints are behind the drives; modes have their places.
+    """
     efforts = {"bridge": {"kind": "constant", "value": 900.0}, "rope": {"kind": "constant", "value": -7848.0}}
     scene = load_scene(BRIDGE | FULL, {"duration": 0.6, "inputs": efforts})
     p, q = scene.model, np.array(scene.initial_q)
@@ -145,7 +154,7 @@ def test_friction_plays_and_reeved_winches_meet() -> None:
 
 
 def test_an_impact_breaks_joints_loose() -> None:
-    """A load that is taken up moves a trolley that sticks as a free one: finite forces do not hold an impulse."""
+    """A load taken up moves a sticking trolley as a free one: finite forces hold no impulse."""
     taken: dict[str, Any] = {
         "events": [{"at": 0.1, "set": {"payload": {"mass": 1600.0}}, "velocity": [2.0, -1.0, 0.0]}]
     }
@@ -171,7 +180,10 @@ DRAGGED: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("case", DRAGGED)
 def test_a_gantry_with_friction_moves_as_one_under_its_forces(case: str) -> None:
-    """Below falls: accelerations are those of a crane without friction under its forces, and the meter counts them."""
+    """Below falls: accelerations are those without friction under its forces.
+
+    The meter counts these.
+    """
     plain, scene = load_scene("spreader_skew"), load_scene("spreader_skew", DRAGGED[case])
     q, v, u = np.array(plain.initial_q), np.zeros(len(plain.initial_q)), (300.0, 500.0, 0.1)
     v[:7] = 0.1, 0.0 if case == "sticks" else 0.2, -0.1, 0.05, 0.1, 0.02, 0.0
@@ -238,7 +250,10 @@ def test_friction_and_motors_that_cannot_be_are_named(case: str) -> None:
     ],
 )
 def test_a_fixed_step_is_judged_by_the_bristles(name: str, joint: str, frequency: float) -> None:
-    """A step that a joint on bristles of 1e12 N/m, or N m/rad, cannot bear is refused, by the frequency of both."""
+    """A step that a joint on bristles of 1e12 N/m, or N m/rad, cannot bear is refused.
+
+    The message names the frequency of joint and bristles.
+    """
     stiff = BRISTLES["trolley"] | {"stiffness": 1e12}
     changes = {"lugre": {joint: stiff}, "integrator": {"method": "rk4", "step": 0.006}, "control": None}
     with pytest.raises(crane_sim.SceneError) as error:

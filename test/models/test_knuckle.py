@@ -1,4 +1,4 @@
-"""The knuckle crane's equations against published states, a second derivation, and conservation laws."""
+"""The knuckle crane's equations against published states, a second derivation, conservation."""
 
 import json
 from pathlib import Path
@@ -53,7 +53,10 @@ def scene_of(parameters: dict[str, float], changes: dict[str, Any] | None = None
 
 @pytest.mark.parametrize("state", REFERENCE["random_states"], ids=range(len(REFERENCE["random_states"])))
 def test_accelerations_equal_forty_digit_ones(state: dict[str, Any]) -> None:
-    """Forward dynamics equal the published 40-digit accelerations, without losses, with friction and with drag."""
+    """Forward dynamics equal the published 40-digit accelerations.
+
+    They do without losses, with friction and with drag.
+    """
     friction = {"model": "quadratic", "tangential": state["k1"], "radial": state["k2"]}
     groups = {
         "qdd": {},
@@ -75,7 +78,10 @@ def random_states(n: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
 
 @pytest.mark.parametrize("group", GROUPS, ids=lambda name: name.replace(" ", "-"))
 def test_accelerations_equal_a_second_derivation(group: str) -> None:
-    """Forward dynamics equal the Lagrange equations that sympy derives from T and U, for every optional group."""
+    """Forward dynamics equal sympy's Lagrange equations from T and U.
+
+    They do for every optional group.
+    """
     scene = scene_of(REFERENCE["random_states"][0]["params"], GROUPS[group])
     for q, v, u in random_states(20):
         assert relative(crane_sim.acceleration(scene, q, v, u), second_derivation(scene, q, v, u)) < EQUATIONS
@@ -98,7 +104,10 @@ DRIVES = {"rate": {"rope": {"drive": "rate"}}, "lagging rate": {"rope": {"drive"
 
 @pytest.mark.parametrize("group", [*GROUPS, *DRIVES, "locked"], ids=lambda name: name.replace(" ", "-"))
 def test_power_balance(group: str) -> None:
-    """The energy changes by the power of efforts, winch and losses and by nothing else, for every group and drive."""
+    """The energy changes by the power of efforts, winch and losses and by nothing else.
+
+    This holds for every group and drive.
+    """
     changes = {**GROUPS, **DRIVES, "locked": {"rope": {"drive": "locked"}}}[group]
     scene = scene_of(REFERENCE["random_states"][0]["params"], changes)
     for q, v, u in random_states(10):
@@ -110,7 +119,7 @@ def test_power_balance(group: str) -> None:
 
 @pytest.mark.parametrize("drive", ["rate", "lagging rate", "locked"])
 def test_imposed_rope_motion_is_the_force_driven_one_at_that_tension(drive: str) -> None:
-    """A rope whose motion is imposed moves the crane exactly as a force-driven one pulled with the same tension."""
+    """A rope of imposed motion moves the crane exactly as a force-driven one at its tension."""
     parameters = REFERENCE["random_states"][0]["params"]
     free = scene_of(parameters)
     scene = scene_of(parameters, {**DRIVES, "locked": {"rope": {"drive": "locked"}}}[drive])

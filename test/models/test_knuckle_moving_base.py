@@ -1,4 +1,7 @@
-"""A knuckle-boom crane on a base that moves: against the equations of its masses in the world, with forty digits."""
+"""A knuckle-boom crane on a moving base, against its masses' equations in the world.
+
+The reference has forty digits.
+"""
 
 from typing import Any
 
@@ -56,7 +59,7 @@ def masses(scene: crane_sim.Scene) -> tuple[np.ndarray, np.ndarray]:
 
 
 def vectors(scene: crane_sim.Scene, q: Any, t: Any) -> np.ndarray:
-    """Return (12, 3) in the world: the centres of boom, jib and payload, and the axes of boom, jib and tower."""
+    """Return (12, 3) in the world: centres of boom, jib, payload; axes of boom, jib, tower."""
     boom, jib = scene.model.support.boom.length, scene.model.support.jib.length
     x = place(t)
     ship = about(2, x[5]) @ about(1, x[4]) @ about(0, x[3])
@@ -109,7 +112,10 @@ def _with_winch(scene: crane_sim.Scene, mass: np.ndarray, known: np.ndarray, win
 
 @pytest.mark.parametrize("changes", [{"rope.drive": "rate"}, TURNING], ids=["plain", "turning rods in air"])
 def test_accelerations_are_those_of_masses_in_the_world(changes: dict[str, Any]) -> None:
-    """Forward dynamics on a base that moves in six ways equal those of all masses in the world, for any state."""
+    """Forward dynamics on a base that moves in six ways equal those of masses in the world.
+
+    They are equal for any state.
+    """
     scene = crane_sim.load_scene(CRANE, changes)
     rng = np.random.default_rng(3)
     low, high = np.array([-3, -1.2, -1.2, 0.5, -1.4, -1.4]), np.array([3, 1.2, 1.2, 4.0, 1.4, 1.4])
@@ -123,7 +129,7 @@ def test_accelerations_are_those_of_masses_in_the_world(changes: dict[str, Any])
 
 @pytest.mark.slow
 def test_a_run_on_a_ship_accounts_for_its_energy_and_is_shown_in_the_world() -> None:
-    """What joints, base and air supply is what the energy gains, and every point is where its joints put it."""
+    """What joints, base and air supply is what the energy gains, and points follow joints."""
     run = crane_sim.simulate(
         crane_sim.load_scene(CRANE, TURNING | {"inputs.boom": {"kind": "constant", "value": 400.0}})
     )

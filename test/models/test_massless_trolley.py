@@ -1,4 +1,4 @@
-"""A trolley without mass below which a load hangs: the limit of ever lighter trolleys, which has a closed form."""
+"""A load below a massless trolley: the limit of ever lighter trolleys, in closed form."""
 
 from typing import Any
 
@@ -22,7 +22,7 @@ IN_SPACE = {"dimensions": 3, "bridge": {"mass": 0}, "initial": {"directions": [I
 
 @pytest.mark.parametrize("groups", [{}, IN_SPACE], ids=["in the plane", "in space"])
 def test_a_load_below_a_massless_trolley_falls_and_bounces(groups: dict[str, Any]) -> None:
-    """Nothing pulls a massless trolley aside, so the link carries nothing, and the load falls straight down.
+    """Nothing pulls a massless trolley aside: the link carries nothing, and the load falls.
 
     Until the link is upright; there its end cannot go down further, and without loss the load goes up as fast.
     """
@@ -37,6 +37,9 @@ def test_a_load_below_a_massless_trolley_falls_and_bounces(groups: dict[str, Any
 
 
 def test_a_pushed_massless_trolley_pulls_the_load() -> None:
-    """A force on a massless trolley is what the load is accelerated by, from rest: x = F t² / (2 m) of the load."""
+    """A force on a massless trolley accelerates the load from rest by x = F t² / (2 m).
+
+    m is the load's mass.
+    """
     run = crane_sim.simulate(SCENE | {"initial": {}, "inputs": {"trolley": {"kind": "constant", "value": 50.0}}})
     assert np.abs(run.payload[:, 0] - 0.25 * run.t**2).max() < 1e-8  # 1e-10 of the force moves the trolley

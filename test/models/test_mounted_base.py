@@ -1,4 +1,4 @@
-"""A crane that stands somewhere on a vessel: its base moves as a point of a rigid body that turns."""
+"""A crane somewhere on a vessel: its base moves as a point of a rigid body that turns."""
 
 from typing import Any
 
@@ -51,7 +51,10 @@ def axes_at(base: Any, t: Any) -> list[Any]:
 
 
 def differentiated(base: Any, gravity: float, t: float) -> list[np.ndarray]:
-    """Return the fields of `BaseState` by differentiation of the base's place and axes with 40 digits."""
+    """Return the fields of `BaseState`, differentiating the base's place and axes.
+
+    It is done with 40 digits.
+    """
     vessel = getattr(base, "vessel", base)
     arm = mpmath.matrix(getattr(base, "position", (0, 0, 0)))
     mount = mpmath.matrix(getattr(base, "rows", [[1, 0, 0], [0, 1, 0], [0, 0, 1]]))
@@ -83,7 +86,10 @@ def differentiated(base: Any, gravity: float, t: float) -> list[np.ndarray]:
 
 @pytest.mark.parametrize("motion", [MOTION, MOTION | {"mount": MOUNT}, SEA | {"mount": MOUNT}], ids=str)
 def test_velocities_and_accelerations_are_the_derivatives_of_the_place(motion: dict[str, Any]) -> None:
-    """Velocity, turning and specific force, on a mount too, are derivatives of where the base is: 40 digits say so."""
+    """Velocity, turning and specific force, also on a mount, are derivatives in 40 digits.
+
+    They are the derivatives of the base's place and axes.
+    """
     scene = on_ship("knuckle_setpoint", motion)
     for t in (0.0, 0.7, 13.1):
         state = base_state(scene, t)
@@ -99,13 +105,16 @@ def test_a_mount_at_the_reference_point_changes_nothing() -> None:
 
 @pytest.mark.parametrize("name", ["tower_gust", "knuckle_sea"])
 def test_the_energy_audit_holds_on_a_mount(name: str) -> None:
-    """What a mounted base gives a crane is what its energy gains: the audit of each kind of crane stays closed."""
+    """What a mounted base gives a crane is what its energy gains, for each kind of crane."""
     run = crane_sim.simulate(on_ship(name, MOTION | {"mount": MOUNT}, 0.1))
     assert run.summary["energy_audit_max"] < 1e-9  # the solver's tolerance
 
 
 def test_recordings_place_a_mounted_base() -> None:
-    """The six axes of a mounted base, which recordings draw, are its place and turn, also beyond half a turn of yaw."""
+    """The six axes of a mounted base are its place and turn, also beyond half a turn of yaw.
+
+    Recordings draw these axes.
+    """
     scene = on_ship("knuckle_setpoint", MOTION | {"mount": MOUNT | {"yaw": "170 deg"}})
     times = np.linspace(0.0, 9.0, 40)
     positions = base_positions(scene.model.base, times)
@@ -117,7 +126,7 @@ def test_recordings_place_a_mounted_base() -> None:
 
 
 def test_the_mean_of_a_mounted_base_keeps_its_mount() -> None:
-    """The mean over time, of which laws make their model, is the mount on the vessel at its mean."""
+    """The mean over time, of which laws make their model, is the mount at the vessel's mean."""
     base = on_ship("knuckle_setpoint", MOTION | {"mount": MOUNT}).model.base
     mean = average(base)
     assert (mean.position, mean.rows) == (base.position, base.rows)

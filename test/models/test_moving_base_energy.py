@@ -1,4 +1,7 @@
-"""Energies of cranes on a moving base, in the world and relative to it, against masses followed through the world."""
+"""Energies of cranes on a moving base, in the world and relative to it.
+
+They are compared with masses that are followed through the world.
+"""
 
 from collections.abc import Callable
 from typing import Any
@@ -48,7 +51,10 @@ def unit_vectors(angles: Array) -> Array:
 
 
 def knuckle_points(q: Array) -> tuple[Array, Array]:
-    """Return masses (5,) and points (5, 3) of boom, jib and payload, rods as two halves at the places of GAUSS."""
+    """Return masses (5,) and points (5, 3) of boom, jib and payload.
+
+    Rods are two halves at the places of GAUSS.
+    """
     s, c = np.sin(q[0]), np.cos(q[0])
     slewed = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     boom, jib = BOOM[0] * unit_vectors(q[1:2])[0], JIB[0] * unit_vectors(q[2:3])[0]
@@ -60,7 +66,7 @@ def knuckle_points(q: Array) -> tuple[Array, Array]:
 
 
 def knuckle() -> tuple[crane_sim.Scene, Array, Array, float]:
-    """Return a boom crane of slender rods at a state q, v, and its energy in the world by quadrature."""
+    """Return a boom crane of slender rods at q, v, and its energy in the world by quadrature."""
     (boom, heavy), (jib, light) = BOOM, JIB
     document = {
         "crane": "knuckle",
@@ -136,7 +142,7 @@ def overhead_space() -> tuple[crane_sim.Scene, Array, Array, float]:
 
 
 def overhead_elastic() -> tuple[crane_sim.Scene, Array, Array, float]:
-    """Return a chain of springs in space, some stretched, at a state q, v, and its energy in the world."""
+    """Return a spatial chain of springs at q, v, some stretched, and its energy in the world."""
     points, velocities = start_of(np.array(LENGTHS) * [1.1, 0.9, 1.05], DIRECTIONS, RATES)
     points, velocities = points + [0.4, -0.7, 0.0], velocities + [0.9, 0.5, 0.0]
     cable = {"model": "elastic", "lengths": LENGTHS, "node_masses": MASSES, "stiffness": 2e3}
@@ -152,7 +158,10 @@ CRANES = [knuckle, pendulum, overhead_plane, overhead_space, overhead_elastic]
 
 @pytest.mark.parametrize("crane", CRANES, ids=lambda crane: crane.__name__)
 def test_energy_in_the_world_is_that_of_its_masses(crane: Callable[[], Any]) -> None:
-    """Kinetic and potential energy equal those of all masses, whose positions in the world are differentiated."""
+    """Kinetic and potential energy equal those of all masses.
+
+    Their positions in the world are differentiated.
+    """
     scene, q, v, expected = crane()
     actual = crane_sim.energy(scene, q, v, TIME)
     assert actual == pytest.approx(expected, rel=1e-10, abs=1e-8)  # differences leave 1e-11, energies are some 100 J
@@ -160,7 +169,7 @@ def test_energy_in_the_world_is_that_of_its_masses(crane: Callable[[], Any]) -> 
 
 
 def test_a_run_gives_both_energies() -> None:
-    """A payload of 10 kg that hangs still on a heaving base has ½ m ż² + m g z more energy in the world."""
+    """A payload of 10 kg still on a heaving base has ½ m ż² + m g z more energy in the world."""
     heave = {"amplitude": 0.5, "frequency": 2.0, "phase": 0.3}
     document = {"crane": "pendulum", "duration": 0.1, "rope": {"length": 1.0}, "payload": {"mass": 10.0}}
     run = crane_sim.simulate(document | {"base_motion": {"heave": heave}})

@@ -1,4 +1,4 @@
-"""Closed forms of overhead cranes in the plane against the same crane on the tree of joints, at random states."""
+"""Closed forms of planar overhead cranes against the tree of joints, at random states."""
 
 from typing import Any
 
@@ -64,7 +64,7 @@ def answers(scene: crane_sim.Scene, q: Any, v: Any, efforts: Any) -> tuple[Any, 
 
 
 def lift(q: Any, v: Any, n: int) -> tuple[Any, Any]:
-    """Return positions and velocities in space of joints in the plane, the last n of which are angles of links."""
+    """Return positions and velocities in space of planar joints; the last n are link angles."""
     top, rates, a, w = q[:-n], v[:-n], q[-n:], v[-n:]
     units = np.stack([np.sin(a), 0.0 * a, -np.cos(a)], axis=1)
     turning = w[:, None] * np.stack([np.cos(a), 0.0 * a, np.sin(a)], axis=1)
@@ -84,7 +84,10 @@ def random_state(rng: np.random.Generator, scene: crane_sim.Scene, n: int) -> tu
 
 @pytest.mark.parametrize("case", CASES)
 def test_links_in_the_plane_are_those_of_the_tree(case: str) -> None:
-    """A closed form has the accelerations, tensions, energies and power of the crane in space on a fixed bridge."""
+    """A closed form agrees with the crane in space on a fixed bridge.
+
+    It has the same accelerations, tensions, energies and power.
+    """
     name, groups = CASES[case]
     flat, rng = scene_of(groups), np.random.default_rng(7)
     space = scene_of(groups | {"dimensions": 3})
@@ -102,7 +105,10 @@ def test_links_in_the_plane_are_those_of_the_tree(case: str) -> None:
 
 
 def test_one_spring_is_the_elastic_cable() -> None:
-    """The closed form of one spring has the accelerations, tension, energies and power of the elastic cable."""
+    """The closed form of one spring agrees with the elastic cable.
+
+    It has the same accelerations, tension, energies and power.
+    """
     cable = ONE | {"model": "elastic", "stiffness": 2e3, "damping": 7.0}
     none = [{"node": 1, "axis": "x", "force": {"kind": "constant", "value": 0.0}}]
     alone, chain, rng = scene_of({"cable": cable}), scene_of({"cable": cable, "forces": none}), np.random.default_rng(3)
@@ -114,7 +120,10 @@ def test_one_spring_is_the_elastic_cable() -> None:
 
 
 def test_what_is_taken_up_at_rest_jerks_an_elastic_cable() -> None:
-    """A load taken up at rest shares the momentum of the payload, whose velocity jumps; the energy balance holds."""
+    """A load taken up at rest shares the payload's momentum; the energy balance holds.
+
+    The payload's velocity jumps.
+    """
     spring = ONE | {"model": "elastic", "stiffness": 5e3}
     event = {"at": 0.1, "velocity": [0.0, 0.0, 0.0], "set": {"payload": {"mass": 7.0}}}
     groups = {"cable": spring, "duration": 0.2, "initial": {"angles": [0.4], "rates": [1.5]}, "events": [event]}

@@ -27,7 +27,10 @@ G = 9.81
 
 
 def scene_of(masses: Any, lengths: Any, stiffness: float, positions: Any, **groups: Any) -> crane_sim.Scene:
-    """Return the scene of an elastic cable below a force-driven trolley; `cable` and other groups add to it."""
+    """Return the scene of an elastic cable below a force-driven trolley; groups add to it.
+
+    `cable` is one of the groups.
+    """
     cable = {"model": "elastic", "lengths": list(lengths), "node_masses": list(masses), "stiffness": stiffness}
     document = {
         "crane": "overhead",
@@ -56,7 +59,7 @@ def scene_of_case(spec: Any) -> crane_sim.Scene:
 
 @entry_point
 def integrate_case(method, p, q, v, u, times, nodes):
-    """Return (last integration, energy gained less energy supplied [J]); fill nodes (K, N + 1, 3)."""
+    """Return (last integration, energy gained less supplied [J]); fill nodes (K, N + 1, 3)."""
     x = system.state(p, 0.0, q, v)
     integration = apply_pending_events(system.switching(p), p, u, start(p, 0.0, x, make_event_log(system.switching(p))))
     for i in range(len(times)):
@@ -72,7 +75,10 @@ def integrate_case(method, p, q, v, u, times, nodes):
 
 
 def run(scene: crane_sim.Scene, method: Any, times: Any) -> tuple[Any, np.ndarray, float]:
-    """Return (integration, nodes (K, N, 3), energy from nowhere [J]) of a scene, metered, without efforts."""
+    """Return (integration, nodes (K, N, 3), energy gained less supplied [J]) of a scene.
+
+    It is metered and without efforts.
+    """
     nodes = np.empty((len(times), system.point_count(scene.model), 3))
     model, efforts = scene.model._replace(energy_meter=Meter()), (0.0,) * len(scene.actuated)
     q, v = np.array(scene.initial_q), np.array(scene.initial_v)
@@ -83,7 +89,10 @@ def run(scene: crane_sim.Scene, method: Any, times: Any) -> tuple[Any, np.ndarra
 @pytest.mark.long
 @pytest.mark.parametrize("method", [DOP853(1e-12, 1e-14), Rodas(1e-10, 1e-13)], ids=lambda m: type(m).__name__)
 def test_the_stiff_reference_is_met(method: Any) -> None:
-    """Explicit and Rosenbrock method follow five springs of 1e7 N/m as the reference does, and keep the energy."""
+    """Explicit and Rosenbrock method follow five springs of 1e7 N/m as the reference does.
+
+    They keep the energy.
+    """
     case = CHAIN["14_elastic_k1e7"]
     integration, nodes, lost = run(scene_of_case(case["spec"]), method, case["t"])
     expected = np.array(case["node_positions_xyz"])[..., [0, 2, 1]]  # the reference has its y upwards
@@ -94,7 +103,10 @@ def test_the_stiff_reference_is_met(method: Any) -> None:
 
 @pytest.mark.long
 def test_a_cable_as_stiff_as_steel() -> None:
-    """Five springs of 1e9 N/m under one tonne move as the reference does, axial vibrations resolved."""
+    """Five springs of 1e9 N/m under one tonne move as the reference does.
+
+    Axial vibrations are resolved.
+    """
     case = CASES["16_elastic_k1e9"]
     _, nodes, _ = run(scene_of_case(case["spec"]), Rodas(1e-8, 1e-10), case["t"])
     expected = np.array(case["node_positions_xyz"])
@@ -104,7 +116,10 @@ def test_a_cable_as_stiff_as_steel() -> None:
 @pytest.mark.long(cases=["15_toss_N3_bilateral"])
 @pytest.mark.parametrize("name", BILATERAL)
 def test_springs_that_push_and_dampers(name: str) -> None:
-    """A payload thrown beyond the horizontal on damped springs lands where the reference says, its losses metered."""
+    """A payload thrown beyond the horizontal on damped springs lands as the reference does.
+
+    Its losses are metered.
+    """
     case = CASES[name]
     _, nodes, lost = run(scene_of_case(case["spec"]), DOP853(1e-12, 1e-14), case["t"])
     expected = np.array(case["node_positions_xyz"])

@@ -1,4 +1,4 @@
-"""The elastic cable's equations: exact derivatives, the power, where it starts, what its files refuse."""
+"""The elastic cable's equations: exact derivatives, power, start, and what files refuse."""
 
 from typing import Any
 
@@ -12,7 +12,10 @@ from crane_sim.numerics.jit import entry_point
 
 
 def scene_of(masses: Any, lengths: Any, stiffness: float, initial: Any, **groups: Any) -> crane_sim.Scene:
-    """Return the scene of an elastic cable below a force-driven trolley; `cable` and other groups add to it."""
+    """Return the scene of an elastic cable below a force-driven trolley; groups add to it.
+
+    `cable` is one of the groups.
+    """
     cable = {"model": "elastic", "lengths": list(lengths), "node_masses": list(masses), "stiffness": stiffness}
     document = {
         "crane": "overhead",
@@ -78,7 +81,10 @@ def solve_shifted_system(p, x, u, shift, b):
 
 @pytest.mark.parametrize("groups", [SPACE, IMPOSED], ids=["space", "imposed"])
 def test_derivatives_are_exact(groups: Any) -> None:
-    """Banded systems are solved as those with the matrix of differences are, and the energy changes by the power."""
+    """Banded systems are solved as full ones, and the energy changes by the power.
+
+    The full matrix is that of differences.
+    """
     rng, spatial = np.random.default_rng(3), "bridge" in groups
     shape = (3, 3 if spatial else 2)
     down = np.cumsum([[0.2, 0.1, -0.9][:: 1 if spatial else 2]] * 3, axis=0) + 0.1 * rng.normal(size=shape)
@@ -104,7 +110,10 @@ def test_derivatives_are_exact(groups: Any) -> None:
 
 
 def test_links_start_where_axes_and_hoist_are() -> None:
-    """Angles hang unstretched links from where an imposed trolley is, at the length and rate of an imposed hoist."""
+    """Angles hang unstretched links from where an imposed trolley is.
+
+    Length and rate are those of an imposed hoist.
+    """
     groups = {
         "trolley": {"drive": "prescribed", "motion": {**WAVE, "offset": 2.0}},
         "hoist": {"drive": "prescribed", "profile": {**WAVE, "offset": 1.5}},

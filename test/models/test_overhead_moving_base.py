@@ -1,4 +1,7 @@
-"""Overhead cranes on a moving base against Newton's law in the world, and against equivalent cranes at rest."""
+"""Overhead cranes on a moving base against Newton's law and equivalent cranes at rest.
+
+Newton's law is that in the world.
+"""
 
 from typing import Any
 
@@ -18,7 +21,10 @@ def spatial(**groups: Any) -> crane_sim.Scene:
 
 @pytest.mark.long
 def test_a_chain_in_space_obeys_newton_in_the_world() -> None:
-    """Bridge, trolley and nodes move as Newton's law in the world says when the base moves in all six axes."""
+    """Bridge, trolley and nodes obey Newton's law in the world.
+
+    The base moves in all six axes.
+    """
     run = crane_sim.simulate(spatial(base_motion=SHIP))
     crane = moving_base.Crane(5.0, 3.0, tuple(MASSES), tuple(LENGTHS))
     expected = moving_base.nodes(crane, SHIP, *start_of(LENGTHS, DIRECTIONS, RATES), run.t)
@@ -30,7 +36,7 @@ HOIST = {"kind": "sine", "offset": 1.0, "amplitude": 0.3, "frequency": 2.0}
 
 
 def planar(viscous: float, static: float, **groups: Any) -> crane_sim.Scene:
-    """Return the scene of a chain in the plane with all that a base acts on: rods, hoist, friction."""
+    """Return the scene of a planar chain with all that a base acts on: rods, hoist, friction."""
     document = {
         "crane": "overhead",
         "duration": 2.0,
@@ -46,7 +52,10 @@ def planar(viscous: float, static: float, **groups: Any) -> crane_sim.Scene:
 
 @pytest.mark.slow
 def test_a_chain_in_the_plane_obeys_dalembert_in_the_world() -> None:
-    """Trolley, hoisted link and rods with inertia move as d'Alembert's principle in the world says."""
+    """Trolley, hoisted link and rods with inertia move as d'Alembert's principle says.
+
+    The principle is that in the world.
+    """
 
     def hoist(t: float) -> Any:
         s, c = np.sin(2.0 * t), np.cos(2.0 * t)
@@ -61,7 +70,7 @@ def test_a_chain_in_the_plane_obeys_dalembert_in_the_world() -> None:
 
 @pytest.mark.long
 def test_friction_holds_a_trolley_until_the_base_shakes_it_loose() -> None:
-    """A trolley that sticks stays where it is on a base that shakes gently, and slips on one that shakes hard."""
+    """A trolley that sticks stays on a base that shakes gently, and slips on a strong shake."""
     gentle, hard = (
         crane_sim.simulate(planar(0.0, 200.0, base_motion={"surge": {"amplitude": a, "frequency": 5.0}}))
         for a in (0.1, 2.0)
@@ -85,7 +94,7 @@ def test_an_elastic_cable_obeys_newton_in_the_world() -> None:
 
 
 def test_an_accelerated_heave_is_gravity() -> None:
-    """A base that accelerates upwards is felt as so much more gravity, a tilted one as gravity that leans."""
+    """A base that accelerates upwards acts as more gravity, a tilted one as leaning gravity."""
     rising = {"heave": {"amplitude": 2.0, "frequency": 1.0, "phase": -np.pi / 2}}  # 2 m/s² upwards at t = 0
     heavy = spatial(gravity=11.81)
     actual, expected = (

@@ -1,4 +1,7 @@
-"""The planar overhead crane: a second derivation in 60 digits, conservation, limits, imposed motions."""
+"""The planar overhead crane: second derivation, conservation, limits, imposed motions.
+
+The second derivation has 60 digits.
+"""
 
 from typing import Any
 
@@ -16,7 +19,7 @@ G = 9.81
 
 
 def scene_of(masses: Any, lengths: Any, angles: Any, rates: Any = (), **groups: Any) -> crane_sim.Scene:
-    """Return the scene of a chain below a force-driven trolley of 5 kg, unless groups say otherwise."""
+    """Return the scene of a chain below a force-driven trolley of 5 kg; groups change it."""
     document = {
         "crane": "overhead",
         "duration": 1.0,
@@ -49,7 +52,10 @@ def exact(m: Any, lengths: Any, q: Any, v: Any, force: float, trolley: float) ->
 
 @pytest.mark.parametrize(("n", "ratio"), [(1, 2.0), (2, 1.0), (3, 10.0), (10, 1e4), (30, 1e8)])
 def test_accelerations_equal_a_second_derivation(n: int, ratio: float) -> None:
-    """Closed forms and the tension form equal the Lagrange form in 60 digits, a ton on light links included."""
+    """Closed forms and tension form equal the Lagrange form in 60 digits.
+
+    A ton on light links is included.
+    """
     rng = np.random.default_rng(n)
     m, lengths = [0.1] * (n - 1) + [0.1 * ratio], rng.uniform(0.5, 1.5, n)
     for _ in range(3):
@@ -90,7 +96,7 @@ GROUPS: dict[str, dict[str, Any]] = {
 @pytest.mark.parametrize("kind", GROUPS, ids=lambda name: name.replace(", ", "-").replace(" ", "-"))
 @pytest.mark.parametrize("n", [1, 3])
 def test_power_balance(kind: str, n: int) -> None:
-    """The energy changes by the power of efforts, imposed motions, forces and losses, and by nothing else."""
+    """The energy changes by the power of efforts, imposed motions, forces and losses alone."""
     groups = GROUPS[kind]
     if n == 1 and kind in ("prescribed", "fixed, rods"):
         groups = {"trolley": groups["trolley"]}
@@ -108,7 +114,10 @@ def test_power_balance(kind: str, n: int) -> None:
 
 
 def test_an_imposed_motion_is_followed() -> None:
-    """A prescribed trolley and a hoist through a table's knots move as their functions of time say."""
+    """A prescribed trolley and a hoist through a table's knots move as their functions say.
+
+    The functions are of time.
+    """
     profile = {"kind": "table", "times": [0.2, 0.4, 0.7], "values": [1.0, 0.9, 0.6]}
     groups = {"trolley": {"drive": "prescribed", "motion": WAVE}, "hoist": {"drive": "prescribed", "profile": profile}}
     run = simulate(scene_of([5.0], [1.0], [0.2], **groups))
@@ -119,7 +128,10 @@ def test_an_imposed_motion_is_followed() -> None:
 
 
 def test_massless_nodes_merge() -> None:
-    """A node without mass on a straight stretch is none: its two links are one, and nothing is divided by zero."""
+    """A massless node on a straight stretch is none: its two links are one.
+
+    Nothing is divided by zero.
+    """
     merged = scene_of([1.0, 0.0, 5.0], [1.0, 0.4, 0.3], [0.2, 0.3, 0.3])
     plain = scene_of([1.0, 5.0], [1.0, 0.7], [0.2, 0.3])
     assert merged.joint_names == plain.joint_names

@@ -12,7 +12,7 @@ from crane_sim.simulation.rollout import Rollout, simulate
 
 @pytest.mark.parametrize("name", ["10_3D_driven_N3", "11_3D_pole_N2"])
 def test_references_in_space(name: str) -> None:
-    """Sine forces on both axes, and links that pass where angles would be singular, meet their references."""
+    """Sine forces on both axes, and links where angles would be singular, meet references."""
     case = REFERENCE[name]
     spec = case["spec"]
     groups = {
@@ -33,7 +33,10 @@ FIXED: dict[str, Any] = {"trolley": {"drive": "fixed"}, "bridge": None, "inputs"
 
 
 def test_planar_motion_stays_planar() -> None:
-    """Planar motion stays planar: a start in the trolley's plane gives the planar model's trajectory, with y = 0."""
+    """Planar motion stays planar: a start in the trolley's plane gives the planar trajectory.
+
+    y = 0 throughout.
+    """
     angles, rates = np.array([0.3, -0.5, 0.9]), np.array([0.5, 1.0, -0.7])
     m, lengths, force = [1.0, 2.0, 5.0], [1.0, 0.7, 0.4], sine({"amplitude": 20.0, "frequency": 2.0})
     directions = np.stack([np.sin(angles), 0 * angles, -np.cos(angles)], axis=1).tolist()
@@ -53,7 +56,7 @@ def test_planar_motion_stays_planar() -> None:
 
 @pytest.mark.long
 def test_every_vertical_plane_is_alike() -> None:
-    """The heavy payload on ten links moves in a plane at an azimuth as its planar reference does in its own."""
+    """The heavy payload on ten links moves in a plane at an azimuth as its planar reference."""
     name, azimuth = "03_N10_S3a", 0.7
     run = simulate(turned(name, azimuth), sample_times=REFERENCE[name]["t"])
     assert error_in_tolerances(run, name, azimuth) < 1.0
@@ -74,7 +77,10 @@ def long_run() -> Rollout:
 
 @pytest.mark.long
 def test_angular_momentum_about_the_vertical_is_conserved(long_run: Rollout) -> None:
-    """Below a fixed trolley nothing turns the cable about the vertical; without losses its energy stays too."""
+    """Below a fixed trolley nothing turns the cable about the vertical.
+
+    Without losses its energy stays too.
+    """
     m, lengths = np.array([1.0, 0.5, 2.0]), np.array([1.0, 0.7, 0.4])
     rates = long_run.v[:, 2:].reshape(-1, 3, 3)
     velocities = np.cumsum(lengths[:, None] * rates, axis=1)

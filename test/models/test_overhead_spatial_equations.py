@@ -1,4 +1,7 @@
-"""The equations of the overhead crane in space against a second derivation in 60 digits, and against their power."""
+"""Equations of the overhead crane in space against a second derivation, and their power.
+
+The second derivation has 60 digits.
+"""
 
 from typing import Any
 
@@ -17,7 +20,7 @@ exactly = np.vectorize(mpmath.mpf, otypes=[object])
 
 
 def scene_of(masses: Any, lengths: Any, **groups: Any) -> crane_sim.Scene:
-    """Return the scene of a chain below a trolley of 5 kg on a bridge of 3 kg, unless groups say otherwise."""
+    """Return the scene of a chain below a 5 kg trolley on a 3 kg bridge; groups change it."""
     document = {
         "crane": "overhead",
         "dimensions": 3,
@@ -30,7 +33,7 @@ def scene_of(masses: Any, lengths: Any, **groups: Any) -> crane_sim.Scene:
 
 
 def state_of(rng: np.random.Generator, scene: crane_sim.Scene, n: int) -> tuple[Array, Array]:
-    """Return random positions and velocities: unit vectors with perpendicular rates, up to rounding."""
+    """Return random positions and velocities: unit vectors, perpendicular rates, to rounding."""
     units, rates = rng.normal(0, 1, (2, n, 3))
     units /= np.linalg.norm(units, axis=1)[:, None]
     rates -= np.sum(units * rates, axis=1)[:, None] * units
@@ -40,14 +43,16 @@ def state_of(rng: np.random.Generator, scene: crane_sim.Scene, n: int) -> tuple[
 
 
 def normalise_links(q: Array, v: Array, n: int) -> tuple[Array, Array]:
-    """Return unit vectors and rates (n, 3) in many digits, the rounding of the given ones taken out."""
+    """Return unit vectors and rates (n, 3) in many digits, without the given ones' rounding."""
     units, rates = (exactly(part[-3 * n :]).reshape(n, 3) for part in (q, v))
     units = units / exactly([mpmath.sqrt(square) for square in np.sum(units * units, axis=1)])[:, None]
     return units, rates - np.sum(units * rates, axis=1)[:, None] * units
 
 
 def exact(m: Any, lengths: Any, q: Array, v: Array, axes: Any, hoist: Any) -> Array:
-    """Return the joint accelerations from Newton's law for every node and the links' constraints, in 60 digits.
+    """Return the joint accelerations from Newton's law and link constraints, in 60 digits.
+
+    Newton's law is that for every node.
 
     Args:
         m, lengths: masses [kg] and lengths [m] of the links.
@@ -87,7 +92,10 @@ def error(actual: Any, expected: Array) -> float:
 
 @pytest.mark.parametrize(("n", "ratio"), [(1, 2.0), (2, 1.0), (10, 1e4), (10, 1e8)])
 def test_accelerations_equal_a_second_derivation(n: int, ratio: float) -> None:
-    """The tension form equals Newton's law for every node in 60 digits, heavy payloads on light cables included."""
+    """The tension form equals Newton's law for every node in 60 digits.
+
+    Heavy payloads on light cables are included.
+    """
     rng = np.random.default_rng(n)
     m, lengths = [0.1] * (n - 1) + [0.1 * ratio], rng.uniform(0.5, 1.5, n)
     scene = scene_of(m, lengths)
@@ -100,7 +108,10 @@ def test_accelerations_equal_a_second_derivation(n: int, ratio: float) -> None:
 
 @entry_point
 def balance(p, t, q, v, row, h):
-    """Return (accelerations, dE/dt by central differences, power, actuated coordinates) under the efforts in `row`."""
+    """Return (accelerations, dE/dt, power, actuated coordinates) under the efforts in `row`.
+
+    dE/dt is by central differences.
+    """
     u = system.efforts_from_row(p, row)
     x = system.project(p, system.state(p, t, q, v))
     dx = system.rhs(p, t, x, u)
@@ -135,7 +146,7 @@ DRIVES: dict[str, tuple[dict[str, Any], Any, Any]] = {
 
 @pytest.mark.parametrize("drive", DRIVES, ids=lambda name: name.replace(" ", "-"))
 def test_every_drive(drive: str) -> None:
-    """For every drive accelerations are those of the second derivation, the power is what the energy gains."""
+    """For every drive accelerations are the second derivation's, power is the energy's gain."""
     groups, axes, hoist = DRIVES[drive]
     m, lengths = [1.0, 2.0, 5.0], [1.0, 0.7, 0.4]
     scene, rng = scene_of(m, lengths, **groups), np.random.default_rng(5)
@@ -151,7 +162,10 @@ def test_every_drive(drive: str) -> None:
 
 
 def test_forces_on_nodes() -> None:
-    """A force on a node along each axis accelerates it as Newton's law says, and its power is what the energy gains."""
+    """A force on a node along each axis accelerates it as Newton's law says.
+
+    Its power is what the energy gains.
+    """
     pushes = [("x", 2.0), ("y", -3.0), ("z", 50.0)]
     forces = [{"node": 1, "axis": axis, "force": {"kind": "constant", "value": f}} for axis, f in pushes]
     scene = scene_of([2.0], [1.0], forces=forces, trolley={"drive": "fixed"}, bridge=None)

@@ -25,7 +25,7 @@ def rubbing(name: str, axis: str, friction: Any, **groups: Any) -> crane_sim.Sce
 @pytest.mark.long
 @pytest.mark.parametrize("axis", ["trolley", "bridge"])
 def test_stick_and_slip_on_either_axis(axis: str) -> None:
-    """Trolley and bridge stick and slip as the planar reference does, while the other axis sticks."""
+    """Trolley and bridge stick and slip as the planar reference, while the other axis sticks."""
     name = "19b_stick_slip_N3"
     run = simulate(rubbing(name, axis, REFERENCE[name]["spec"]["friction"]), sample_times=REFERENCE[name]["t"])
     assert error_in_tolerances(run, name, 0.0 if axis == "trolley" else 0.5 * np.pi) < 1.0
@@ -38,7 +38,10 @@ def test_stick_and_slip_on_either_axis(axis: str) -> None:
 
 
 def test_a_payload_that_drops() -> None:
-    """Losing 99 % of the payload in mid-swing meets the reference in any plane; friction of size zero does nothing."""
+    """Losing 99 % of the payload in mid-swing meets the reference in any plane.
+
+    Friction of size zero does nothing.
+    """
     name, azimuth = "13_payload_drop_N2", 0.7
     none = {"coulomb": 0.0, "static": 0.0, "viscous": 0.0}
     drop = {"events": [{"at": 1.0, "set": {"payload": {"mass": 1.0}}}], "friction": {"trolley": none, "bridge": none}}

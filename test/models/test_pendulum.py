@@ -1,4 +1,4 @@
-"""A payload below a driven suspension point: against printed equations, closed forms and inertial space."""
+"""A payload below a driven point: printed equations, closed forms and inertial space."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -33,7 +33,7 @@ def scene_of(**groups: Any) -> crane_sim.Scene:
 
 
 def ship(t: Any, only: tuple[str, ...] = AXES) -> list[Any]:
-    """Return (surge, sway, heave, roll, pitch, yaw) of SHIP at time t, a symbol, from its definition."""
+    """Return (surge, sway, heave, roll, pitch, yaw) of SHIP at the symbol t, as defined."""
     return [
         wave.get("offset", 0) + wave["amplitude"] * sp.sin(wave["frequency"] * t + wave.get("phase", 0))
         if name in only
@@ -48,7 +48,10 @@ def rotation_matrix(roll: Any, pitch: Any, yaw: Any) -> sp.Matrix:
 
 
 def in_world(r: Any) -> Callable[[float], Any]:
-    """Return a function of time: position, velocity, acceleration (3, 3) in the world of a point r (3,) of the ship."""
+    """Return a function of time: motion (3, 3) in the world of a point r (3,) of the ship.
+
+    Its rows are position, velocity and acceleration.
+    """
     t = sp.Symbol("t")
     surge = ship(t)
     at = sp.Matrix(surge[:3]) + rotation_matrix(*surge[3:]) * sp.Matrix(r)
@@ -57,7 +60,7 @@ def in_world(r: Any) -> Callable[[float], Any]:
 
 
 def spherical(angles: Any, rates: Any, drive: Any, gravity: float, force: Any) -> np.ndarray:
-    """Return the second derivatives of the swing angles as the offshore paper has them, eqs. (34) and (35)."""
+    """Return the swing angles' second derivatives, eqs. (34) and (35) of the offshore paper."""
     (sx, cx), (sy, cy) = ((sin(a), cos(a)) for a in angles)
     x = -drive[1] * cx / LENGTH + 2.0 * rates[0] * rates[1] * sy - gravity / LENGTH * sx
     y = drive[0] * cy / LENGTH + drive[1] * sx * sy / LENGTH - rates[0] ** 2 * sy * cy - gravity / LENGTH * cx * sy
@@ -66,7 +69,7 @@ def spherical(angles: Any, rates: Any, drive: Any, gravity: float, force: Any) -
 
 
 def direction(angles: Any, rates: Any, seconds: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the rope's direction of eq. (36), n = (-sy, sx cy, -cx cy), and its first two derivatives."""
+    """Return the rope's direction, eq. (36), n = (-sy, sx cy, -cx cy), and two derivatives."""
     (sx, cx), (sy, cy) = ((sin(a), cos(a)) for a in angles)
     (a, b), (c, d) = rates, seconds
     n, by_x, by_y = np.array([[-sy, sx * cy, -cx * cy], [0.0, cx * cy, sx * cy], [-cy, -sx * sy, cx * sy]])
@@ -76,7 +79,10 @@ def direction(angles: Any, rates: Any, seconds: Any) -> tuple[np.ndarray, np.nda
 
 @pytest.mark.parametrize("moving", [False, True], ids=["fixed", "pushed on a moving base"])
 def test_accelerations_are_those_of_the_paper(moving: bool) -> None:
-    """Forward dynamics equal the printed equations for any swing, drive, force; a swaying base adds to y0'' and g."""
+    """Forward dynamics equal the printed equations for any swing, drive and force.
+
+    A swaying base adds to y0'' and g.
+    """
     only, force, t = AXES[:3], (3.0, -5.0, 2.0), sp.Symbol("t")
     push = {axis: {"kind": "constant", "value": value} for axis, value in zip("xyz", force, strict=True)}
     groups = {"base_motion": {name: SHIP[name] for name in only}, "payload_force": push}
@@ -96,7 +102,10 @@ def test_accelerations_are_those_of_the_paper(moving: bool) -> None:
 
 
 def test_swings_take_as_long_as_elliptic_integrals_say() -> None:
-    """A small swing, one to 170 degrees and one over the top are back after their periods: no direction is singular."""
+    """Swings, small, to 170 degrees and over the top, are back after their periods.
+
+    So no direction is singular.
+    """
     small = sqrt(LENGTH / GRAVITY)
     for angle, spin in ((0.01, 0.0), (170.0 * pi / 180.0, 0.0), (0.0, 2.2 / small)):
         initial = {"direction": [sin(angle), 0.0, -cos(angle)], "direction_rate": [spin, 0.0, 0.0]}
@@ -112,14 +121,20 @@ def test_swings_take_as_long_as_elliptic_integrals_say() -> None:
 
 @pytest.mark.long
 def test_a_ship_is_what_newton_sees_from_the_world() -> None:
-    """On a base that moves in all six ways, payload and tension are those of a pendulum integrated in the world."""
+    """On a base that moves in six ways, payload and tension are those of a pendulum.
+
+    The pendulum is integrated in the world.
+    """
     start = np.array([0.28, 0.0, -0.96])
     scene = scene_of(base_motion=SHIP, initial={"tip": TIP, "direction": list(start)})
     run = crane_sim.simulate(scene, sample_times=np.linspace(0.5, 5.0, 10))
     tip = in_world(TIP)
 
     def newton(t: float, y: Any) -> tuple[Any, Any]:
-        """Return the payload's acceleration and the rope's pull over mass and length, which keeps the length."""
+        """Return the payload's acceleration and the rope's pull over mass and length.
+
+        The pull keeps the length.
+        """
         place, rate, second = tip(t)
         line, moving = y[:3] - place, y[3:] - rate
         fall = np.array([0.0, 0.0, -GRAVITY])
@@ -147,7 +162,7 @@ def still(scene: crane_sim.Scene, drift: tuple[float, ...]) -> crane_sim.Scene:
 
 
 def test_the_servo_is_a_second_order_lag() -> None:
-    """A servo takes the tip to what is demanded as its two gains say, in every axis, whatever hangs below."""
+    """A servo takes the tip to the demand as its two gains say, in every axis, with any load."""
     kp, kd, t = 49.4, 2.0, np.linspace(0.1, 2.0, 5)
     demanded, start = (0.5, -0.3, 0.2), (0.1, 0.0, 0.0)
     servo = {"drive": "servo", "kp": kp, "kd": kd, "height": "driven"}

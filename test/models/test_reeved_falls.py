@@ -1,4 +1,4 @@
-"""A winch whose ropes run over sheaves to elastic falls: what it turns, what it loses, and slack falls."""
+"""A winch with ropes over sheaves to elastic falls: what it turns and loses, and slack falls."""
 
 from typing import Any
 
@@ -51,7 +51,7 @@ def crane(hoist: Any) -> FallsCrane:
 
 
 def state(p: FallsCrane, rate: float, depth: float = 5.02) -> Any:
-    """Return a state in which the load swings and turns, its centre this deep [m], the falls lengthening at a rate."""
+    """Return a state of a load that swings and turns, at a depth [m]; falls lengthen at a rate."""
     q = [0.1, 0.2, 4.0, 0.15, 0.22, -depth, 1.0, 0.0, 0.0, 0.0]
     return system.state(p, 0.0, q, [0.1, 0.2, rate, 0.05, -0.1, -0.2, 0.0, 0.01, 0.02, 0.03])
 
@@ -65,7 +65,7 @@ def answers(hoist: Any, rate: float, u: tuple[float, ...]) -> np.ndarray:
 
 
 def test_a_reeving_without_strength_is_none() -> None:
-    """An imposed motion is that without a reeving, and a winch of a mass moves as with zero friction: bit for bit."""
+    """A reeving changes no imposed motion, and zero friction no winch of a mass, bit for bit."""
     rates = [answers(MotionHoist(0.4, reeving), 0.3, (10.0, -20.0, 0.1)) for reeving in (None, LOSSY)]
     assert rates[0].tobytes() == rates[1].tobytes()
     plain = SCENE | {"hoist": {"drive": "force", "mass": 5e3}, "inputs": {"hoist": table((0, -WEIGHT), (1, -9e4))}}
@@ -76,7 +76,7 @@ def test_a_reeving_without_strength_is_none() -> None:
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_power_is_what_the_drive_gives_and_friction_takes(direction: float) -> None:
-    """Energy changes at the rate of the power, with losses of sheaves, winch and falls counted in."""
+    """Energy changes by the power, with losses of sheaves, winch and falls counted in."""
     hoist = ReevedHoist(LOSSY, Friction(80.0, 120.0, 30.0, 0.2))
     p, u, h = crane(hoist), (10.0, -20.0, -7e4), 1e-5
     x = state(p, 0.3 * direction)
@@ -88,7 +88,7 @@ def test_power_is_what_the_drive_gives_and_friction_takes(direction: float) -> N
 
 
 def test_a_winch_holds_until_its_pull_exceeds_friction() -> None:
-    """Hauling in begins where the drive exceeds what sheaves and winch hold; until then nothing moves."""
+    """Hauling in begins where the drive exceeds what sheaves and winch hold, not before."""
     high, static, rise = 0.98 * (1 - 0.98**4) / (4 * 0.02), 900.0, 1e4
     hoist = SCENE["hoist"] | {"friction": {"coulomb": 500.0, "static": static}}
     run = crane_sim.simulate(SCENE | {"hoist": hoist, "inputs": {"hoist": table((0, -WEIGHT), (1, -WEIGHT - rise))}})
@@ -100,7 +100,7 @@ def test_a_winch_holds_until_its_pull_exceeds_friction() -> None:
 
 
 def test_a_load_is_set_down_and_picked_up_by_the_torque_of_a_drum() -> None:
-    """Falls slack on the ground and pull again, the winch sticks and slips, and no energy appears from nowhere."""
+    """Falls slack on the ground and pull again, the winch sticks and slips, and energy is kept."""
     corners = [[x, y, -2.0] for x in (0.6, -0.6) for y in (0.5, -0.5)]
     down, up = (-0.25 * share * WEIGHT / 4 for share in (0.25, 1.3))  # N m, on the drum
     changes = {

@@ -1,4 +1,7 @@
-"""A rope reeved over sheaves and a drum: tensions, reflected inertia, friction that sticks and slips, energy."""
+"""A rope reeved over sheaves and a drum: tensions, reflected inertia, friction, energy.
+
+Friction sticks and slips.
+"""
 
 from math import exp, pi
 from typing import Any
@@ -74,7 +77,10 @@ def crane(hoist: Any) -> SuspendedCrane:
 
 
 def posture(rate: float) -> tuple[list[float], list[float]]:
-    """Return joint positions and velocities of a swinging `crane` whose rope lengthens at a rate [m/s]."""
+    """Return joint positions and velocities of a swinging crane whose rope lengthens.
+
+    `rate` is in m/s.
+    """
     unit = np.array([0.1, 0.2, -1.0]) / np.sqrt(1.05)
     return [0.0, 0.0, 5.0, 0.1, -0.05, *unit.tolist()], [0.1, 0.2, rate, 0.1, 0.05, 0.0, 0.0, 0.0]
 
@@ -98,7 +104,10 @@ def test_falls_without_friction_share_the_load(falls: int) -> None:
 
 @pytest.mark.parametrize("falls", [2, 7])
 def test_a_rope_that_slips_over_fixed_sheaves_follows_euler(falls: int) -> None:
-    """Each sheave that does not turn raises the tension by exp(μ θ) (Euler, capstan), and lowers it on paying out."""
+    """A sheave that does not turn raises the tension by exp(μ θ) (Euler, capstan).
+
+    On paying out it lowers the tension by this factor.
+    """
     friction, wrap = 0.12, 0.8 * pi
     ratio = RopeSlip(friction, wrap).ratio(0.2)
     expected = exp(friction * wrap * (falls - 1 + 2))
@@ -122,13 +131,15 @@ def test_a_bearing_takes_the_moment_of_the_resultant() -> None:
 
 
 def rope_point_depth(s: float, length: float) -> float:
-    """Return the depth [m] below the upper block of the point of the rope that is s [m] from its dead end there."""
+    """Return the depth [m] below the upper block of a rope's point s [m] from its dead end."""
     fall, remainder = int(s // length), s % length
     return remainder if fall % 2 == 0 else length - remainder
 
 
 def explicit_energy(length: float, rate: float) -> tuple[float, float]:
-    """Return (kinetic, potential) energy [J] of `FULL_REEVING`, summed over points of the rope, sheaves and the drum.
+    """Return (kinetic, potential) energy [J] of `FULL_REEVING`, summed over its parts.
+
+    They are points of the rope, sheaves and the drum.
 
     Points of the rope keep their distance from the dead end along it, which gives their speeds.
     """
@@ -149,14 +160,19 @@ def explicit_energy(length: float, rate: float) -> tuple[float, float]:
 
 
 def smootherstep(s: float) -> float:
-    """Return the polynomial of degree 5 from 0 to 1 over 0 .. 1 with zero first and second derivatives at both ends."""
+    """Return the polynomial of degree 5 from 0 to 1 over 0 .. 1, at rest at both ends.
+
+    Its first and second derivatives are zero there.
+    """
     s = min(max(s, 0.0), 1.0)
     return 6.0 * s**5 - 15.0 * s**4 + 10.0 * s**3
 
 
 @pytest.mark.parametrize("length", [6.1, 12.0])
 def test_the_length_obeys_lagranges_equation(length: float) -> None:
-    """Inverse mass and bias of the length are those of Lagrange's equation for the explicit bodies' energies.
+    """Inverse mass and bias of the length are those of Lagrange's equation.
+
+    Its energies are those of the explicit bodies.
 
     At 6.1 m the rope climbs onto a layer, where the drum's inertia changes with the length.
     """
@@ -177,7 +193,10 @@ def test_the_length_obeys_lagranges_equation(length: float) -> None:
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_friction_of_every_sheave_is_in_the_equations(direction: float) -> None:
-    """Acceleration and tensions solve moment balances of all sheaves with bearings, of the drum and of the block."""
+    """Acceleration and tensions solve moment balances of sheaves, drum and block.
+
+    All sheaves have bearings.
+    """
     n, lead, mass, loss_share, inertia, radius = 5, 2, 40.0, 0.02, 60.0, 0.4
     speeds = [*[n] * lead, *range(n - 1, 0, -1)]  # of the sheaves from the drum on, over the length's rate
     force, pull, size = -900.0, 5200.0, len(speeds) + 2
@@ -199,7 +218,7 @@ def test_friction_of_every_sheave_is_in_the_equations(direction: float) -> None:
 
 
 def test_a_reeving_without_inertia_and_loss_changes_nothing() -> None:
-    """One fall without inertia and loss gives the bits of the plain winch, n falls the same to rounding."""
+    """One fall without inertia and loss is the plain winch bit for bit, n falls to rounding."""
     u = (10.0, -20.0, -9000.0)
     plain = compute_responses(MasslessHoist(), 0.3, u)
     assert compute_responses(ReevedHoist(Reeving(1, 1)), 0.3, u).tobytes() == plain.tobytes()
@@ -210,7 +229,7 @@ def test_a_reeving_without_inertia_and_loss_changes_nothing() -> None:
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_power_is_what_the_drive_gives_and_friction_takes(direction: float) -> None:
-    """Energy changes at the rate of the power, which is the drive's less moments times speeds of all sheaves."""
+    """Energy changes by the power: the drive's less moments times speeds of all sheaves."""
     hoist = ReevedHoist(FULL_REEVING._replace(mass=None), Friction(80.0, 120.0, 30.0, 0.2))
     p, u, rate, h = crane(hoist), (10.0, -20.0, -9000.0), 0.3 * direction, 1e-4
     x = system.state(p, 0.0, *posture(rate))
@@ -233,7 +252,7 @@ def test_power_is_what_the_drive_gives_and_friction_takes(direction: float) -> N
 
 
 def test_energy_balances_over_layers_stick_and_slip() -> None:
-    """In a run over layers, with a rope that weighs, losses, events and swing, no energy appears from nowhere."""
+    """In a run over layers, with a heavy rope, losses, events and swing, energy is kept."""
     drum = {"radius": 0.25, "inertia": 30.0, "turns": 10, "layers": 8, "layer_height": 0.02}
     reeving = REEVED | {"drum": drum, "mass_per_length": 1.5, "length": 85.8}
     friction = {"coulomb": 1000.0, "static": 1500.0, "viscous": 2e4, "stribeck": 0.01}
@@ -249,7 +268,7 @@ def test_energy_balances_over_layers_stick_and_slip() -> None:
 
 
 def test_a_load_at_rest_neither_creeps_nor_breaks_loose_early() -> None:
-    """The winch holds while its pull is within what friction can hold, to the effort where hauling in begins."""
+    """The winch holds up to the effort where hauling in begins, by what friction can hold."""
     efficiency = 0.98 * (1 - 0.98**4) / (4 * 0.02)  # of the falls while hauling in
     static, slope = 900.0, 1e4  # N, N/s
     rope = SCENE["rope"] | {"reeving": REEVED, "friction": {"coulomb": 500.0, "static": static}}
@@ -287,7 +306,10 @@ def test_no_reeved_rope_pushes() -> None:
 
 
 def test_a_winch_by_rate_has_tensions_and_torque() -> None:
-    """Hauled in at a given acceleration, the drum's torque times its speed is what load, inertia and losses take."""
+    """At a given hauling acceleration the drum's power is that of load, inertia and losses.
+
+    Its power is its torque times its speed.
+    """
     rope = SCENE["rope"] | {"drive": "rate", "reeving": REEVED}
     p = load_scene(SCENE | {"rope": rope}).model
     rate, acceleration, rows = -0.4, -0.2, np.empty((1, 6))

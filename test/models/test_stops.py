@@ -1,4 +1,4 @@
-"""What ends a run: limits of travel, ropes that push or are reeled in to zero length; and hoists, which only pull."""
+"""What ends a run: travel limits, ropes that push or have zero length; hoists only pull."""
 
 import re
 from functools import cache
@@ -132,7 +132,7 @@ def pushing_run(name: str, slack: str) -> Run:
 @pytest.mark.long
 @pytest.mark.parametrize("name", POINT)
 def test_the_suspension_point_stops_at_its_limits(name: str) -> None:
-    """A point that accelerates by 1 m/s² towards a limit half a metre away ends the run after one second.
+    """A point that accelerates by 1 m/s² to a limit half a metre away ends the run at 1 s.
 
     A drive whose effort rises by 100 1/s from 0 reaches that acceleration after 10 ms, which costs half of that time.
     """
@@ -144,7 +144,10 @@ def test_the_suspension_point_stops_at_its_limits(name: str) -> None:
 
 @pytest.mark.parametrize("name", KNUCKLE)
 def test_joints_of_a_knuckle_crane_stop_at_their_limits(name: str) -> None:
-    """A joint that reaches its limit ends the run in that period, whatever drives it, and the cause is named."""
+    """A joint that reaches its limit ends the run in that period, and the cause is named.
+
+    This holds whatever drives it.
+    """
     scene, changes, joint, (low, high), message = KNUCKLE[name]
     run = run_to_end(scene, changes)
     assert f": the {message}; change " in run.error
@@ -156,7 +159,10 @@ def test_joints_of_a_knuckle_crane_stop_at_their_limits(name: str) -> None:
 
 @pytest.mark.parametrize("name", WINDING)
 def test_a_rope_that_is_reeled_in_ends_the_run(name: str) -> None:
-    """A winch that reels in all of its rope ends the run with that cause, with any drive, with swing and without."""
+    """A winch that reels in all its rope ends the run with that cause.
+
+    This holds with any drive, with swing and without.
+    """
     run = run_to_end(*WINDING[name])
     assert " is reeled in to zero length; " in run.error
     if name.startswith("rate"):  # 2 - t² / 4 m long
@@ -165,7 +171,10 @@ def test_a_rope_that_is_reeled_in_ends_the_run(name: str) -> None:
 
 @pytest.mark.parametrize("name", PUSHING)
 def test_a_rigid_rope_pushes_only_where_it_may(name: str) -> None:
-    """A run goes on with a negative tension by `slack: allow`, the default, and ends before it by `slack: stop`."""
+    """A run goes on with negative tension by `slack: allow`, ends before by `slack: stop`.
+
+    `allow` is the default.
+    """
     allowed, stopped = pushing_run(name, "allow"), pushing_run(name, "stop")
     assert allowed.error == "" and allowed.tension.min() < -1e-3
     assert "went slack, and a rigid" in stopped.error
@@ -175,7 +184,10 @@ def test_a_rigid_rope_pushes_only_where_it_may(name: str) -> None:
 
 
 def test_a_rope_goes_slack_when_mechanics_say_so() -> None:
-    """A pendulum thrown to the side, and a load that drops faster than it falls, go slack at a closed form's time."""
+    """A pendulum thrown aside, and a load that drops, go slack at a closed form's time.
+
+    The load drops faster than in free fall.
+    """
     g, length, rate = 9.81, 1.255, 4.0  # tension 0: cos = (2 - rate² l / g) / 3
     top = np.arccos((2.0 - rate**2 * length / g) / 3.0)
     expected = quad(lambda a: 1.0 / np.sqrt(rate**2 - 2.0 * g / length * (1.0 - np.cos(a))), 0.0, top)[0]
@@ -185,7 +197,10 @@ def test_a_rope_goes_slack_when_mechanics_say_so() -> None:
 
 
 def test_a_winch_without_inertia_only_pulls() -> None:
-    """A demand that pays out is applied as zero and counted, and the load falls freely, unless `push` is given."""
+    """A demand that pays out is applied as zero and counted, unless `push` is given.
+
+    The load falls freely.
+    """
     pulled, pushed = (run_to_end(hoist_scene(500.0, push=push), {}) for push in (False, True))
     assert np.all(pulled.u[:-1, 1] == 0.0) and np.all(pushed.u[:-1, 1] == 500.0)
     assert pulled.tension.min() >= 0.0 and pushed.tension.max() < 0.0
@@ -195,7 +210,10 @@ def test_a_winch_without_inertia_only_pulls() -> None:
 
 
 def test_a_drum_pays_out_by_its_motor() -> None:
-    """A force that pays out turns a drum down, M l'' = F + T - c l' and m l'' = m g - T, while the rope pulls."""
+    """A force that pays out turns a drum: M l'' = F + T - c l', m l'' = m g - T.
+
+    This holds while the rope pulls.
+    """
     cable = {"model": "straight", "lengths": [2.0, 2.0], "node_masses": [4.0, 6.0]}
     scene = hoist_scene(30.0, inertia=20.0) | {"trolley": {"drive": "fixed"}, "cable": cable}
     run = crane_sim.simulate(load_scene(scene, {"friction.hoist": {"coulomb": 0.0, "static": 0.0, "viscous": 2.0}}))
@@ -208,7 +226,7 @@ def test_a_drum_pays_out_by_its_motor() -> None:
 
 @pytest.mark.parametrize("name", LAWS)
 def test_laws_in_the_equations_only_pull(name: str) -> None:
-    """A continuous law that wants a winch to push its load has zero applied in place of that, which is counted."""
+    """A continuous law that wants a winch to push has zero applied, which is counted."""
     scene, changes, joint = LAWS[name]
     run = run_to_end(scene, changes)
     assert run.error == "" and np.all(run.u[:, joint] <= 0.0) and np.any(run.u[:, joint] == 0.0)
@@ -216,7 +234,10 @@ def test_laws_in_the_equations_only_pull(name: str) -> None:
 
 
 def test_inputs_that_push_are_counted_in_every_kind_of_run() -> None:
-    """Periods at whose start an input wants a winch to push are counted by `simulate`, a `Plant` and a batch alike."""
+    """Periods that begin with an input that wants to push are counted by all ways to run.
+
+    They are `simulate`, a `Plant` and a batch.
+    """
     sine = {"kind": "sine", "offset": -50.0, "amplitude": 100.0, "frequency": 10.0}
     scene = load_scene(hoist_scene(0.0) | {"inputs": {"hoist": sine}})
     demands, plant = -50.0 + 100.0 * np.sin(10.0 * 0.01 * np.arange(100)), Plant(scene)
@@ -238,7 +259,10 @@ SLACK_CHAINS: dict[str, tuple[dict[str, Any], list[float]]] = {
 
 @pytest.mark.parametrize(("name", "hoist"), [("planar", "prescribed"), ("spatial", "force")])
 def test_chains_see_every_link(name: str, hoist: str) -> None:
-    """A chain whose lower link stands on its upper one is slack there, in the plane and in space, however hoisted."""
+    """A chain whose lower link stands on its upper one is slack there, however hoisted.
+
+    This holds in the plane and in space.
+    """
     groups, links = SLACK_CHAINS[name]
     cable = {"lengths": 2.0, "links": 2, "node_masses": 10.0, "slack": "stop"}
     drive = {
@@ -268,7 +292,10 @@ def test_batches_end_at_stops() -> None:
 
 
 def test_a_run_over_ros_ends_at_a_stop(tmp_path: Path) -> None:
-    """The plant ends where the crane reaches its limit, the summary says why, and the recording has every step."""
+    """The plant ends where the crane reaches its limit, and the summary says why.
+
+    The recording has every step.
+    """
     summary = orchestration.run(load_scene("pendulum_free", PUSHED), record=tmp_path / "stop.rrd")
     assert "the suspension point along x reached its travel limit" in summary["error"]
     assert summary["recorded_steps"] == summary["steps"] > 90 and summary["lost_steps"] == 0
@@ -296,6 +323,6 @@ def test_a_run_over_ros_ends_at_a_stop(tmp_path: Path) -> None:
     ],
 )
 def test_bad_limits_are_rejected_by_name(name: str, changes: dict[str, Any], message: str) -> None:
-    """Limits that the start or the target does not keep, or that belong to nothing: single-line errors."""
+    """Limits that start or target do not keep, or of nothing, are single-line errors."""
     with pytest.raises(SceneError, match=re.escape(message)):
         load_scene(name, changes)

@@ -1,4 +1,7 @@
-"""A cable of links with a point mass or a rigid body below every support, against virtual work of point masses."""
+"""A cable of links with a point mass or a rigid body below every support, by virtual work.
+
+The virtual work is that of point masses.
+"""
 
 from math import hypot
 from typing import Any
@@ -134,7 +137,10 @@ def attitude(angles: Any) -> list[Any]:
 
 
 def crane_places(name: str, rigid: bool, sea: bool) -> Any:
-    """Return the places of all points as a function of (t, coordinates): support, length, links' angles, attitude."""
+    """Return the places of all points as a function of (t, coordinates).
+
+    The coordinates are support, length, links' angles, attitude.
+    """
     ns = len(START[name])
     shape = body_points(10.0, INERTIA) if rigid else []
 
@@ -197,7 +203,9 @@ def mapped(name: str, q: Any, v: Any, a: Any) -> tuple[Any, Any, Any]:
 @pytest.mark.parametrize("rigid", [False, True], ids=["point", "body"])
 @pytest.mark.parametrize("name", SUPPORTS)
 def test_accelerations_are_those_of_point_masses(name: str, rigid: bool, sea: bool) -> None:
-    """All joint accelerations agree with virtual work of point masses, in any posture, on a moving base too.
+    """All joint accelerations agree with virtual work of point masses, in any posture.
+
+    This holds on a moving base, too.
 
     The tower crane at sea has a body in the wind, which presses beside its centre.
     """
@@ -228,7 +236,10 @@ def test_accelerations_are_those_of_point_masses(name: str, rigid: bool, sea: bo
 
 @pytest.mark.parametrize("swing", [None, LinearFriction(3.0, 2.0), QuadraticFriction(3.0, 2.0)], ids=str)
 def test_one_link_and_a_point_mass_are_the_crane_with_one_rope(swing: Any) -> None:
-    """Below a boom, both models have the same accelerations and tension, by a winch's force and imposed motion."""
+    """Below a boom, both models have the same accelerations and tension.
+
+    This holds by a winch's force and by imposed motion.
+    """
     q, v = (0.3, 0.6, -0.2, 2.5, 0.4, -0.3), (0.2, -0.1, 0.3, 0.2, -0.5, 0.4)
     for rope, hoist, winch in ((ForceRope(), MasslessHoist(), -14.0), (MotionRope(0.4), MotionHoist(0.4), 0.3)):
         simple = Crane(SUPPORTS["knuckle"], rope, PointLoad(1.4), drag=PayloadDrag(0.3), base=base())
@@ -258,7 +269,9 @@ MOTORS = (40.0, 7.0, 9.0)
 
 @pytest.mark.parametrize(("case", "sea"), [(case, i % 2 == 0) for i, case in enumerate(STUCK)])
 def test_joints_that_stick_are_constraints_of_virtual_work(case: str, sea: bool) -> None:
-    """With joints that friction holds, motors and friction on the others, all accelerations are those of point masses.
+    """All accelerations are those of point masses, with friction and motors.
+
+    Friction holds some joints; the others have motors and friction.
 
     The reference leaves the coordinates of the joints that stick out. What these hold is the effort that keeps them
     from accelerating where nothing holds them.
@@ -306,7 +319,10 @@ def constraint_effort(crane: SuspendedCrane, t: float, x: Any, u: Any, joint: in
 
 
 def test_a_knuckle_boom_held_in_line_is_a_telescopic_boom() -> None:
-    """Boom and jib that friction holds in line, at sea, have all accelerations of a boom and telescope held so."""
+    """Boom and jib that friction holds in line accelerate as a boom and telescope held so.
+
+    The cranes are at sea.
+    """
     q, v = [0.4, 2.5, 0.4, -0.3, 0.6, 0.0, -0.8], [0.3, 0.1, -0.5, 0.4, 0.0, 0.7, 0.0]
     bars = BaseSection(2.0, 2.5, 4.2), TelescopedSection(3.0, 2.0, 4.0)
     cases = {
@@ -329,7 +345,9 @@ MOVES = (0.3, -0.2, 0.25), (0.7, 1.1, -0.6)  # m/s, m/s², of a driven point
 @pytest.mark.parametrize("drive", DRIVES)
 @pytest.mark.parametrize("rigid", [False, True], ids=["point", "body"])
 def test_cables_below_a_driven_point_are_those_of_point_masses(rigid: bool, drive: str) -> None:
-    """Three links and a load below a point that moves on a moving base: accelerations agree with virtual work.
+    """Below a point moving on a moving base, three links and a load agree with virtual work.
+
+    The accelerations are compared.
 
     The reference has the point's place as a function of time, with the velocity and acceleration of this instant.
     """
@@ -362,7 +380,7 @@ def test_cables_below_a_driven_point_are_those_of_point_masses(rigid: bool, driv
 
 
 def directed(q: Any, v: Any, a: Any) -> Any:
-    """Return unit vectors and quaternion of the reference's angles, with their first and second derivatives."""
+    """Return unit vectors and quaternion of the reference's angles, with two derivatives."""
     with mp.workdps(60):
         h, (q, v, a) = mpf(10) ** -18, ([mpf(float(x)) for x in row] for row in (q, v, a))
         rows = []
@@ -377,7 +395,10 @@ def directed(q: Any, v: Any, a: Any) -> Any:
 
 
 def test_one_link_and_a_point_mass_below_a_driven_point_are_the_simple_pendulum() -> None:
-    """Below a point that a servo drives at sea, both models have the same accelerations, tension, energies, power."""
+    """Below a point that a servo drives at sea, both models agree.
+
+    They have the same accelerations, tension, energies and power.
+    """
     q, v = (0.3, 0.6, -0.2, 0.36, 0.48, -0.8), (0.2, -0.1, 0.3, 0.8, -0.6, 0.0)
     support, load, u, results = DrivenPoint(Servo(4.0, 3.0), Lift()), PointLoad(1.4), (0.5, 0.2, 0.1), []
     cable = Chain(np.array([1.4]), np.array([2.5]))

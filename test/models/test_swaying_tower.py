@@ -1,4 +1,4 @@
-"""A tower crane whose mast bends: virtual work of points, the balance of energy, a closed form, the rigid crane."""
+"""A tower crane whose mast bends: virtual work, energy, a closed form and the rigid crane."""
 
 from math import sqrt
 from typing import Any
@@ -69,7 +69,10 @@ def direction(angles: Any) -> Point:
 
 
 def places(q: Any) -> list[tuple[Any, Point]]:
-    """Return all points relative to the base; coordinates: slew, trolley, a, b, rope, directions of both links."""
+    """Return all points relative to the base; coordinates: slew, trolley, a, b, rope, links.
+
+    Links are given by their directions.
+    """
     mass, centre, inertia = JIB
     points = [(m, on_mast(q, s)) for m, s in rod_points(mass, inertia, mpf(centre))]
     points += [(mpf(m), on_mast(q, mpf(x))) for m, x in (BEHIND, (HEAD, 0.0))]
@@ -101,7 +104,7 @@ def mapped(q: Any, v: Any, a: Any) -> Any:
 
 @pytest.mark.parametrize("sea", [False, True], ids=["at rest", "at sea"])
 def test_accelerations_are_those_of_point_masses(sea: bool) -> None:
-    """All accelerations agree with virtual work of point masses and springs, also on a moving base."""
+    """All accelerations agree with virtual work of point masses and springs, at sea too."""
     t, drives, winch = 1.3, np.random.default_rng(7).uniform(-20.0, 20.0, 2), -120.0
     added, efforts = np.zeros(9), np.array([*drives, *(-DAMPING * V[2:4]), winch, 0.0, 0.0, 0.0, 0.0])
     added[4] = 1.5
@@ -134,7 +137,9 @@ def test_the_meter_counts_all_power(sea: bool) -> None:
 
 
 def test_a_mast_sways_at_the_frequency_of_a_closed_form() -> None:
-    """Across the jib, which a heavy slew inertia holds, the mast sways at √(k / (M h²) - g / h), M all on its head.
+    """Across the jib, held by a heavy slew, the mast sways at √(k / (M h²) - g / h).
+
+    M is the mass of all on its head.
 
     The jib is symmetric and the load weighs nothing; the weight at height h lowers the frequency (Rayleigh).
     """

@@ -1,4 +1,4 @@
-"""Tension of every link: the same meaning for every model of a cable, in runs, summaries and at the terminal."""
+"""Tension of every link: one meaning for every cable model, in runs, summaries, terminal."""
 
 from typing import Any
 
@@ -16,12 +16,12 @@ G = 9.81
 
 
 def scene_of(cable: dict[str, Any], **groups: Any) -> crane_sim.Scene:
-    """Return the scene of a cable below a trolley that stays where it is, unless groups say otherwise."""
+    """Return the scene of a cable below a trolley at rest, unless groups say otherwise."""
     return crane_sim.load_scene(FIXED | {"cable": cable} | groups)
 
 
 def tensions(scene: crane_sim.Scene, q: Any = None, v: Any = None) -> Any:
-    """Return the tensions (L,) [N] of a scene at joints q, v, those of its start if none are given."""
+    """Return the tensions (L,) [N] of a scene at joints q, v, by default those of its start."""
     at = (scene.initial_q if q is None else q, scene.initial_v if v is None else v)
     q, v = (np.array([part], dtype=float) for part in at)
     return derive(scene, np.zeros(1), q, v, np.zeros((1, len(scene.actuated)))).tensions[0]
@@ -46,7 +46,7 @@ HANGING: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 
 @pytest.mark.parametrize("kind", HANGING)
 def test_each_link_of_a_hanging_cable_carries_what_is_below(kind: str) -> None:
-    """Of five nodes at rest, every model gives five tensions, from the weight of all down to that of the payload."""
+    """Of five nodes at rest every model gives five tensions, from all weight to the payload's."""
     cable, groups = HANGING[kind]
     scene, expected = scene_of(NODES | cable, **groups), weights(NODES["node_masses"])
     # rounding; of an elastic cable that of positions, 1e-16 m times 1e5 N/m of 600 N
@@ -55,7 +55,7 @@ def test_each_link_of_a_hanging_cable_carries_what_is_below(kind: str) -> None:
 
 @pytest.mark.parametrize("lengths", [[1.0, 0.8], [0.5, 0.6, 0.7]], ids=["double", "chain"])
 def test_a_straight_cable_pulls_as_its_chain_does(lengths: list[float]) -> None:
-    """While it swings, link by link, a straight cable's tensions are those of the chain that it stands for."""
+    """While it swings, a straight cable's tensions are those of its chain, link by link."""
     light = 1e-4
     cable = {"lengths": lengths, "node_masses": [light] * (len(lengths) - 1) + [10.0]}
     trolley = {"trolley": {"drive": "force", "mass": 5.0}}
@@ -79,7 +79,10 @@ def test_a_hoisted_straight_cable_pulls_as_its_chain_does() -> None:
 
 
 def test_a_run_has_the_tensions_of_its_loop() -> None:
-    """A run gives all links' tensions, the top's by itself, and the summary the extremes of all links and periods."""
+    """A run gives all links' tensions, and the summary the extremes of links and periods.
+
+    The top's tension is also given by itself.
+    """
     cable = {"model": "straight", "lengths": [1.0, 0.5], "node_masses": [1e-3, 10.0]}
     run = crane_sim.simulate(scene_of(cable, initial={"angles": 1.0}))
     assert run.tensions.shape == (len(run.t), 2) and np.array_equal(run.tension, run.tensions[:, 0])
@@ -93,7 +96,10 @@ def test_a_run_has_the_tensions_of_its_loop() -> None:
 
 
 def test_periods_with_a_cable_that_pushes_are_counted_and_named(capsys: pytest.CaptureFixture[str]) -> None:
-    """A point that falls faster than its payload pushes it: every such period is counted, and the terminal says so."""
+    """A point that falls faster than its payload pushes it: every such period is counted.
+
+    The terminal says so.
+    """
     document = {"crane": "pendulum", "duration": 0.2, "rope": {"length": 1.0}, "payload": {"mass": 2.0}}
     scene = crane_sim.load_scene(document | {"suspension": {"drive": "acceleration", "height": "driven"}})
     run = crane_sim.simulate(scene, law=lambda t, q, v: (0.0, 0.0, -3.0 * G if t < 0.0499 else 0.0))

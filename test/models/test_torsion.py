@@ -1,4 +1,7 @@
-"""Torsion of the rope: virtual work of its twist in rotation matrices, and closed forms of a load that turns."""
+"""Torsion of the rope: virtual work of its twist, and closed forms of a load that turns.
+
+The twist is in rotation matrices.
+"""
 
 from math import asin, pi, sqrt
 from typing import Any
@@ -32,7 +35,7 @@ def bend_matrix(a: Any, b: Any) -> Any:
 
 
 def twist(name: str, q: Any) -> Any:
-    """Return the angle of the load about its vertical from the frame that comes down the links from the tip."""
+    """Return the angle of the load about its vertical from the tip's frame down the links."""
     ns = len(START[name])
     axes = [(1, 0, 0), (0, 1, 0), (0, 0, 1)]
     frame = matrix([rotate(2, q[0], tuple(map(mpf, axis))) for axis in axes])
@@ -52,7 +55,10 @@ def gradient(name: str, q: Any) -> Any:
 
 @pytest.mark.parametrize(("name", "sea"), [("tower", False), ("mobile", True)])
 def test_accelerations_are_those_of_virtual_work(name: str, sea: bool) -> None:
-    """With torsion and its damping, all joint accelerations below three links agree with virtual work of the twist."""
+    """With torsion and damping, accelerations below three links agree with virtual work.
+
+    The virtual work is that of the twist.
+    """
     rng, ns, t = np.random.default_rng(5), len(START[name]), 1.3
     q = np.array([*START[name], LENGTHS[0], 0.7, 0.4, -1.1, 0.5, 2.0, 0.3, 0.9, -0.4, 0.8])
     v, added = rng.uniform(-0.6, 0.6, len(q)), np.zeros(len(q))
@@ -94,7 +100,10 @@ SCENE: dict[str, Any] = {
 
 @pytest.mark.long
 def test_a_load_that_turns_and_swings() -> None:
-    """A load turns to and fro by 332 degrees at √(k/I), damped as in closed form; with swing the audit still closes."""
+    """A load turns to and fro by 332 degrees at √(k/I), damped as in closed form.
+
+    With swing the energy balance still closes.
+    """
     omega, rate, damping = sqrt(TWIST / INERTIA), 2.9, 15.0
     run = crane_sim.simulate(SCENE)
     yaw = 2.0 * np.arctan2(run.q[:, 11], run.q[:, 8])
@@ -111,7 +120,10 @@ def test_a_load_that_turns_and_swings() -> None:
 
 
 def test_a_run_ends_before_a_whole_turn() -> None:
-    """A load that turns too fast ends the run where the rope has 6 rad, at the time of the closed form."""
+    """A load that turns too fast ends the run at 6 rad, at the closed form's time.
+
+    6 rad is the twist of the rope.
+    """
     with pytest.raises(crane_sim.SimulationError, match="the rope is twisted by almost a turn") as error:
         crane_sim.simulate(SCENE, overrides={"initial.rigging.angular_velocity": [0.0, 0.0, 4.0]})
     omega = sqrt(TWIST / INERTIA)

@@ -1,4 +1,7 @@
-"""The kink of the mean wind at the lowest height of its profile: steps end at it, whatever the method and the crane."""
+"""The kink of the mean wind at the lowest height of its profile: steps end at it.
+
+This holds for any method and crane.
+"""
 
 from typing import Any
 
@@ -32,7 +35,10 @@ METHODS: dict[str, tuple[dict[str, Any], float]] = {  # and errors: without loca
 
 @pytest.mark.parametrize("name", METHODS)
 def test_steps_end_at_the_kink(name: str) -> None:
-    """A load that swings through the kink twenty times is as accurate as in a smooth wind, by every method."""
+    """A load that swings through the kink twenty times is as accurate as in a smooth wind.
+
+    This holds by every method.
+    """
     method, error = METHODS[name]
     run = crane_sim.simulate(SWUNG, overrides={"integrator": method})
     np.testing.assert_allclose(run.payload[-1, [0, 2]], END, atol=error)
@@ -40,7 +46,7 @@ def test_steps_end_at_the_kink(name: str) -> None:
 
 
 def test_automatic_methods_take_kinks_for_switches() -> None:
-    """With a tight tolerance `auto` takes the method of order 16 only where the payload comes to no kink."""
+    """With a tight tolerance `auto` takes order 16 only where the payload meets no kink."""
     tight = {"integrator": {"method": "auto", "rtol": 1e-9}}
     still = {"wind": None, "payload.windage": None}
     kinks: list[Any] = [{}, {"suspension.height": "driven", "wind.profile.lowest": 2.0}]
@@ -70,7 +76,10 @@ CENTRE = np.array([0.4, 0.3, -0.6])
 
 
 def pressed_height(name: str, scene: crane_sim.Scene) -> float:
-    """Return the height in the world of the payload's centre of pressure, in the initial state at TIME."""
+    """Return the height in the world of the payload's pressure centre at TIME.
+
+    The payload is in its initial state.
+    """
     q, v = np.array(scene.initial_q), np.array(scene.initial_v)
     place = nodes_of(scene, q, v)(0.0)
     if name not in BODIES:
@@ -82,7 +91,10 @@ def pressed_height(name: str, scene: crane_sim.Scene) -> float:
 
 @pytest.mark.parametrize("name", [*CRANES, *BODIES])
 def test_heights_are_those_at_which_the_wind_presses(name: str) -> None:
-    """The guard of a kink is the distance from it at which the wind presses on the payload, of every crane."""
+    """The guard of a kink is the distance from it at which the wind acts on the payload.
+
+    This holds for every crane.
+    """
     document = windy(CRANES.get(name) or BODIES[name])
     if name in BODIES:
         document["payload"]["windage"] = document["payload"]["windage"] | {"centre": CENTRE.tolist()}
@@ -99,7 +111,7 @@ def test_heights_are_those_at_which_the_wind_presses(name: str) -> None:
 
 
 def test_a_guard_fails_on_the_other_side_of_a_kink() -> None:
-    """The guard of a step is positive on the side on which it begins, and negative beyond the kink by a little."""
+    """The guard of a step is positive on the side where it begins, negative just beyond."""
     scene = load_scene(SWUNG)
     q, v = np.array(scene.initial_q), np.zeros(6)
     above, below = (

@@ -1,4 +1,7 @@
-"""Wind on cranes: forces and moments against closed forms and points followed through the world, work, absence."""
+"""Wind on cranes: forces and moments, work, and absence, against closed forms and points.
+
+The points are followed through the world.
+"""
 
 from collections.abc import Callable
 from typing import Any
@@ -45,7 +48,10 @@ def wind_at(scene: crane_sim.Scene, height: float) -> Array:
 
 
 def force_on(scene: crane_sim.Scene, place: Place, along: Array | None = None) -> Array:
-    """Return the force [N] on a point whose place in the world is given from TIME on; of a rod `along` in the world."""
+    """Return the force [N] on a point with a given place in the world from TIME on.
+
+    For a rod `along` is its direction in the world.
+    """
     v = wind_at(scene, place(0.0)[2]) - rate(place)
     v = v if along is None else v - along * (along @ v)
     return 0.5 * DENSITY * AREA * DRAG * np.linalg.norm(v) * v
@@ -126,7 +132,10 @@ def constant(value: float) -> dict[str, Any]:
 
 @pytest.mark.parametrize("name", CRANES)
 def test_the_force_on_a_payload(name: str) -> None:
-    """Accelerations and power are those of the given force ½ ρ C A |v| v, v from the payload's path in the world."""
+    """Accelerations and power are those of the given force ½ ρ C A |v| v.
+
+    v is from the payload's path in the world.
+    """
     scene = crane_sim.load_scene(windy(CRANES[name]))
     q, v = np.array(scene.initial_q), np.array(scene.initial_v)
     v[:2] += [0.4, 0.1 if name in ("pendulum", "knuckle", "space", "elastic") else 0.0]
@@ -146,7 +155,10 @@ def power(p, q, v, u):
 
 
 def test_the_moments_on_boom_and_jib() -> None:
-    """Wind on the rods is the efforts Jᵀ F of forces across them, at pressure centres followed through the world."""
+    """Wind on the rods is the efforts Jᵀ F of forces across them at pressure centres.
+
+    The centres are followed through the world.
+    """
     centres = {"boom": 0.4, "jib": 0.8}
     document = KNUCKLE | {"base_motion": SHIP, "wind": WIND}
     for rod, centre in centres.items():
@@ -200,7 +212,10 @@ AREA_OF_BOOM = {"width": AREA / 9.0, "drag_coefficient": DRAG}  # that of WINDAG
 
 
 def wind_on_support(name: str) -> dict[str, Any]:
-    """Return the scene of a slewing crane on a ship, with windages of jib and counter-jib, or of the boom."""
+    """Return the scene of a slewing crane on a ship, with windages of its jibs or boom.
+
+    The jibs are jib and counter-jib.
+    """
     document = SLEWING[name] | {"base_motion": SHIP, "wind": WIND}
     if name == "mobile":
         return document | {"boom": MOBILE["boom"] | {"windage": AREA_OF_BOOM}}
@@ -209,7 +224,7 @@ def wind_on_support(name: str) -> dict[str, Any]:
 
 
 def pressure_centres(name: str, q: Array) -> list[tuple[Array, Array]]:
-    """Return (place, unit vector along the rod) in the axes of the base of every rod that the wind presses on."""
+    """Return (place, unit vector along the rod) in base axes of every rod in the wind."""
     across = np.array([np.cos(q[0]), np.sin(q[0]), 0.0])
     if name == "tower":
         return [(centre * across, across) for centre in (21.0, -7.0)]
@@ -219,7 +234,10 @@ def pressure_centres(name: str, q: Array) -> list[tuple[Array, Array]]:
 
 @pytest.mark.parametrize("name", SLEWING)
 def test_the_moments_on_slewing_supports(name: str) -> None:
-    """Wind on jibs and on a telescopic boom is the efforts Jᵀ F of forces across them, at the pressure's centres."""
+    """Wind on jibs and on a telescopic boom is the efforts Jᵀ F of forces across them.
+
+    The forces act at the centres of pressure.
+    """
     scene, still = (
         crane_sim.load_scene(wind_on_support(name)),
         crane_sim.load_scene(SLEWING[name] | {"base_motion": SHIP}),
@@ -242,7 +260,10 @@ def test_the_moments_on_slewing_supports(name: str) -> None:
 
 
 def test_a_free_slew_weathervanes() -> None:
-    """A jib with more moment of area than its counter-jib is at rest downwind and upwind, stable only downwind."""
+    """A jib with more area moment than its counter-jib is stable at rest only downwind.
+
+    It is at rest downwind and upwind.
+    """
     steady = {"speed": 13.0, "direction": 0.0, "density": DENSITY}
     scene = crane_sim.load_scene(wind_on_support("tower") | {"wind": steady, "base_motion": None})
 
@@ -257,7 +278,7 @@ def test_a_free_slew_weathervanes() -> None:
 
 @pytest.mark.parametrize("name", CRANES)
 def test_energy_changes_by_the_work(name: str) -> None:
-    """The energy of a crane in wind changes by the power of drives, losses, base and wind, and by nothing else."""
+    """The energy of a crane in wind changes by drives, losses, base and wind alone."""
     document = windy(CRANES[name])
     if name == "knuckle":
         document["boom"] = document["boom"] | {"windage": WINDAGE}
@@ -302,7 +323,10 @@ def test_a_load_hangs_where_wind_and_weight_balance() -> None:
 
 
 def test_wind_without_speed_is_drag_of_still_air() -> None:
-    """In the limit of no speed the wind is the drag of still air, -k |v| v with k = ½ ρ C A, on a moving base, too."""
+    """In the limit of no speed the wind is the drag of still air, -k |v| v, k = ½ ρ C A.
+
+    This holds on a moving base, too.
+    """
     faint = crane_sim.load_scene(windy(CRANES["pendulum"], speed=1e-13, gusts=None))
     drag = {"payload_drag": {"coefficient": 0.5 * DENSITY * DRAG * AREA}}
     still = crane_sim.load_scene(CRANES["pendulum"] | drag)
@@ -316,7 +340,10 @@ ABSENT = {"speed": {"speed": 0.0}, "area": {"area": 0.0}}
 
 @pytest.mark.parametrize(("name", "what"), [("knuckle", "speed"), ("plane", "area")])
 def test_zero_strength_is_absence(name: str, what: str) -> None:
-    """A wind without speed, or a windage of nothing, is no wind: the same model, and the same states bit for bit."""
+    """A wind without speed, or a windage of nothing, is no wind: states are equal bit for bit.
+
+    The model is the same.
+    """
     document = {key: value for key, value in CRANES[name].items() if key != "base_motion"} | {"duration": 0.05}
     zero = windy(document, **(ABSENT[what] if what == "speed" else {}))
     if what != "speed":

@@ -1,4 +1,7 @@
-"""The knuckle boom declared as a tree against the closed form that single ropes use, at random states."""
+"""The knuckle boom as a tree against the closed form that single ropes use.
+
+They are compared at random states.
+"""
 
 from typing import Any
 
@@ -33,7 +36,7 @@ CASES = {
 @pytest.mark.parametrize("moving", [False, True], ids=["at rest", "on a moving base"])
 @pytest.mark.parametrize("name", CASES)
 def test_tree_equals_closed_form(name: str, moving: bool) -> None:
-    """Accelerations under efforts and a force on the tip, and its mobility, are those of the closed form.
+    """Accelerations under efforts and a tip force, and its mobility, are the closed form's.
 
     To 1e-11 of their size at 100 random states: both round their cancellations, by some 1e-13.
     """
@@ -49,7 +52,10 @@ def test_tree_equals_closed_form(name: str, moving: bool) -> None:
 
 
 def of_tree(knuckle: Knuckle, q: Any, v: Any, u: Any, base: Any, force: Any, along: Any) -> tuple[float, ...]:
-    """Return (accelerations, mobility of the tip along a vector) by the tree; vectors are in the slewing frame."""
+    """Return (accelerations, the tip's mobility along a vector) by the tree.
+
+    Vectors are in the slewing frame.
+    """
     support = Support(knuckle, knuckle.motors)
     posture = compute_posture(support, SupportState(tuple(q), tuple(v), (), ()))
     dynamics = compute_dynamics(support, posture)

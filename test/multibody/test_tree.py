@@ -1,4 +1,4 @@
-"""Supports that are any tree of joints against Lagrange's equations, d'Alembert's balance, Pinocchio, their energy."""
+"""Supports as trees of joints against Lagrange's equations, d'Alembert, Pinocchio, energy."""
 
 from typing import Any, NamedTuple
 
@@ -69,7 +69,10 @@ def random_base(rng: np.random.Generator) -> MovingBase:
 
 
 def slewing_tree(rng: np.random.Generator, n: int) -> Tree:
-    """Return a random tree whose first joint slews, so that components are along axes that it turns."""
+    """Return a random tree whose first joint slews.
+
+    So components are along axes that it turns.
+    """
     tree = random_tree(rng, n)
     first = tree.joints[0]._replace(axis=Z, slides=False, reverse=False, offset=(0.0, 0.0, 0.7))
     others = [joint._replace(parent=max(joint.parent, 0)) for joint in tree.joints[1:]]
@@ -78,7 +81,9 @@ def slewing_tree(rng: np.random.Generator, n: int) -> Tree:
 
 @pytest.mark.parametrize(("seed", "make"), [(1, random_tree), (2, random_tree), (3, slewing_tree)])
 def test_equations_and_reaction_equal_lagranges(seed: int, make: Any) -> None:
-    """On a base that moves in all directions, efforts and reaction are those of positions, to 1e-12 of their size.
+    """On a base that moves in all directions, efforts and reaction follow from positions.
+
+    They agree to 1e-12 of their size.
 
     The accelerations of those efforts come out of Lagrange's equations again; force and moment on the base balance
     what moves the bodies (d'Alembert).
@@ -103,7 +108,10 @@ def test_equations_and_reaction_equal_lagranges(seed: int, make: Any) -> None:
 
 @pytest.mark.parametrize("n", [1, 2, 3, 5, 8, 12])
 def test_random_trees_equal_pinocchios(n: int) -> None:
-    """Mass matrix, bias and accelerations of 20 random trees are Pinocchio's, to 1e-12 of their size."""
+    """Mass matrix, bias and accelerations of 20 random trees are Pinocchio's.
+
+    They agree to 1e-12 of their size.
+    """
     pinocchio = pytest.importorskip("pinocchio")
     from tree_pinocchio import to_pinocchio
 
@@ -125,7 +133,10 @@ def test_random_trees_equal_pinocchios(n: int) -> None:
 
 @pytest.mark.parametrize("make", [random_tree, slewing_tree])
 def test_the_tips_force_velocity_and_acceleration_belong_together(make: Any) -> None:
-    """A force's power is that of its joint efforts, mobility the answer to it, acceleration the velocity's change."""
+    """A force's power is that of its joint efforts, mobility the answer to it.
+
+    Acceleration is the velocity's change.
+    """
     rng = np.random.default_rng(11)
     support = support_of(make(rng, 5), motors_of(rng, 5))
     q, v, tau = (np.array(x) for x in random_state(rng, 5))
@@ -149,7 +160,7 @@ def test_the_tips_force_velocity_and_acceleration_belong_together(make: Any) -> 
 
 
 def test_a_joint_that_sticks_leaves_the_equations() -> None:
-    """With a joint that sticks the others move as in the tree with that joint welded; its reaction holds it."""
+    """With a joint that sticks the others move as with it welded; its reaction holds it."""
     rng = np.random.default_rng(5)
     support, (q, v, tau) = support_of(random_tree(rng, 4), motors_of(rng, 4)), random_state(rng, 4)
     v = tuple(0.0 if i == 2 else x for i, x in enumerate(v))
@@ -165,7 +176,10 @@ def test_a_joint_that_sticks_leaves_the_equations() -> None:
 
 
 def test_power_of_gravity_and_efforts_is_the_change_of_kinetic_energy() -> None:
-    """Along its own accelerations, kinetic energy changes by the power of efforts and gravity; no integrator."""
+    """Along its own accelerations kinetic energy changes by the power of efforts and gravity.
+
+    There is no integrator.
+    """
     rng = np.random.default_rng(9)
     tree, (q, v, tau) = random_tree(rng, 6), random_state(rng, 6)
     support = support_of(tree, motors_of(rng, 6))

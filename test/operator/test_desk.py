@@ -1,4 +1,4 @@
-"""The operator's desk: the speeds of levers, dead man's switch, zero position, emergency stop, loss of the device."""
+"""The operator's desk: levers' speeds, dead man's switch, zero position, stop, loss of device."""
 
 import pytest
 
@@ -77,7 +77,7 @@ def test_interlocks(name: str) -> None:
 
 
 def test_levers_begin_at_rest() -> None:
-    """A lever that is out of its rest when the desk begins moves nothing until all levers have been at rest."""
+    """A lever out of its rest when the desk begins moves nothing until all have been at rest."""
     desk = desk_at_zero()
     assert desk.take(ON, 0.0) == NONE and desk.mode == Mode.INTERLOCKED
     assert desk.take(Demand((0.3, 0.0), True), 0.1) == desk.take(RESTING, 0.2) == NONE
@@ -86,7 +86,7 @@ def test_levers_begin_at_rest() -> None:
 
 
 def test_brakes_stay_on_until_a_lever_moves() -> None:
-    """After the release of an emergency stop the brakes act until a lever counts; nothing else opens them."""
+    """After the release of an emergency stop only a lever that counts opens the brakes."""
     desk = desk_at_zero()
     desk.take(OPEN, 0.0)
     steps = [(ON, False), (ON._replace(stop=True), True), (OPEN._replace(release=True), True)]
@@ -97,7 +97,7 @@ def test_brakes_stay_on_until_a_lever_moves() -> None:
 
 
 def test_a_dragged_joint_is_named() -> None:
-    """A velocity that is far from the reference of its drive is named, one on a ramp or behind a lag is not."""
+    """A velocity far from its drive's reference is named, one on a ramp or behind a lag is not."""
     limits = SoftLimits((JOINTS[0], JOINTS[1]._replace(lag=0.2)), 0.01)
     for _ in range(600):  # 6 s: both ramps are over
         limits.take((0.3, 0.7), (0.0, 0.0), (0.3, 0.7))
@@ -108,7 +108,7 @@ def test_a_dragged_joint_is_named() -> None:
 
 
 def test_assistance_is_switched_once_a_press() -> None:
-    """Assistance changes when its button is pressed, not while it is held, and may be on from the start."""
+    """Assistance changes when its button is pressed, not held, and may be on from the start."""
     desk = desk_at_zero(assisted=True)
     seen = []
     for pressed in (False, True, True, False, True, False):
@@ -119,7 +119,7 @@ def test_assistance_is_switched_once_a_press() -> None:
 
 @pytest.mark.parametrize(("lag", "delay"), [(0.0, 0.0), (0.2, 0.0), (1.0, 0.0), (0.0, 0.5), (0.2, 0.5)])
 def test_a_drive_with_lag_stops_before_the_soft_limit(lag: float, delay: float) -> None:
-    """A lever that is held towards a soft limit stops the joint there, also behind a delay and a lag."""
+    """A lever held towards a soft limit stops the joint there, also behind a delay and a lag."""
     period, low, q, v, reference = 0.01, 0.0, 5.0, 0.0, ReferenceMotion(0.0, 0.0, 0.0)
     joint = JOINTS[1]._replace(low=low, high=6.88, lag=lag + delay)
     limits, queue = SoftLimits((joint,), period), [0.0] * round(delay / period)

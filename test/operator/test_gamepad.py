@@ -1,4 +1,4 @@
-"""A gamepad of this machine: a virtual one where /dev/uinput is permitted, a double of `evdev` everywhere."""
+"""A gamepad: a virtual one where /dev/uinput is permitted, a double of `evdev` everywhere."""
 
 import os
 from types import SimpleNamespace
@@ -33,7 +33,7 @@ class FakeDevice:
         self.gone = False
 
     def capabilities(self, absinfo: bool = False) -> dict[int, Any]:
-        """Return sticks with a range of 8 bits, the right one's of 16 with a sign, and all buttons."""
+        """Return sticks with 8 bits, the right one with 16 bits with a sign, and all buttons."""
         small, large = SimpleNamespace(min=0, max=254, value=127), SimpleNamespace(min=-32768, max=32768, value=0)
         axes = [(CODES[name], small if name in ("ABS_X", "ABS_Y") else large) for name in gamepad._STICKS]
         return {ECODES.EV_ABS: axes, ECODES.EV_KEY: [CODES[name] for name in gamepad._BUTTONS]}
@@ -43,7 +43,7 @@ class FakeDevice:
         return self.pressed
 
     def read(self) -> list[Any]:
-        """Return the events; as evdev, an error where there are none, and where the device is gone."""
+        """Return the events; as evdev, an error if there are none or the device is gone."""
         if self.gone:
             raise OSError(19, "No such device")
         if not self.events:
@@ -65,7 +65,7 @@ def pad(monkeypatch: pytest.MonkeyPatch) -> gamepad.Gamepad:
 
 
 def test_sticks_and_buttons(pad: gamepad.Gamepad) -> None:
-    """Sticks are scaled by their ranges, left and forwards positive, and buttons have the numbers of the levers."""
+    """Sticks are scaled by their ranges, left and forwards positive; buttons have lever numbers."""
     device: Any = pad._device
     assert demand_of(pad.read(), make_lever_assignment(JOINTS))[:2] == ((0.0, 0.0, 0.0), True)
     for kind, name, value in ((3, "ABS_X", 0), (3, "ABS_Y", 254), (3, "ABS_RY", -16384), (1, "BTN_EAST", 1)):
@@ -86,7 +86,7 @@ def test_a_gamepad_that_is_gone(pad: gamepad.Gamepad) -> None:
 
 
 def test_gamepads_that_are_none(pad: gamepad.Gamepad, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A file that cannot be read, a machine without gamepads and a missing package are one line each."""
+    """An unreadable file, a machine without gamepads and a missing package are one line each."""
     with pytest.raises(SceneError, match="--gamepad /dev/input/event3: cannot be read: Permission denied"):
         gamepad.Gamepad("/dev/input/event3")
     monkeypatch.setattr(gamepad.evdev, "list_devices", lambda: ["/dev/input/event3"])
@@ -99,7 +99,7 @@ def test_gamepads_that_are_none(pad: gamepad.Gamepad, monkeypatch: pytest.Monkey
 
 @pytest.mark.skipif(not os.access("/dev/uinput", os.W_OK), reason="/dev/uinput is not permitted here")
 def test_a_virtual_gamepad() -> None:
-    """A virtual gamepad of the kernel demands exactly the part of its stick's range, and its loss is an OSError."""
+    """A kernel's virtual gamepad demands the exact part of its range; its loss is an OSError."""
     evdev = pytest.importorskip("evdev")
     codes, info = evdev.ecodes, evdev.AbsInfo(value=0, min=-1000, max=1000, fuzz=0, flat=0, resolution=0)
     sticks = [(codes.ABS_X, info), (codes.ABS_Y, info), (codes.ABS_RX, info), (codes.ABS_RY, info)]
@@ -130,7 +130,7 @@ def test_a_virtual_gamepad() -> None:
 def test_a_gamepad_that_goes_while_it_is_opened_is_one_line(
     pad: gamepad.Gamepad, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A device that is gone before its first positions are read is the error of one that cannot be opened."""
+    """A device gone before its first positions are read is an error like one not opened."""
 
     def gone(device: FakeDevice) -> list[int]:
         raise OSError(19, "No such device")
@@ -141,7 +141,10 @@ def test_a_gamepad_that_goes_while_it_is_opened_is_one_line(
 
 
 def test_lost_events_are_made_up_for(pad: gamepad.Gamepad) -> None:
-    """Where the kernel's buffer was full, positions are read anew: the release of the dead man's switch may be lost."""
+    """Where the kernel's buffer was full, positions are read anew.
+
+    The release of the dead man's switch may be lost.
+    """
     device: Any = pad._device
     device.pressed = [CODES["BTN_EAST"]]
     device.events.append(SimpleNamespace(type=0, code=3, value=0))

@@ -1,4 +1,7 @@
-"""The operator's devices: keys that hold for a while, axes and buttons of a controller, levers by names of joints."""
+"""The operator's devices: keys that hold for a while, a controller's axes and buttons, levers.
+
+Levers are chosen by names of joints.
+"""
 
 from math import inf, nan
 
@@ -18,14 +21,14 @@ def demand_at(axes: tuple[float, ...], buttons: tuple[int, ...] = HELD, *changes
 
 
 def test_axes_are_demands() -> None:
-    """An axis beyond its neutral part is the demand of its joint, unchanged, and all others are zero."""
+    """An axis beyond its neutral part is its joint's demand, unchanged; all others are zero."""
     assert demand_at((0.25, -0.75, 0.5, 1.0)) == (0.25, -0.75, 1.0)
     assert demand_at((DEAD_ZONE, -DEAD_ZONE, 0.0, 0.051)) == (0.0, 0.0, 0.051)
 
 
 @pytest.mark.parametrize("axes", [(nan, inf, -inf, nan), (), (0.0,)])
 def test_axes_that_say_nothing_are_at_rest(axes: tuple[float, ...]) -> None:
-    """What is no number, and axes that a controller lacks, demand nothing; more than a full way is a full way."""
+    """NaN and axes that a controller lacks demand nothing; more than a full way is a full way."""
     assert demand_at(axes) == (0.0, 0.0, 0.0)
     assert demand_at((7.0, -7.0)) == (1.0, -1.0, 0.0)
 
@@ -40,7 +43,7 @@ def test_buttons() -> None:
 
 
 def test_changes_of_the_assignment() -> None:
-    """A joint takes the axis that was named for it, inverted with a minus sign, also -0, and a button its number."""
+    """A joint takes the axis named for it, inverted with a minus, also -0; a button its number."""
     assert demand_at((0.5, 0.25, 0.0, 0.0), HELD, "slew=1", "trolley=-0") == (0.25, -0.5, 0.0)
     assert make_lever_assignment(JOINTS, ["enable=5"]).buttons == Buttons()._replace(enable=5)
     with pytest.warns(FutureWarning, match="--map dead_man is now called enable"):
@@ -65,14 +68,14 @@ def test_changes_that_are_none(change: str, line: str) -> None:
 
 
 def test_joints_of_any_name_have_levers() -> None:
-    """Joints of unknown names get keys and axes that no other joint has, and none where there are no more."""
+    """Joints of unknown names get keys and axes of no other joint, and none when all are taken."""
     levers = make_lever_assignment((*JOINTS, "spreader_1", "spreader_2")).levers
     assert len({lever.keys for lever in levers}) == 5
     assert [lever.axis for lever in levers] == [0, 1, 3, 2, NO_AXIS] and axis_name(levers[4]) == "-"
 
 
 def test_a_key_holds_and_ends() -> None:
-    """A pressed key demands the full speed for FIRST_HOLD seconds, a repeated one for REPEAT_HOLD, and then nothing."""
+    """A pressed key demands full speed for FIRST_HOLD s, a repeated one REPEAT_HOLD, then none."""
     keyboard = Keyboard(make_lever_assignment(JOINTS))
     keyboard.press("d", 10.0)
     assert keyboard.demand(10.0 + FIRST_HOLD - 0.01)[:2] == ((-1.0, 0.0, 0.0), True)
@@ -85,7 +88,7 @@ def test_a_key_holds_and_ends() -> None:
 
 
 def test_the_opposite_key_takes_over() -> None:
-    """The key for the other way ends the first one at once; keys of several joints hold together."""
+    """The key for the other way ends the first at once; keys of several joints hold together."""
     keyboard = Keyboard(make_lever_assignment(JOINTS))
     for key in ("a", "w", "d", "up"):
         keyboard.press(key, 0.0)
@@ -112,7 +115,7 @@ def test_levels_of_the_keys() -> None:
 
 
 def test_the_switch_stays_closed_for_a_tail() -> None:
-    """With a tail the dead man's switch stays closed after the last key, while the levers are at rest."""
+    """With a tail the dead man's switch stays closed after the last key, with levers at rest."""
     keyboard = Keyboard(make_lever_assignment(JOINTS))
     keyboard.press("w", 0.0)
     assert keyboard.demand(FIRST_HOLD + 1.0, tail=1.5)[:2] == ((0.0, 0.0, 0.0), True)

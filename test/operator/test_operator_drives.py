@@ -1,4 +1,4 @@
-"""Scenes for an operator: every drive follows a speed, with what the scene says of it, and nothing else is changed."""
+"""Scenes for an operator: every drive follows a speed, and nothing else of the scene changes."""
 
 from math import inf, nan
 from typing import Any
@@ -26,7 +26,7 @@ def actuators_of(name: str, overrides: dict[str, Any] | None = None, **options: 
 
 @pytest.mark.parametrize("name", ["tower_gust", "overhead_spatial"])
 def test_a_scene_loses_its_law_and_keeps_its_crane(name: str) -> None:
-    """Law, inputs and reference are left out, the run is long, and everything but the drives is the scene's own."""
+    """Law, inputs and reference are left out, the run is long; all but the drives is unchanged."""
     scene = load_scene(name)
     before, after = scene.to_dict(), with_operator_drives(scene).to_dict()
     assert after.pop("duration") == DURATION
@@ -38,7 +38,10 @@ def test_a_scene_loses_its_law_and_keeps_its_crane(name: str) -> None:
 
 
 def test_drives_by_force_follow_speeds() -> None:
-    """A drive by force gets a loop with both poles at the bandwidth on the joint's inertia, and keeps its limit."""
+    """A force drive gets a loop with both poles at the bandwidth on its inertia.
+
+    It keeps its limit.
+    """
     trolley = actuators_of("tower_gust")["trolley"]
     mass, omega = 5000.0, BANDWIDTH  # trolley, hook block and machine: the rope's direction is locked
     servo = trolley["servo"]
@@ -57,13 +60,16 @@ def test_weak_drives_get_slow_ramps() -> None:
 
 @pytest.mark.parametrize("name", ["tower_gust", "mobile_lift", "knuckle_setpoint"])
 def test_a_driven_scene_is_a_file(name: str) -> None:
-    """It goes to the nodes as YAML, which has plain numbers only, and is the same scene when it is read."""
+    """It goes to the nodes as YAML, which has plain numbers only, and reads as the same scene."""
     document = with_operator_drives(load_scene(name)).to_dict()
     assert yaml.safe_load(yaml.safe_dump(document)) == document
 
 
 def test_what_the_scene_says_of_a_drive_stays() -> None:
-    """A drive by speed keeps its settings, a winch of imposed motion its limit; the operator's speed precedes them."""
+    """A speed drive keeps its settings, a winch of imposed motion its limit.
+
+    The operator's speed precedes them.
+    """
     own = load_scene("bridge_speed_drive").to_dict()["actuators"]
     drives = actuators_of("bridge_speed_drive")
     assert {joint: drives[joint] for joint in own} == own
@@ -73,7 +79,10 @@ def test_what_the_scene_says_of_a_drive_stays() -> None:
 
 
 def test_keys_of_drives_by_effort_are_left_out() -> None:
-    """Lag, rate limit and dead band of an effort, also those for all joints, do not pass over to a drive by speed."""
+    """Lag, rate limit and dead band of an effort do not pass over to a drive by speed.
+
+    Those for all joints do not either.
+    """
     changes = {"actuators.all": {"lag": 0.1, "rate_limit": 1e5}, "actuators.slew.deadband": 10.0}
     drives = actuators_of("knuckle_setpoint", changes)
     assert all(not {"lag", "rate_limit", "deadband"} & drive.keys() for drive in drives.values())
@@ -83,7 +92,7 @@ def test_keys_of_drives_by_effort_are_left_out() -> None:
 
 
 def test_soft_limits_stand_inside_the_travel() -> None:
-    """Soft limits are a part of the travel inside limits and limit switches, and the shortest rope is a part of it."""
+    """Soft limits are a part of the travel inside limits and switches; so is the shortest rope."""
     changes = {"actuators.trolley.limit_switches": [-8.0, 8.5]}
     trolley, bridge, rope = driven_joints(with_operator_drives(load_scene("bridge_speed_drive", changes)))
     margin = SOFT_LIMIT_MARGIN * 16.5
@@ -111,7 +120,7 @@ def test_scenes_that_no_operator_has(name: str, speeds: dict[str, float], line: 
 
 
 def test_a_crane_without_commands_stands() -> None:
-    """Under gravity a knuckle boom with a drive by speed on every joint stands where it is with all speeds zero."""
+    """A knuckle boom with speed drives stands under gravity where it is with all speeds zero."""
     scene = with_operator_drives(load_scene("knuckle_setpoint"), duration=1.0)
     plant = Plant(scene.with_external_commands())
     for _ in range(50):
@@ -121,7 +130,7 @@ def test_a_crane_without_commands_stands() -> None:
 
 
 def test_lags_are_those_of_drive_and_winch() -> None:
-    """The lag behind a command is the delay of the drive, its own lag and the time constant of a winch by speed."""
+    """The lag behind a command is the drive's delay and lag, and a speed winch's time constant."""
     changes = {"actuators.rope.lag": 1.0, "actuators.rope.delay": 0.5}
     scene = with_operator_drives(load_scene("bridge_hook_and_sling", changes))
     plain = with_operator_drives(load_scene("bridge_hook_and_sling"))

@@ -20,7 +20,10 @@ pytestmark = pytest.mark.usefixtures("fake_sources")
 
 
 class Graph:
-    """A node's host with a plant that answers requests of its brakes at once; keeps what is sent, shown and logged."""
+    """A node's host; keeps what is sent, shown and logged.
+
+    Its plant answers requests of its brakes at once.
+    """
 
     def __init__(self, scene: Scene) -> None:
         self.scene, self.now, self.requests = scene, 0.0, {}
@@ -65,7 +68,7 @@ def graph(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> tu
 
 @pytest.mark.parametrize("graph", ["knuckle_sea"], indirect=True)
 def test_the_panel_has_the_swing_from_the_present_vertical(graph: tuple[Graph, OperatorNode]) -> None:
-    """On a base that moves the swing angle is the one at the time of the state, not that at t = 0."""
+    """On a base that moves the swing angle is that of the state's time, not that at t = 0."""
     plant, node = graph
     plant.send(7.0)
     node.on_spin()
@@ -76,7 +79,7 @@ def test_the_panel_has_the_swing_from_the_present_vertical(graph: tuple[Graph, O
 
 @pytest.mark.parametrize("graph", ["bridge_speed_drive"], indirect=True)
 def test_refused_brakes_are_requested_once_a_second(graph: tuple[Graph, OperatorNode]) -> None:
-    """The panel says why the plant refuses the brakes, until it applies them; one warning is logged."""
+    """The panel says why the plant refuses the brakes, until it applies them; one log warning."""
     plant, node = graph
     plant.answer = SimpleNamespace(success=False, message="the run has not begun")
     plant.requests["key"]("space")

@@ -30,7 +30,10 @@ HOSTILE = {
 
 @pytest.mark.parametrize("name", [*HOSTILE, "FASTDDS_OF_TOMORROW", "LD_PRELOAD", "PYTHONINSPECT", "ROS_OF_TOMORROW"])
 def test_nodes_do_not_get_what_would_make_them_others(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of the variables that ROS, Fast DDS, Python and the loader read, nodes get those of a list, or fixed values."""
+    """Of the variables that libraries read, nodes get those of a list, or fixed values.
+
+    These libraries are ROS, Fast DDS, Python and the loader.
+    """
     monkeypatch.setenv(name, "unusual")
     assert node_environment(7, Path("/tmp")).get(name) != "unusual"
 
@@ -43,7 +46,7 @@ def test_nodes_get_what_is_the_user_s(name: str, monkeypatch: pytest.MonkeyPatch
 
 
 def other_ros(folder: Path) -> dict[str, str]:
-    """Return the variables of a terminal that has sourced another ROS, which fails where it is used."""
+    """Return the variables of a terminal that has sourced another ROS, which fails when used."""
     (packages := folder / "site-packages" / "rclpy").mkdir(parents=True)
     (packages / "__init__.py").write_text("raise ImportError('another distribution')\n")
     (folder / "lib").mkdir()
@@ -57,7 +60,10 @@ def other_ros(folder: Path) -> dict[str, str]:
 
 
 def test_a_run_in_a_hostile_environment_is_the_same(tmp_path: Path) -> None:
-    """With variables that choose another discovery, transport, middleware, ROS and encoding, states are the same."""
+    """With variables for another discovery, transport, middleware or ROS, states are the same.
+
+    Another encoding is set, too.
+    """
     scene = load_scene("overhead_energy", {"duration": 0.5})
     scene.dump(tmp_path / "scene.yaml")
     before = set(os.listdir("/dev/shm"))
@@ -71,7 +77,7 @@ def test_a_run_in_a_hostile_environment_is_the_same(tmp_path: Path) -> None:
 def test_what_is_unusual_is_listed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """`crane doctor` names variables, another ROS, a full /dev/shm and a folder that cannot be written."""
+    """`crane doctor` names variables, another ROS, a full /dev/shm and an unwritable folder."""
     variables = other_ros(tmp_path) | {
         "CRANE_SIM_INTERPRETED": "1",
         "ROS_DISCOVERY_SERVER": "there",
@@ -99,7 +105,7 @@ def test_what_is_unusual_is_listed(
 
 
 def test_what_no_run_starts_with_is_listed_as_well() -> None:
-    """`crane doctor` lists everything where a profile fails; a variable that is empty is one line, too."""
+    """`crane doctor` lists everything where a profile fails; an empty variable is one line, too."""
     variables = {"ROS_DOMAIN_ID": "", "CRANE_SIM_DDS": "/none.xml", "CRANE_SIM_INTERPRETED": ""}
     result = run_to_completion([CRANE, "doctor"], env=os.environ | variables)
     assert result.returncode == 0 and not result.stderr
@@ -114,7 +120,7 @@ def test_what_no_run_starts_with_is_listed_as_well() -> None:
 
 
 def test_too_little_memory_is_one_line() -> None:
-    """A command that may not have the memory that libraries need says so, before they fail, or hang."""
+    """A command that may lack the memory for its libraries says so before they fail or hang."""
 
     def limit() -> None:
         resource.setrlimit(resource.RLIMIT_AS, (600_000 << 10, 600_000 << 10))

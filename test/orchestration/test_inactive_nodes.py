@@ -54,7 +54,7 @@ def test_a_child_has_the_reported_activation() -> None:
 def test_a_controller_is_not_killed_while_a_node_is_inactive(
     inactive: str | None, killed: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A plant that waits beyond the time-out has our controller killed, but not while one of the nodes is inactive."""
+    """After the time-out a waiting plant has our controller killed, unless a node is inactive."""
     monkeypatch.setattr(supervisor_module, "_ANSWER_TIMEOUT", 0.05)
     signals: list[int] = []
     plant = SimpleNamespace(pid=1, ready=True, fault="", waiting="no command", summary=None, step=0)

@@ -1,4 +1,4 @@
-"""Shutdown of a run: fail-over of a recorder that is killed over its files, signals, and the error of the summary."""
+"""Shutdown of a run: fail-over of a recorder killed over its files, signals, and the error."""
 
 import signal
 import threading
@@ -44,7 +44,7 @@ def main():
 
 
 def test_a_recorder_that_dies_over_its_files_is_replaced(tmp_path: Path, ros_environment: dict[str, str]) -> None:
-    """Killed after the plant's last step, it is replaced by a standby that resumes from its last report."""
+    """Killed after the plant's last step, it is replaced by a standby from its last report."""
     (tmp_path / "node.py").write_text(RECORDER)
     news: list[str] = []
     with ProcessGroup(ros_environment | {"PYTHONPATH": str(tmp_path)}) as group:
@@ -61,7 +61,10 @@ def test_a_recorder_that_dies_over_its_files_is_replaced(tmp_path: Path, ros_env
 
 
 def test_a_signal_ends_the_repair_of_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """While files of a killed recorder are being recovered, a signal ends that, and the repair program of a minute."""
+    """A signal ends the recovery of a killed recorder's files.
+
+    It ends the repair program, which takes a minute, too.
+    """
     slow, pid, part = tmp_path / "slow", tmp_path / "pid", tmp_path / "run.rrd.part"
     slow.write_text(f"#!/bin/sh\necho $$ >{pid}\nexec sleep 60\n")
     slow.chmod(0o755)
@@ -96,7 +99,7 @@ def test_a_signal_ends_the_repair_of_files(tmp_path: Path, monkeypatch: pytest.M
 def test_a_signal_shortens_the_grace_period(
     tmp_path: Path, ros_environment: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A node that ignores SIGTERM is killed after its grace period, and a signal cuts that short."""
+    """A node that ignores SIGTERM is killed after its grace period, which a signal shortens."""
     monkeypatch.setattr(process_group, "_GRACE", (60.0, 2.0))
     interrupts: list[int] = []
     with make_group(tmp_path, IGNORES_SIGTERM, ros_environment, interrupts) as group:
@@ -108,7 +111,7 @@ def test_a_signal_shortens_the_grace_period(
 
 
 def error_of(monkeypatch: pytest.MonkeyPatch, run_error: str, report: dict[str, Any] | None, failure: str = "") -> str:
-    """Return the summary's error of a run with an error of its own, and a recorder with this report or failure."""
+    """Return the summary's error of a run with its error, and a recorder's report or failure."""
     monkeypatch.setattr(shutdown, "_finish_or_kill", lambda *_: report)
     monkeypatch.setattr(
         shutdown, "recover_recordings", lambda *_: {"recording": "run.recovered.rrd", "recorded_steps": 5}
@@ -122,7 +125,7 @@ def error_of(monkeypatch: pytest.MonkeyPatch, run_error: str, report: dict[str, 
 
 
 def test_the_recorder_s_error_follows_the_run_s(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Neither hides the other; a recording that an interruption left unfinished is no further error."""
+    """Neither hides the other; a recording unfinished by an interruption is no further error."""
     whole = {"recording": "run.rrd", "recorded_steps": 9, "lost_steps": 0}
     full = {"recording": "run.rrd.part", "recorded_steps": 5, "lost_steps": 4, "error": "recorder: disk full"}
     died = "recorder: it was killed by SIGKILL"

@@ -12,7 +12,10 @@ CONTROLLER = RoleSpec("controller", "module", "crane", {})
 
 
 def test_the_resume_state_is_in_the_request_to_go() -> None:
-    """A standby recorder gets the resume state in the request `go`: a full disk does not matter; it counts resets."""
+    """A standby recorder gets the resume state in `go`: a full disk does not matter.
+
+    It counts resets.
+    """
     group: Any = FakeGroup()
     spec = RoleSpec("recorder", "module", "crane", {"path": "/full/run.rrd", "mcap": "", "live_port": 7})
     role = RecorderRole(group, spec, restart=True)
@@ -35,7 +38,7 @@ def test_the_resume_state_is_in_the_request_to_go() -> None:
 
 
 def test_a_role_that_fails_repeatedly_at_one_step_is_given_up() -> None:
-    """After three restarts with the plant at one step the crane is braked, and a line of news says why."""
+    """After three restarts at one step of the plant the crane is braked, and a line says why."""
     plant, news, group = FakeChild("plant"), list[str](), FakeGroup()
     fake: Any = group
     group.children.append(plant)
@@ -69,7 +72,7 @@ def test_a_role_that_fails_at_one_step_after_another_is_restarted() -> None:
 
 
 def test_a_ready_standby_takes_over_though_another_one_did_not_start() -> None:
-    """A standby that fails as it starts ends the supply of new ones; those that are ready still take over."""
+    """A standby that fails as it starts ends the supply of new ones; ready ones still take over."""
     group: Any = FakeGroup()
     law = Role(group, CONTROLLER, restart=True)
     law.maintain_standbys()

@@ -1,4 +1,4 @@
-"""Exit of child processes: the common deadline, unforeseen errors, forks, parent-death signals, repair programs."""
+"""Exit of child processes: deadline, unforeseen errors, forks, parent death, repair programs."""
 
 import json
 import math
@@ -36,7 +36,10 @@ def main():
 
 
 def test_an_early_end_has_one_deadline(tmp_path: Path, ros_environment: dict[str, str]) -> None:
-    """A plant, a law and a recorder that neither report nor exit, and four standbys, are killed at one deadline."""
+    """Plant, law, recorder and standbys that neither report nor exit are killed at one deadline.
+
+    There are four standbys.
+    """
     interrupts: list[int] = [signal.SIGINT]
     with make_group(tmp_path, IGNORES_SIGTERM, ros_environment, interrupts) as group:
         names = ("plant", "controller", "recorder", *("standby",) * 4)
@@ -54,7 +57,7 @@ def test_an_early_end_has_one_deadline(tmp_path: Path, ros_environment: dict[str
 
 
 def test_an_unforeseen_error_is_reported(tmp_path: Path, ros_environment: dict[str, str]) -> None:
-    """An unforeseen error is reported as the last line of its exception, and does not preclude a restart."""
+    """An unforeseen error is reported as its exception's last line, and allows a restart."""
     with make_group(tmp_path, FAILING, ros_environment) as group:
         child = group.start("odd", "node", "a", {})
         listen_until(group, lambda: child.exited)
@@ -78,7 +81,10 @@ def main():
 def test_an_interrupted_fork_server_goes_on(
     tmp_path: Path, ros_environment: dict[str, str], capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """SIGINT to the fork server alone, or to a fork that imports its node, is ignored: the supervisor ends them."""
+    """SIGINT to the fork server alone, or a fork that imports its node, is ignored.
+
+    The supervisor ends them.
+    """
     with make_group(tmp_path, INTERRUPTED, ros_environment) as group:
         first = group.start("first", "node", "a", {})
         assert group._fork_server
@@ -106,7 +112,10 @@ def make_forked_child(*events: dict[str, Any]) -> Child:
 
 
 def test_the_exit_of_a_fork_is_reported_or_unknown() -> None:
-    """A fork that never reported its start could not be started; without the fork server its exit code is unknown."""
+    """A fork that never reported its start could not be started.
+
+    Without the fork server its exit code is unknown.
+    """
     assert make_forked_child().fault == "it could not be started"
     started = {"event": "started", "pid": 2**22 + 1}  # beyond the largest process id
     assert make_forked_child(started).fault == "it ended, its exit code is unknown"
@@ -129,7 +138,7 @@ def main():
 def test_forks_exit_with_their_group(
     tmp_path: Path, ros_environment: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Forks of one server are processes of their own names, their exit codes are known, and all are reaped."""
+    """Forks of a server are processes with own names and known exit codes, and all are reaped."""
     monkeypatch.setattr(process, "_END_TIMEOUT", LIMIT)  # s for the server to reap, on a busy machine
     with make_group(tmp_path, FORKED, ros_environment) as group:
         children = {name: group.start(name, "node", "a", {}) for name in ("ended", "killed", "idle")}
@@ -142,7 +151,7 @@ def test_forks_exit_with_their_group(
 
 
 def test_a_shutdown_before_the_first_fork_starts_none(tmp_path: Path, ros_environment: dict[str, str]) -> None:
-    """A group that is shut down while its fork server starts ends within its deadline, without a fork."""
+    """A group shut down while its fork server starts ends within its deadline, without a fork."""
     interrupts: list[int] = [signal.SIGINT]
     began = time.monotonic()
     with make_group(tmp_path, FORKED, ros_environment, interrupts) as group:
@@ -169,7 +178,10 @@ time.sleep(60)
 
 
 def test_a_parent_death_signal_kills_the_child() -> None:
-    """When a process is killed, the kernel kills the child that has a parent-death signal, not one that cleared it."""
+    """When a process is killed, the kernel kills its child with a parent-death signal.
+
+    It does not kill one that cleared the signal.
+    """
     with started_program([sys.executable, "-c", PARENT], stdout=subprocess.PIPE) as parent:
         pids = dict(next_line(parent).split() for _ in range(2))
         bound, cleared = int(pids["bound"]), int(pids["cleared"])
@@ -191,7 +203,7 @@ repair.join_recordings([], Path(sys.argv[2]), repair.countdown(60.0))
 
 
 def test_joining_parts_has_a_time_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Parts that cannot be joined in time stay; a recorder that is killed while joining leaves no process."""
+    """Parts that cannot be joined in time stay; a recorder killed in joining leaves no process."""
     slow, pid = tmp_path / "slow", tmp_path / "pid"
     slow.write_text(f"#!/bin/sh\necho $$ >{pid}\nexec sleep 60\n")
     slow.chmod(0o755)
@@ -216,7 +228,7 @@ def test_joining_parts_has_a_time_limit(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_only_bags_of_this_run_are_listed(tmp_path: Path) -> None:
-    """A bag of an earlier run is not taken for a part of this one; a part without messages is no part at all."""
+    """A bag of an earlier run is no part of this one, nor is a part without messages."""
     path, unlimited = str(tmp_path / "run.mcap"), repair.countdown(math.inf)
     Path(path).touch()
     os.utime(path, (1.0, 1.0))

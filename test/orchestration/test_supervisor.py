@@ -21,7 +21,10 @@ def test_a_plant_that_is_killed_as_it_starts_ends_the_run_at_once() -> None:
 
 
 def test_a_stopped_process_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A process that a signal has stopped is reported once, as soon as it is waited for, and where the wait ends."""
+    """A process that a signal has stopped is reported once, as soon as it is waited for.
+
+    It is also reported where the wait ends.
+    """
     monkeypatch.setattr(supervisor, "READY_TIMEOUT", 0.2)
     news, group = list[str](), cast(Any, FakeGroup(lambda: time.sleep(0.01)))
     group.children.append(plant := FakeChild("plant", ready=False))
@@ -35,7 +38,10 @@ def test_a_stopped_process_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def news_of_run(changes: list[dict[str, Any]], timeout: float) -> list[str]:
-    """Return the news of a run without our own controller; the plant's attributes change one after the other."""
+    """Return the news of a run without our own controller, as the plant's attributes change.
+
+    They change one after the other.
+    """
     plant, news, pending = FakeChild("plant"), list[str](), list(changes)
 
     def change_plant() -> None:

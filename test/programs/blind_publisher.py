@@ -1,4 +1,7 @@
-"""A publisher of the same effort, again and again, without stamps and subscriptions, as `ros2 topic pub`."""
+"""A publisher of the same effort, again and again, without stamps or subscriptions.
+
+It is like `ros2 topic pub`.
+"""
 
 import rclpy
 from rclpy.node import Node

@@ -1,4 +1,4 @@
-"""Runs scenes of the catalogue over ROS, recorded, and by `simulate`, and prints one JSON object a scene.
+"""Runs catalogue scenes over ROS, recorded, and by `simulate`; prints one JSON object each.
 
 `catalogue_runs.py FOLDER SCENE ...`, with CRANE_SIM_INTERPRETED=1: compiling the equations of all kinds of scenes would
 take most of an hour, as plain Python they take seconds. The fork server of each run is a fork of this process, which
@@ -72,7 +72,7 @@ def _serve(channel: socket.socket, env: Mapping[str, str]) -> None:
 
 
 def run_scene(name: str, folder: Path) -> dict[str, Any]:
-    """Run a scene of the catalogue, or of a file; return the entries of its summary that the tests check."""
+    """Run a scene of the catalogue or a file; return the summary's entries that tests check."""
     scene, stem = load_scene(name, {"duration": BRIEF.get(name, DURATION)}), Path(name).stem
     summary = orchestration.run(scene, record=folder / f"{stem}.rrd", mcap=folder / f"{stem}.mcap")
     keys = ("error", "steps", "recorded_steps", "lost_steps", "recording", "state_sha256")

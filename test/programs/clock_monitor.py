@@ -1,4 +1,6 @@
-"""Records when two cranes on one clock send their states, and counts messages and publishers of /clock; plain rclpy.
+"""Records when two cranes on one clock send states; counts messages and publishers of /clock.
+
+It uses plain rclpy.
 
 Prints the counters as JSON.
 """
@@ -35,7 +37,7 @@ class ClockMonitor(Node):
         self._clock = self.create_subscription(Clock, "/clock", self._on_clock, qos_profile_sensor_data)
 
     def count_early(self) -> int:
-        """Return how many states were sent before the other crane had sent the state one period earlier."""
+        """Return how many states came before the other crane's state one period earlier."""
         first, second = self.sent.values()
         pairs = [(first, second), (second, first)]
         return sum(

@@ -1,4 +1,4 @@
-"""Prints as JSON what nodes publish, subscribe to, serve and call, once it has settled. Plain rclpy."""
+"""Prints as JSON what nodes publish, subscribe to, serve and call, once settled. Plain rclpy."""
 
 import json
 import sys
@@ -23,7 +23,7 @@ def list_names(node: Node, namespace: str, name: str) -> dict[str, list[str]]:
 
 
 def main() -> None:
-    """List the nodes named on the command line, all in one namespace, when all of them are in the graph."""
+    """List the nodes on the command line, of one namespace, when all of them are in the graph."""
     rclpy.init()
     node, (namespace, *names) = rclpy.create_node("graph_lister"), sys.argv[1:]
     names_by_node, since, deadline = {}, time.monotonic(), time.monotonic() + LIMIT

@@ -1,4 +1,7 @@
-"""A controller that sends invalid commands before every valid one, and prints their numbers by reason as JSON."""
+"""A controller that sends invalid commands before every valid one; prints their numbers as JSON.
+
+The numbers are by reason.
+"""
 
 import json
 import sys
@@ -26,7 +29,7 @@ class HostileController(Node):
         self.create_subscription(JointState, "joint_states", self._on_state, 10)
 
     def wait_for_plant(self) -> bool:
-        """Wait until the plant has acknowledged all commands; return whether it has within a minute."""
+        """Wait until the plant has acknowledged all commands; return whether it has in a minute."""
         return self._commands.wait_for_all_acked(Duration(seconds=60.0))
 
     def _on_state(self, state: JointState) -> None:

@@ -1,4 +1,4 @@
-"""A flood of `joint_commands` at 20 kHz from the second state to the end of the run; prints its count as JSON."""
+"""A flood of `joint_commands` at 20 kHz from the second state on; prints its count as JSON."""
 
 import json
 import sys
@@ -17,7 +17,7 @@ RATE = 20_000.0  # Hz
 
 
 class Flood(Node):
-    """A publisher of invalid commands and, every fourth time, a valid one, although it does not own the crane."""
+    """A publisher of invalid and, every fourth time, valid commands that does not own the crane."""
 
     def __init__(self) -> None:
         """Create the node in the crane's namespace."""

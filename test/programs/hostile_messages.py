@@ -1,4 +1,4 @@
-"""Hostile messages, the same ones for the same seed: on every topic of a crane, out of range or broken."""
+"""Hostile messages, the same for the same seed, on all topics: out of range or broken."""
 
 import random
 from collections.abc import Callable, Mapping, Sequence
@@ -124,7 +124,10 @@ class HostileMessages:
         return fill
 
     def _corrupt(self, data: bytes) -> bytes:
-        """Return a message cut off, with bits flipped, with an impossible length, or noise; DDS wants 4 bytes."""
+        """Return a message cut off, with flipped bits, an impossible length, or noise.
+
+        DDS wants 4 bytes.
+        """
         size = self._random.randrange(4, len(data) + 1)
         flipped = bytearray(data)
         for _ in range(self._choice((1, 1, 8))):

@@ -1,4 +1,6 @@
-"""A node beside a run that begins paused: hostile messages and requests on all topics and services, then it lets go.
+"""A node beside a run that begins paused: hostile messages and requests, then it lets go.
+
+They go to all topics and services.
 
 Arguments: seed, number of messages, scene. Prints how many messages and requests it has sent as JSON.
 """
@@ -42,7 +44,10 @@ class HostileNode(Node):
     """A stranger in the crane's namespace."""
 
     def __init__(self, seed: int, scene_name: str) -> None:
-        """Create clients of all services, and no publisher so far: a plant does not start beside another one's."""
+        """Create clients of all services.
+
+        There is no publisher so far: a plant does not start beside another one's.
+        """
         scene = load_scene(scene_name)
         super().__init__("stranger", namespace=scene.crane)
         self._random, self.stamp, self.sent, self.requests = random.Random(seed), 0, 0, 0
@@ -79,7 +84,10 @@ class HostileNode(Node):
         self._await(self._pause, SetBool.Request(data=paused))
 
     def wait_for_stamp(self, periods: int) -> None:
-        """Wait for a state: at the second one the scene's own controller has moved the crane, which it then owns."""
+        """Wait for a state: at the second one the scene's own controller owns the crane.
+
+        It has moved the crane by then.
+        """
         deadline = time.monotonic() + LIMIT
         while self.stamp < periods * self._period:
             assert time.monotonic() < deadline, "the run has not begun"

@@ -1,4 +1,7 @@
-"""Writes docs/identification.png: errors of identified parameters by half of their intervals, 50 runs of each case."""
+"""Writes docs/identification.png: errors of identified parameters by half of their intervals.
+
+There are 50 runs of each case.
+"""
 
 import sys
 from concurrent.futures import ProcessPoolExecutor

@@ -1,4 +1,4 @@
-"""Invalid commands: messages on `joint_commands` beside the right answer, and the reason to refuse each."""
+"""Invalid commands: messages on `joint_commands` beside the right answer, and refusal reasons."""
 
 import math
 import random
@@ -41,7 +41,7 @@ class InvalidCommands:
         self._reasons = [*self._kinds, "unreadable"]
 
     def generate(self, now: int) -> tuple[str, bytes]:
-        """Return (reason to refuse it, message) while the state of stamp `now` waits for its answer.
+        """Return (reason to refuse it, message) while the state of stamp `now` lacks its answer.
 
         The answer to the state before it has been accepted.
         """

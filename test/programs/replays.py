@@ -1,4 +1,4 @@
-"""Replays recordings without compilation and prints, as JSON, the outcome of each by its name: `replays.py FILE ...`.
+"""Replays recordings without compilation; prints outcomes by name as JSON: `replays.py FILE ...`.
 
 It runs with CRANE_SIM_INTERPRETED=1; an outcome is [steps, line on the difference, or null].
 """

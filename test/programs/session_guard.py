@@ -1,4 +1,4 @@
-"""Kills the processes that a test session leaves when its process is killed: PID MARK. Python's own library alone.
+"""Kills what a test session leaves when its process is killed: PID MARK. Standard library alone.
 
 It waits for the end of the process PID, and then kills every process whose environment has MARK in the value of
 `CRANE_SIM_TEST_SESSION`: the processes of a test inherit it, whatever their session or process group.

@@ -1,4 +1,6 @@
-"""A stock ros2_control set-up, emulated: SCENE sim|wall actuated|all single|events [reliable [ITERATIONS]].
+"""A stock ros2_control set-up, emulated; its arguments are below.
+
+SCENE sim|wall actuated|all single|events [reliable [ITERATIONS]].
 
 Written from the behaviour of controller_manager's ros2_control_node and of JointStateTopicSystem (Jazzy): the loop
 waits for the first time that its clock reads, then for a period, and then calls read(), the controllers' update() and
@@ -33,7 +35,7 @@ class Tag:
     """A `<ros2_control>` tag: its topics, joints, and commands before a controller is active."""
 
     def __init__(self, urdf: str, passive: bool) -> None:
-        """Read it; without `passive` joints that have states only are left out, as a user may do."""
+        """Read it; without `passive`, as a user may do, joints with states only are left out."""
         tag = ElementTree.fromstring(urdf).find("ros2_control")
         assert tag is not None
         parameters = {each.get("name"): str(each.text) for each in tag.findall("hardware/param")}
@@ -46,7 +48,7 @@ class Tag:
 
 
 class HardwareInterface:
-    """The interface with its node; its threshold of changes is negative, so that it always sends."""
+    """The interface and its node; its threshold of changes is negative, so it always sends."""
 
     def __init__(self, tag: Tag, clock: Parameter, reliable: bool) -> None:
         """Subscribe and publish as the interface does."""

@@ -1,4 +1,6 @@
-"""Print the functions that a plant compiles or loads after its warm-up: none, or it stands still in a run.
+"""Print the functions that a plant compiles or loads after its warm-up.
+
+There must be none, or it stands still in a run.
 
 Arguments: names of scenes. It is a program of its own because what another test has compiled is ready in its process.
 """
@@ -14,13 +16,13 @@ from crane_sim.tracing.entry_point import EntryPoint
 
 
 def signatures() -> set[tuple[str, str]]:
-    """Return (function, signature) of all that has been compiled, or loaded from the cache, in this process."""
+    """Return (function, signature) of what this process has compiled or loaded from the cache."""
     functions = [each for each in gc.get_objects() if isinstance(each, EntryPoint)]
     return {(each.__qualname__, str(signature)) for each in functions for signature in each.signatures}
 
 
 def main() -> None:
-    """Warm up, run past a full block of rows, and print a line for every signature that was missing."""
+    """Warm up, run past a full block of rows, and print a line for every missing signature."""
     for name in sys.argv[1:]:
         scene = load_scene(name)
         plant, law = Plant(scene), with_initial_state(scene.law) if scene.actuated else None

@@ -1,4 +1,6 @@
-"""Runs command lines, nodes and Python expressions in a process that can import none of the optional packages.
+"""Runs command lines, nodes and Python expressions without any of the optional packages.
+
+The process can import none of them.
 
 The argument is a JSON object {"commands": [[word, ...], ...], "nodes": [module, ...], "expressions": [text, ...]}; the
 output is one with exit code and lines on stderr of each command, with what each node's module exits with, and with kind
@@ -19,7 +21,7 @@ class Absent:
     """A finder that finds the optional packages absent, as in an environment without them."""
 
     def find_spec(self, name: str, path: Sequence[str] | None = None, target: object = None) -> None:
-        """Raise ModuleNotFoundError for a module of an optional package, as an import of an absent one does."""
+        """Raise ModuleNotFoundError for an optional package's module, as for an absent one."""
         if name.partition(".")[0] in installation.PACKAGES:
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 
@@ -35,7 +37,10 @@ def run_command(words: list[str]) -> tuple[int, list[str]]:
 
 
 def run_node(module: str) -> object:
-    """Return what a node's module exits with: a line, which Python prints on stderr before it exits with code 1."""
+    """Return what a node's module exits with: a line, which Python prints on stderr.
+
+    Its exit code is then 1.
+    """
     try:
         runpy.run_module(module, run_name="__main__")
     except SystemExit as end:
@@ -44,7 +49,7 @@ def run_node(module: str) -> object:
 
 
 def evaluate(expression: str) -> tuple[str, str]:
-    """Return kind and message of the error that a Python expression raises; both empty without one."""
+    """Return kind and message of a Python expression's error; both empty without one."""
     import crane_sim
 
     try:

@@ -74,7 +74,10 @@ def fast_hoist() -> Case:
 
 
 def winch(masses: list[float], links: list[float], inertia: float, offset: float) -> Case:
-    """First link driven by a winch force: with inertia, or with none, where the tension is minus the force."""
+    """First link driven by a winch force, with inertia or without.
+
+    Without inertia the tension is minus the force.
+    """
     push = {"offset": offset, "amplitude": 20.0, "frequency": 3.0}
     count = len(masses)
     spec = {"trolley_mass": 5.0, "m_i": masses, "l_i": links, "alpha0": [0.4, 0.3][:count], "l1dot0": 0.0}

@@ -1,4 +1,7 @@
-"""Chain of springs and dampers in Cartesian coordinates; a tension-only one goes slack and taut at events."""
+"""Chain of springs and dampers in Cartesian coordinates.
+
+A tension-only one goes slack and taut at events.
+"""
 
 from dataclasses import dataclass
 
@@ -8,7 +11,10 @@ from rigid import Real, Rigid, Vector
 
 @dataclass
 class Elastic(Rigid):
-    """T = k e + c de/dt with e the elongation beyond the rest length; tension-only: that where e > 0 and T > 0."""
+    """T = k e + c de/dt at the elongation e; tension-only: that where e > 0 and T > 0.
+
+    The elongation is that beyond the rest length.
+    """
 
     spring: float = 0.0  # N/m
     dashpot: float = 0.0  # N s/m
@@ -55,7 +61,7 @@ class Elastic(Rigid):
         return np.min(np.where(self.taut, 1, -1) * self.tautness(y))
 
     def switch(self, t: Real, y: Vector) -> tuple[Vector, list[int]]:
-        """Return the state and the links (counted from 1) that pull from now on, -k for a link k gone slack."""
+        """Return the state and the links (from 1) that pull now, -k for a link k gone slack."""
         changed = np.argmin(np.where(self.taut, 1, -1) * self.tautness(y))
         self.taut[changed] = not self.taut[changed]
         return y, [int(changed + 1) if self.taut[changed] else -int(changed + 1)]

@@ -1,4 +1,4 @@
-"""The hard cases of the elastic cable: tosses that go slack and taut, a cable as stiff as steel, a fast axial mode."""
+"""Hard cases of the elastic cable: tosses slack and taut, stiffness of steel, a fast axial mode."""
 
 from collections.abc import Callable
 from typing import Any
@@ -15,7 +15,7 @@ STEEL = Setting(9, 1e-12), Setting(7, 1e-11)  # the rounding of forces k e, e a 
 
 
 def stretched(spec: dict[str, Any], angle: float, pulls: list[float]) -> Vector:
-    """Return the nodes (N + 1, 2) of a straight chain under given tensions [N], rounded to doubles."""
+    """Return the nodes (N + 1, 2) of a straight chain under tensions [N], rounded to doubles."""
     links = [length + pull / spec["k"] for length, pull in zip(spec["l0"], pulls, strict=True)]
     return hang(links, [angle] * len(links), [0.0] * len(links))[0].astype(float).astype(Real)
 
@@ -32,7 +32,7 @@ def elastic(spec: dict[str, Any], nodes: Vector, rates: Vector, times: list[floa
 
 
 def toss(masses: list[float], lengths: list[float], k: float, c: float, only: bool) -> Case:
-    """Swing too fast for the horizontal and too slow for the top: the payload leaves its circle and falls back."""
+    """Swing too fast for the horizontal, too slow for the top: the payload falls off its circle."""
     spec = {"trolley_mass": 50.0, "m_i": masses, "l0": lengths, "k": k, "c": c, "tension_only": only}
     spec["note"] = "T = k e + c edot; tension_only: max(0, that) where e > 0, else 0; events +k taut, -k slack"
     radii, speed = np.cumsum(lengths), 7.5 / 2.0

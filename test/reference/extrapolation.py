@@ -47,7 +47,10 @@ def step(field: Field, t: Real, y: Vector, h: Real, rows: int) -> tuple[Vector, 
 
 
 def crossing(value: Callable[[Real], Real], last: Real) -> Real:
-    """Return where in (0, last] `value`, negative at `last`, becomes so: Illinois, bisection from zero."""
+    """Return where in (0, last] `value`, negative at `last`, becomes so.
+
+    Illinois method, with bisection from zero.
+    """
     low, high = Real(0), last
     at_low, at_high, side = max(value(low), Real(0)), value(high), 0
     while high - low > FINEST:
@@ -90,7 +93,10 @@ class Walk:
         return False
 
     def locate(self, field: Field, h: Real, project: Field, event: Callable[[Real, Vector], Real]) -> None:
-        """Move to the moment within the next h at which `event` becomes negative; every trial is a step of its own."""
+        """Move to the moment within the next h at which `event` becomes negative.
+
+        Every trial is a step of its own.
+        """
         t, y, rows = self.t, self.y, self.setting.rows
         h = crossing(lambda part: event(t + part, step(field, t, y, part, rows)[0]) + NOISE, h)
         self.t, self.y = t + h, project(t + h, step(field, t, y, h, rows)[0])

@@ -1,4 +1,4 @@
-"""Dry friction at the trolley (plane): stick, and slip in either sense, as modes that events separate."""
+"""Dry friction at the trolley (plane): stick, and slip in either sense, as modes with events."""
 
 from dataclasses import dataclass
 

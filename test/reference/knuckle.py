@@ -1,4 +1,6 @@
-"""Solve the knuckle crane on springs in extended precision and store it: python test/reference/knuckle.py [--second].
+"""Solve the knuckle crane on springs in extended precision and store it.
+
+Usage: python test/reference/knuckle.py [--second].
 
 Writes test/data/knuckle_springs.json, in the form of `make.py`: nodes are the boom's end, the tip and the payload in
 the world with z up. Newton and Euler in world axes: the payload is a point in inertial Cartesian coordinates; tower,
@@ -39,7 +41,7 @@ UP = np.array([0, 0, 1], Real)
 
 
 class Arm:
-    """A rod at some azimuth and elevation [rad] with their rates: its unit vector u and how it turns."""
+    """A rod at an azimuth and elevation [rad] with rates: its unit vector u and its turning."""
 
     def __init__(self, place: int, q: Vector, v: Vector) -> None:
         """Take the rod whose elevation is q[place], q = (alpha, beta, gamma, ...)."""
@@ -50,20 +52,26 @@ class Arm:
         self.omega, self.change = self.turns @ v[:3], v[0] * v[place] * radial  # and its rate at constant joint rates
 
     def reach(self, length: Real) -> tuple[Vector, Vector, Vector]:
-        """Return the vector of this length along the rod, its Jacobian (3, 3), its acceleration at constant rates."""
+        """Return the vector of this length along the rod, its Jacobian (3, 3), its acceleration.
+
+        The acceleration is that at constant rates.
+        """
         vector = length * self.u
         bias = np.cross(self.change, vector) + np.cross(self.omega, np.cross(self.omega, vector))
         return vector, np.cross(self.turns.T, vector).T, bias
 
     def torque(self, across: Real, along: Real) -> tuple[Vector, Vector]:
-        """Return the inertia about the centre of mass (3, 3) and the torque that constant joint rates need."""
+        """Return the inertia about the centre of mass (3, 3) and the torque for constant rates.
+
+        They are rates of the joints.
+        """
         tensor = across * np.eye(3, dtype=Real) + (along - across) * np.outer(self.u, self.u)
         return tensor, tensor @ self.change + np.cross(self.omega, tensor @ self.omega)
 
 
 @dataclass
 class Knuckle:
-    """The crane of SPEC; its state is alpha, beta, gamma and the payload's x, y, z, then their rates."""
+    """The crane of SPEC; its state: alpha, beta, gamma, the payload's x, y, z, then rates."""
 
     spec: dict[str, Any]
 
@@ -125,7 +133,10 @@ class Knuckle:
 
 
 def main() -> None:
-    """Solve with two settings and store, or only measure the distance of what is stored from the second derivation."""
+    """Solve with two settings and store, or only measure against the second derivation.
+
+    It measures the distance of what is stored.
+    """
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--second", action="store_true")
     begin, crane, times = time.perf_counter(), Knuckle(SPEC), instants(10.0)

@@ -120,7 +120,7 @@ def advance(slope: Slope, y: Numbers, h: Any, a: list[Numbers], b: Numbers) -> N
 
 
 def course(spec: dict[str, Any], times: list[float]) -> np.ndarray:
-    """Return the nodes (K, 3, 3) [m]: boom's end, tip and payload at the instants, equal parts from 0 on."""
+    """Return the nodes (K, 3, 3) [m]: boom's end, tip and payload, at equal steps from 0 on."""
     place = sp.lambdify([*JOINTS, *flat(SYMBOLS)], [p.flat() for p in points()], "mpmath", cse=True)
     with mp.workdps(DIGITS):
         slope, (a, b), numbers = equations(spec), gauss(), [mp.mpf(x) for x in flat(spec)]

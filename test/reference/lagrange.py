@@ -1,4 +1,6 @@
-"""A second way to the same cases: d'Alembert's principle in angles, link lengths and trolley, in double precision.
+"""A second way to the same cases: d'Alembert's principle in angles, lengths and trolley.
+
+It is in double precision.
 
 Nodes r(c) with Jacobian J give (J' m J + I) c'' = J' (f - m b) + Q, b being r'' at c'' = 0. No constraint, no tension;
 generalised forces Q act on the coordinates themselves. Link k points along n = (sin a cos b, sin b, -cos a cos b).
@@ -17,7 +19,10 @@ Vector = np.ndarray
 
 
 class Layout(NamedTuple):
-    """Which coordinates there are: trolley along `axes`, angles a (and b in space) of links, free link lengths."""
+    """The coordinates: trolley along `axes`, links' angles a (and b in space), free lengths.
+
+    Lengths are those of links.
+    """
 
     system: Rigid
     axes: list[int]
@@ -67,7 +72,10 @@ def begin(case: Case, form: Layout) -> Vector:
 
 
 def directions(a: Vector, b: Vector) -> tuple[Vector, Vector, Vector, Vector, Vector]:
-    """Return n and its derivatives by a, by b, by a and b, twice by a, each (N, 3); twice by b it is -n."""
+    """Return n (N, 3), its derivatives by a, by b, by a and b, twice by a.
+
+    Each is (N, 3); twice by b it is -n.
+    """
     sa, ca, sb, cb = np.sin(a), np.cos(a), np.sin(b), np.cos(b)
     unit = np.stack([sa * cb, sb, -ca * cb], axis=1)
     by_a, by_b = np.stack([ca * cb, 0 * a, sa * cb], axis=1), np.stack([-sa * sb, cb, ca * sb], axis=1)
@@ -105,7 +113,7 @@ def kinematics(form: Layout, t: float, q: Vector, v: Vector) -> tuple[Vector, Ve
 
 
 def own_terms(form: Layout, t: float, q: Vector, v: Vector) -> tuple[Vector, Vector]:
-    """Return inertias (coordinates,) and generalised forces (coordinates,) of the coordinates themselves."""
+    """Return inertias and generalised forces (coordinates,) of the coordinates themselves."""
     system, start = form.system, form.angles
     inertia, force = np.zeros(len(q)), np.zeros(len(q))
     angle = slice(start, start + form.links)
@@ -141,7 +149,10 @@ def slope(t: float, y: Vector, form: Layout) -> Vector:
 
 
 def covers(case: Case) -> bool:
-    """Return whether a case is of this form: no events of friction or slackness, nor stiff beyond double precision."""
+    """Return whether a case has no events, nor stiffness beyond double precision.
+
+    Events are those of friction or slackness.
+    """
     systems, stiff = [system for _, system in case.phases], case.settings[0].tolerance > TIGHT.tolerance
     return not stiff and not any(
         isinstance(s, StickSlip) or (isinstance(s, Elastic) and s.tension_only) for s in systems

@@ -1,4 +1,6 @@
-"""Solve the hard cases of the overhead crane and store them: python test/reference/make.py [--case NAME]...
+"""Solve the hard cases of the overhead crane and store them.
+
+Usage: python test/reference/make.py [--case NAME]...
 
 Writes test/data/overhead.json; each case is stored as soon as it is solved. Nothing here is shared with the simulator:
 the chain is in Cartesian coordinates, the integrator extrapolates, the arithmetic is extended. What is stored of each:

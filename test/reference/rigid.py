@@ -1,4 +1,6 @@
-"""Chain of rigid links in Cartesian coordinates: constraint forces, index 1, put back on the constraints each step.
+"""Chain of rigid links in Cartesian coordinates by constraint forces (index 1).
+
+It is put back on the constraints each step.
 
 Node 0 is the trolley, node N the payload. With d_k = r_k - r_(k-1), the link constraints (|d_k|^2 - L_k^2) / 2 = 0 have
 multipliers lambda_k = T_k / L_k. Their second derivative gives one linear system S lambda = b, whose matrix is
@@ -37,7 +39,10 @@ def silent(t: Real) -> Vector:
 
 @dataclass
 class Rigid:
-    """Parameters [SI]; `trolley` holds the mass moved along each horizontal axis (inf: held), 1 (2D) or 2 (3D)."""
+    """Parameters [SI]; `trolley` holds the mass along each axis (inf: held), 1 (2D) or 2 (3D).
+
+    The axes are horizontal.
+    """
 
     trolley: list[float]
     masses: list[float]
@@ -84,7 +89,10 @@ class Rigid:
         return np.append(nodes.ravel(), winch) if self.hoisted else nodes.ravel()
 
     def links(self, t: Real, winch: Real, rate: Real) -> Vector:
-        """Return lengths, rates, second derivatives (3, N); a winch's own acceleration is left to the system."""
+        """Return lengths, rates, second derivatives (3, N), without a winch's own acceleration.
+
+        That is left to the system.
+        """
         table = np.array([self.link_lengths, 0 * self.link_lengths, 0 * self.link_lengths])
         if self.profile is not None:
             table[:, 0] = self.profile(t)
@@ -93,7 +101,7 @@ class Rigid:
         return table
 
     def compute_multiplier_matrix(self, d: Vector, lengths: Vector) -> Vector:
-        """Return the matrix S (N, N) of the multipliers; a massless winch frees link 1 of its constraint."""
+        """Return the matrix S (N, N) of the multipliers; a massless winch frees link 1."""
         matrix = np.zeros((len(d), len(d)), Real)
         for a in range(self.axes):
             matrix += np.outer(d[:, a], d[:, a]) * self.constraint_inverse_mass[a]
@@ -104,11 +112,14 @@ class Rigid:
         return matrix
 
     def apply_inverse_mass(self, force: Vector) -> Vector:
-        """Return the accelerations (N + 1, axes) that nodal forces would give without constraints."""
+        """Return the accelerations (N + 1, axes) of nodal forces without constraints."""
         return np.stack([self.inverse_mass[a] @ force[:, a] for a in range(self.axes)], axis=1)
 
     def compute_joint_forces(self, d: Vector, rate: Vector) -> Vector:
-        """Return nodal forces of springs and dampers in the joints (plane): torques as couples on the links."""
+        """Return nodal forces of springs and dampers in the joints (plane).
+
+        Torques act as couples on the links.
+        """
         force = np.zeros((len(d) + 1, 2), Real)
         if self.stiffness is None or self.damping is None:
             return force
@@ -157,7 +168,7 @@ class Rigid:
         return np.concatenate([v, self.join(nodes, drum)])
 
     def project(self, t: Real, y: Vector) -> Vector:
-        """Return y moved onto the constraints by the smallest change in the metric of the masses."""
+        """Return y moved onto the constraints by the least change in the masses' metric."""
         q, v = np.split(y, 2)
         (r, winch), (w, rate) = self.split(q), self.split(v)
         held = self.winch_inertia == 0

@@ -15,7 +15,7 @@ TIGHT, LOOSE = Setting(9, 1e-16), Setting(7, 3e-15)
 
 @dataclass
 class Case:
-    """What is solved: its description, instants [s], start and the systems that hold up to given instants."""
+    """What is solved: description, instants [s], start, and systems up to given instants."""
 
     spec: dict[str, Any]
     times: list[float]
@@ -63,7 +63,7 @@ def world(points: Vector) -> Vector:
 
 
 def views(case: Case, course: Course) -> tuple[Vector, Vector, Vector]:
-    """Return nodes and their velocities (K, N + 1, 3), and what follows the nodes: the winch's length and rate."""
+    """Return nodes and velocities (K, N + 1, 3), and what follows: a winch's length and rate."""
     system = case.phases[0][1]
     halves = [[system.split(half) for half in np.split(y, 2)] for y in course.states]
     nodes, rates = (world(np.array([half[i][0] for half in halves])) for i in range(2))
@@ -93,7 +93,7 @@ def record(case: Case) -> dict[str, Any]:
 
 
 def agreement(nodes: Vector, others: Vector) -> dict[str, Any]:
-    """Return how far two solutions (K, ..., 3) [m] are apart, and how far the stored one is to be trusted."""
+    """Return how far two solutions (K, ..., 3) [m] are apart, and the stored one's error bound."""
     apart = np.max(np.abs(nodes - others), axis=(1, 2)).astype(float)
     found = {"agreement_each_m": listed(apart), "agreement_m": float(np.max(apart))}
     # a stored double is rounded to 1.1e-16 of its value, and the initial data of any other program are doubles too

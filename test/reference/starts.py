@@ -22,7 +22,10 @@ def drive(*forms: Sine) -> Callable[[Real], Vector]:
 
 
 def smooth(first: float, last: float, duration: float) -> Callable[[Real], tuple[Real, Real, Real]]:
-    """Return the quintic from `first` to `last`, at rest at both ends, and two derivatives, a function of t [s]."""
+    """Return the quintic from `first` to `last`, at rest at both ends, with two derivatives.
+
+    It is a function of t [s].
+    """
     a, b, d = Real(first), Real(last) - Real(first), Real(duration)
 
     def profile(t: Real) -> tuple[Real, Real, Real]:
@@ -41,7 +44,10 @@ def hang(lengths: Sequence[float], angles: Sequence[float], rates: Sequence[floa
 
 
 def aim(lengths: Sequence[float], directions: Any, rates: Any) -> tuple[Vector, Vector]:
-    """Return nodes and velocities (N + 1, 3) from directions, made unit, and their rates, made perpendicular."""
+    """Return nodes and velocities (N + 1, 3) from directions and rates.
+
+    Directions are made unit, rates perpendicular to them.
+    """
     length, n, w = (np.array(values, Real) for values in (lengths, directions, rates))
     n = n / np.sqrt(np.sum(n * n, axis=1))[:, None]
     w = w - np.sum(n * w, axis=1)[:, None] * n

@@ -1,4 +1,6 @@
-"""Check the references of the benchmark by Taylor's method in extended precision: python test/reference/taylor.py.
+"""Check the benchmark's references by Taylor's method in extended precision.
+
+Usage: python test/reference/taylor.py.
 
 heyoka (requirements/peers.lock) at tolerance 1e-24, where its order is 29, and at 1e-21, in numbers of 113 bits; where
 that takes hours (S3b, S4), at 1e-18 (order 22) and 1e-17 in numbers of 64 bits. Equations and coordinates are those of
@@ -45,7 +47,7 @@ def problem_of_case(case: Case) -> Any:
 
 
 def course(problem: Any, times: list[float], number: Any, tolerance: str) -> list[list[Any]]:
-    """Return the states at the times, entries as numbers of mpmath; `number` is the class to compute with."""
+    """Return the states at the times as numbers of mpmath; `number` is the class to use."""
     hy = load_heyoka()
     equations, (start, _) = state_equations(hy, problem, number), start_and_outputs(problem)
     state = np.array([number(value) for value in start.tolist()])
@@ -75,14 +77,14 @@ def nodes_of(problem: Any, state: list[Any]) -> list[list[Any]]:
 
 
 def distance(first: list[list[Any]], second: list[list[Any]]) -> float:
-    """Return the largest difference [m] of coordinates of the points at the end of two rows of points."""
+    """Return the largest difference [m] of coordinates at the end of two rows of points."""
     count = min(len(first), len(second))
     pairs = zip(first[-count:], second[-count:], strict=True)
     return float(max(abs(a - b) for p, q in pairs for a, b in zip(p, q, strict=True)))
 
 
 def check(case: Case, write: bool) -> str:
-    """Compare a case with its stored reference, and store what was found; return a line about it."""
+    """Compare a case with its reference and store the result; return a line about it."""
     began, key = time.perf_counter(), SCENES[case.scene]
     target = DATA / ("knuckle_springs.json" if case.id == "S2k" else "overhead.json")
     found, problem = json.loads(target.read_text())[key], problem_of_case(case)

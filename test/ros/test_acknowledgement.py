@@ -1,4 +1,7 @@
-"""Liveness of the command owner: its lease expires by its own missing acknowledgement, not by another subscriber's."""
+"""Liveness of the command owner: its lease expires by its own missing acknowledgement.
+
+Another subscriber's does not end it.
+"""
 
 import time
 from types import SimpleNamespace
@@ -26,7 +29,7 @@ def test_missing_ack_of_another_subscriber_suspends_lease_expiry(
     topics: FakeTopics,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The lease of an owner that answered while an acknowledgement was missing does not expire; otherwise it does.
+    """An owner that answered while an acknowledgement was missing keeps its lease, else loses it.
 
     In the first case the missing acknowledgement is another subscriber's, in the second one the owner's.
     """
@@ -46,7 +49,10 @@ def test_missing_ack_of_another_subscriber_suspends_lease_expiry(
 
 
 def test_old_observations_expire() -> None:
-    """After a time without a second publisher, and so without updates, a missing acknowledgement counts again."""
+    """After a time without a second publisher a missing acknowledgement counts again.
+
+    There were no updates in that time.
+    """
     monitor = AcknowledgementMonitor(LEASE)
     monitor.update(True, 0.0)
     monitor.update(False, 100.0)

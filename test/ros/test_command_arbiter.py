@@ -1,4 +1,4 @@
-"""Command arbiter and its lease, without DDS: which publisher owns the crane, and which warnings there are."""
+"""Command arbiter and its lease, without DDS: which publisher owns the crane, and warnings."""
 
 import time
 from collections import Counter
@@ -94,7 +94,10 @@ def bench(monkeypatch: pytest.MonkeyPatch) -> Bench:
 
 
 def test_states_of_the_lease() -> None:
-    """It is held until its owner was silent for longer than the lease, and does not lapse while it is suspended."""
+    """It is held until its owner was silent for longer than the lease, not while suspended.
+
+    A suspended lease does not lapse.
+    """
     suspended = [False]
     lease = CommandLease(0.25, lambda: suspended[0])
     assert lease.state(9.0) == Ownership.FREE
@@ -164,7 +167,7 @@ def test_who_owns_the_crane(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_stranger_never_owns_the_crane_of_a_commander(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A valid command of another node, even the first one, is refused, and a standby that has just come is not."""
+    """Another node's valid command, even the first, is refused; that of a new standby is not."""
     bench = Bench(monkeypatch, exclusive=True, commander="a")
     for action in ("b: 1", "wait 1", "a: 2", "nodes b", "b: 3"):
         bench.do(action)
@@ -177,7 +180,10 @@ def test_a_stranger_never_owns_the_crane_of_a_commander(monkeypatch: pytest.Monk
 
 
 def test_a_run_waits_for_its_commander(monkeypatch: pytest.MonkeyPatch) -> None:
-    """However many others publish commands: the run begins when the commander does, and says that it waits for it."""
+    """However many others publish commands, the run begins when the commander does.
+
+    It says that it waits for the commander.
+    """
     bench = Bench(monkeypatch, exclusive=True, commander="c")
     assert bench.arbiter.missing(1) == "/c on joint_commands"
     assert bench.arbiter.missing(3) == "1 more publisher(s) of joint_commands"
@@ -186,7 +192,7 @@ def test_a_run_waits_for_its_commander(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_late_node_name_is_in_the_warning(bench: Bench) -> None:
-    """A publisher that is refused before its node's name arrives is named as soon as it does, at any message rate."""
+    """A publisher refused before its node's name arrives is then named, at any message rate."""
     bench.graph[1] = publisher("b", "_NODE_NAME_UNKNOWN_")
     bench.do("a: 1")
     for _ in range(100):
@@ -199,7 +205,10 @@ def test_a_late_node_name_is_in_the_warning(bench: Bench) -> None:
 
 
 def test_refused_publishers_in_turn_are_one_warning(bench: Bench) -> None:
-    """However many are refused, and in which order: a warning comes only with a new one, and ends after a time."""
+    """However many are refused, a warning comes only with a new one, and ends after a time.
+
+    The order of refusals does not matter either.
+    """
     bench.graph.append(publisher("c"))
     bench.do("a: 1")
     for action in ("b: refused", "c: refused", "wait 0.1", "a: 2") * 100:
@@ -218,7 +227,10 @@ def test_the_warning_of_a_refused_publisher_ends_when_it_owns_the_crane(bench: B
 
 
 def test_a_publisher_that_is_not_matched_takes_no_lease_away(bench: Bench) -> None:
-    """A publisher that is in the graph without being matched, by another type or not yet, leaves the owner's lease."""
+    """A publisher in the graph that is not matched does not change the owner's lease.
+
+    It has another type, or is not matched yet.
+    """
     bench.do("nodes")
     bench.matched = 1
     bench.do("a: 1")  # its publisher is in the graph only afterwards

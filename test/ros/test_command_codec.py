@@ -1,4 +1,4 @@
-"""Commands by velocity and position: fields of messages, bounds, and what is declared to ros2_control."""
+"""Commands by velocity and position: message fields, bounds, and declarations to ros2_control."""
 
 from typing import Any
 from xml.etree import ElementTree
@@ -40,7 +40,7 @@ def read(scene: Scene, data: bytes) -> tuple[float, ...] | None:
 
 
 def test_each_joint_has_the_field_of_its_drive() -> None:
-    """A message of mixed drives carries each command in its joint's field and NaN in others, both ways."""
+    """A message of mixed drives has each command in its joint's field, NaN in others, both ways."""
     scene = crane(MIXED)
     assert scene.commands == ("velocity", "position", "effort") and scene.command_units == ("m/s", "m", "N")
     codec = CommandCodec(scene)
@@ -68,7 +68,7 @@ def test_a_command_in_another_field_is_refused(fields: dict[str, list[float]]) -
 
 
 def test_ros2_control_has_the_interfaces_of_the_drives() -> None:
-    """Command interfaces are those of the drives, with their limits, and the URDF has the largest speeds."""
+    """Command interfaces are those of the drives, with limits; the URDF has the largest speeds."""
     scene = crane(MIXED)
     tree = ElementTree.fromstring(urdf_with_ros2_control(scene))
     interfaces = {
@@ -88,12 +88,12 @@ def test_ros2_control_has_the_interfaces_of_the_drives() -> None:
 
 
 def test_position_drives_stay_where_they_are_until_they_are_commanded() -> None:
-    """The command before the first one is the initial position of a position drive, and no speed of a speed drive."""
+    """Before any command a position drive holds its initial position, a speed drive no speed."""
     assert crane(MIXED).idle_command == (0.0, -5.0, 0.0)
 
 
 def test_a_suspension_point_stays_where_it_is_until_it_is_commanded() -> None:
-    """The point of a pendulum is commanded its position, though it has no servo of ours: at first it is where it is."""
+    """A pendulum's point, without a servo of ours, is at first commanded its own position."""
     scene = load_scene("offshore_vision")
     assert scene.idle_command == scene.initial_q[:2] == (1.35, 0.0)
     plant = Plant(scene.with_external_commands())

@@ -24,7 +24,7 @@ def validate(validator: CommandValidator, stamp: int = NOW, names: list[str] = J
 
 @given(st.permutations(range(4)))
 def test_joints_are_matched_by_name(order: list[int]) -> None:
-    """Whatever the order of its joints, a command reaches each joint with the effort meant for it."""
+    """In any order of its joints, a command reaches each joint with the effort meant for it."""
     names, efforts = [JOINTS[i] for i in order], [EFFORTS[i] for i in order]
     assert validate(CommandValidator(JOINTS, LARGEST), names=names, efforts=efforts) == tuple(EFFORTS)
 
@@ -46,14 +46,17 @@ NAMED = [*JOINTS, "swing"]  # a joint that nothing drives, too
     ],
 )
 def test_passive_joints_may_be_named(names: list[str], efforts: list[float], line: str) -> None:
-    """A command may name joints that nothing drives, without an effort, with zero or NaN; an effort is refused."""
+    """A command may name undriven joints without effort, with zero or NaN; others are refused."""
     validator = CommandValidator(JOINTS, LARGEST, NAMED)
     assert validate(validator, names=names, efforts=efforts) == (None if line else tuple(EFFORTS))
     assert line in validator.last_refusal and validator.last_refusal.endswith("(names)" if line else "")
 
 
 def test_stamps_of_two_clocks() -> None:
-    """In real time by ROS time stamps are of simulated time or of the wall clock, each within its time-out."""
+    """In real time by ROS time stamps are of simulated time or the wall clock.
+
+    Each must be within its time-out.
+    """
     second, wall, state = 10**9, 17 * 10**17, 50 * 10**9
     timeouts = (second, second)
 
@@ -67,7 +70,7 @@ def test_stamps_of_two_clocks() -> None:
 
 
 def test_the_clock_leads_by_one_period() -> None:
-    """In lockstep by ROS time the answer to state k has a stamp behind it, up to that of state k + 1."""
+    """In lockstep by ROS time the answer to state k has a stamp behind it, up to state k + 1."""
     possible = lockstep_range("ros", NOW, 10)
     validator = CommandValidator(JOINTS, LARGEST)
     assert validator.validate(NOW, JOINTS, EFFORTS, possible) is None
@@ -99,7 +102,7 @@ def test_the_clock_leads_by_one_period() -> None:
     ],
 )
 def test_a_mistaken_command_is_rejected(reason: str, bad: dict) -> None:
-    """A command that is wrong is refused for the reason that it is wrong, and counts as rejected."""
+    """A wrong command is refused for the reason that it is wrong, and counts as rejected."""
     validator = CommandValidator(JOINTS, LARGEST)
     assert validate(validator, **bad) is None
     assert validator.refused == {reason: 1}
@@ -109,7 +112,7 @@ def test_a_mistaken_command_is_rejected(reason: str, bad: dict) -> None:
 
 
 def test_an_answer_counts_once() -> None:
-    """The same answer again is a duplicate, an earlier one comes too late, and neither moves the crane."""
+    """The same answer again is a duplicate, an earlier one is late; neither moves the crane."""
     validator = CommandValidator(JOINTS, LARGEST)
     assert validate(validator) == tuple(EFFORTS)
     assert validate(validator) is None
@@ -121,7 +124,10 @@ def test_an_answer_counts_once() -> None:
 
 
 def test_lockstep_requires_the_exact_stamp_and_realtime_a_recent_one() -> None:
-    """A command older than `oldest` is stale: in lockstep any but the newest, in real time beyond the time-out."""
+    """A command older than `oldest` is stale.
+
+    In lockstep that is any but the newest, in real time one beyond the time-out.
+    """
     assert validate(CommandValidator(JOINTS, LARGEST), stamp=NOW - 1) is None
     validator = CommandValidator(JOINTS, LARGEST)
     assert validator.validate(NOW - 10, JOINTS, EFFORTS, StampRange(NOW - 10, NOW)) == tuple(EFFORTS)
@@ -143,7 +149,10 @@ def test_garbage_is_refused(data: bytes) -> None:
 
 @given(st.data(), st.integers(0, 200), st.integers(1, 60))
 def test_a_damaged_command_is_accepted_or_refused(data: st.DataObject, at: int, length: int) -> None:
-    """A command with bytes overwritten or cut off is accepted with finite efforts, or refused under a reason."""
+    """A command of damaged bytes is accepted with finite efforts, or refused under a reason.
+
+    Bytes are overwritten or cut off.
+    """
     validator, codec = CommandValidator(JOINTS, LARGEST), JointStateCodec(JOINTS, EFFORT)
     whole = codec.encode(NOW, EFFORTS)
     noise = data.draw(st.binary(min_size=length, max_size=length))
@@ -155,7 +164,10 @@ def test_a_damaged_command_is_accepted_or_refused(data: st.DataObject, at: int, 
 
 
 def test_inertia_and_gravity_of_the_scene_bound_efforts() -> None:
-    """The bound of the rope, which lifts the payload alone, is that of mass and weight; imposed motions differ."""
+    """The bound of the rope, which lifts the payload alone, is that of mass and weight.
+
+    Those of imposed motions differ.
+    """
     scene = load_scene("knuckle_setpoint", {"payload.mass": 2.5})
     by_joint = dict(zip(scene.actuated, largest_efforts(scene), strict=True))
     expected = 2.5 * 1e5 + 2.5 * scene.document.get("gravity", 9.81) * 1e3
@@ -166,7 +178,10 @@ def test_inertia_and_gravity_of_the_scene_bound_efforts() -> None:
 
 
 def test_refusals_of_every_command_are_described() -> None:
-    """Where no command was accepted a line has the last one and, where stamps are the reason, the option that helps."""
+    """A line on commands of which none was accepted has the last one and the option that helps.
+
+    The option is there where stamps are the reason.
+    """
     validator = CommandValidator(["slew"], [1.0])
     assert validator.describe_refusals() == ""
     for k in range(1, 4):

@@ -1,4 +1,4 @@
-"""Time-out of commands in real time with a clock of its own, without ROS: pauses, single steps and slow motion."""
+"""Time-out of commands in real time by its own clock, without ROS: pauses, steps, slow motion."""
 
 import ctypes
 import sys
@@ -45,7 +45,10 @@ def pause(bench: RealtimeBench, realtime: Realtime, seconds: float) -> None:
 def test_the_timeout_action_follows_a_silent_controller(
     timeout: float, on_silence: str, last: tuple[float, ...], warned: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The last command holds until the time-out, then the chosen action follows, with a warning; 0: no time-out."""
+    """The last command holds until the time-out, then the chosen action follows, with a warning.
+
+    A time-out of 0 is none.
+    """
     bench, realtime = make_bench(monkeypatch, 80, 0.002, on_silence, timeout=timeout)
     kill_controller(bench)  # it has answered the first state
     realtime.run()
@@ -57,7 +60,7 @@ def test_the_timeout_action_follows_a_silent_controller(
 
 
 def test_an_array_of_the_wrong_size_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An array takes effect in joint order when it has one effort per joint, and is refused when it has not."""
+    """An array acts in joint order if it has one effort per joint, and is refused otherwise."""
     bench, realtime = make_bench(monkeypatch, 80, None, timeout=0.0)
     for numbers in ([5.0, 6.0], [1.0, 2.0, 3.0]):
         bench.callbacks["effort_controller/commands"](serialize_message(Float64MultiArray(data=numbers)))
@@ -68,7 +71,10 @@ def test_an_array_of_the_wrong_size_is_refused(monkeypatch: pytest.MonkeyPatch) 
 
 @pytest.mark.parametrize(("late", "counts"), [(1.5, True), (1.7, False)])
 def test_a_command_is_stale_by_wall_time(late: float, counts: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """At four times real time a command may answer a state that is four time-outs old in simulated time."""
+    """At four times real time a command may answer a state that is four time-outs old.
+
+    These are time-outs of simulated time.
+    """
     bench, realtime = make_bench(monkeypatch, 80, None, rate=4.0, timeout=0.4)
     bench.stamp = 10_000_000_000
     stamp = bench.stamp - round(late * 1e9)
@@ -80,7 +86,7 @@ def test_a_command_is_stale_by_wall_time(late: float, counts: bool, monkeypatch:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="timer slack is Linux's")
 def test_a_run_sleeps_without_timer_slack(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A real-time run sets the least timer slack, 1 ns, of its thread, here after Linux's default of 50 us."""
+    """A real-time run sets the least timer slack, 1 ns, of its thread; Linux's default is 50 us."""
     prctl = ctypes.CDLL(None).prctl
     set_slack, get_slack = 29, 30
     _, realtime = make_bench(monkeypatch, 3, None)
@@ -104,7 +110,7 @@ def test_a_run_sleeps_without_timer_slack(monkeypatch: pytest.MonkeyPatch) -> No
 def test_steps_without_a_new_command_are_counted(
     delay: float | None, commanded: bool, unanswered: int, marked: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A run whose own controller does not answer is marked; a node of the user's may command less often."""
+    """A run whose own controller does not answer is marked; a user's may command less often."""
     bench, realtime = make_bench(monkeypatch, 150, None if delay is None else delay * PERIOD)
     realtime._settings.commanded = commanded
     realtime.run()
@@ -128,7 +134,7 @@ def test_a_run_of_which_a_hundredth_was_late_is_marked(
 def test_a_pause_does_not_end_a_timeout(
     on_silence: str, last: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The action at the time-out goes on after a pause, with a single step in it, and the time-out is counted once."""
+    """The action at the time-out goes on after a pause, with a step in it, and is counted once."""
     bench, realtime = make_bench(monkeypatch, 150, 0.002, on_silence)
     states: list[tuple[bool, str]] = []
 
@@ -151,7 +157,7 @@ def test_a_pause_does_not_end_a_timeout(
 
 
 def test_pauses_do_not_reset_the_watchdog(monkeypatch: pytest.MonkeyPatch) -> None:
-    """However often the run is paused: half a second in which it moves without a command is a time-out."""
+    """With any number of pauses, half a second of motion without a command is a time-out."""
     bench, realtime = make_bench(monkeypatch, 100, 0.002)
     bench.events = [(0.195, lambda: kill_controller(bench))]
     bench.events += [(0.3 + k, lambda: pause(bench, realtime, 0.7)) for k in range(5)]
@@ -162,7 +168,7 @@ def test_pauses_do_not_reset_the_watchdog(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_a_pause_is_no_timeout(monkeypatch: pytest.MonkeyPatch) -> None:
-    """After a pause of any length the commands of a controller that answers hold, and there was no time-out."""
+    """After a pause of any length an answering controller's commands hold, without a time-out."""
     bench, realtime = make_bench(monkeypatch, 60, 0.002)
     bench.events = [(0.2, lambda: pause(bench, realtime, 100.0))]
     realtime.run()
@@ -171,7 +177,7 @@ def test_a_pause_is_no_timeout(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_reset_resets_the_watchdog(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With the new run the brakes are off and the warning is gone, until the time-out of the new run."""
+    """With the new run the brakes are off and the warning is gone, until that run's time-out."""
     bench, realtime = make_bench(monkeypatch, 200, None, "brake")
     states: list[tuple[bool, str]] = []
 
@@ -186,7 +192,10 @@ def test_a_reset_resets_the_watchdog(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_first_step_after_a_reset_waits_for_its_command(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A reset just before a step is due leaves the controller a whole period: no step is taken without an effort."""
+    """A reset just before a step is due leaves the controller a whole period.
+
+    No step is taken without an effort.
+    """
     bench, realtime = make_bench(monkeypatch, 50, 0.002)
 
     def reset() -> None:
@@ -200,7 +209,10 @@ def test_the_first_step_after_a_reset_waits_for_its_command(monkeypatch: pytest.
 
 
 def test_commands_hold_in_slow_motion(monkeypatch: pytest.MonkeyPatch) -> None:
-    """At a hundredth of real time a state comes once a second: its answer holds for one period more, and no longer."""
+    """At a hundredth of real time a state's answer holds for one period more, and no longer.
+
+    A state comes once a second.
+    """
     bench, realtime = make_bench(monkeypatch, 10, 0.005, rate=0.01)
     bench.events = [(5.5, lambda: kill_controller(bench))]
     realtime.run()
@@ -218,7 +230,10 @@ def test_an_answer_in_slow_motion_may_be_a_period_old(monkeypatch: pytest.Monkey
 
 @pytest.mark.parametrize("delay", [0.0, 0.004])
 def test_single_steps_take_the_controller_s_answers(delay: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of many steps in one call each takes the answer to its own state, although that takes almost half a period."""
+    """Of many steps in one call each takes its own state's answer.
+
+    The answer takes almost half a period.
+    """
     bench, realtime = make_bench(monkeypatch, 100, delay)
     bench.paused = True
     for _ in range(50):
@@ -227,7 +242,7 @@ def test_single_steps_take_the_controller_s_answers(delay: float, monkeypatch: p
 
 
 def test_single_steps_do_not_wait_after_the_timeout(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each waits for a period, until these periods amount to the time-out: then zero effort acts without a wait."""
+    """Each waits for a period, until they add up to the time-out: then zero effort acts at once."""
     bench, realtime = make_bench(monkeypatch, 400, 0.0)
     bench.paused = True
     realtime.step_once()

@@ -1,4 +1,4 @@
-"""Reset of a two-rate law's inner loop, without DDS: the outer loop's setpoints of the previous run are dropped."""
+"""Reset of a two-rate law's inner loop, without DDS: the previous run's setpoints are dropped."""
 
 from types import SimpleNamespace
 
@@ -40,7 +40,7 @@ def test_a_reset_drops_the_setpoint_of_the_previous_run() -> None:
 
 
 def setpoint_at_first_state(x: float) -> JointTrajectory:
-    """Return the tracker's setpoint at the first state: the suspension point at tip_x = `x` [m], at rest."""
+    """Return the tracker's setpoint at the first state: the point at tip_x = `x` [m], at rest."""
     names = SCENE.law.outer_loop.names  # type: ignore[union-attr]
     message = messages.setpoint_message(names)
     messages.set_setpoint(message, SCENE.period_ns, (x,) + (0.0,) * (3 * len(names) - 1))
@@ -48,7 +48,10 @@ def setpoint_at_first_state(x: float) -> JointTrajectory:
 
 
 def test_every_new_run_waits_for_its_own_setpoint() -> None:
-    """A plant that is reset twice, to other states, gets no command that a setpoint of the previous run would give."""
+    """A plant that is reset twice gets no command of a setpoint of the previous run.
+
+    The resets go to other states.
+    """
     node, codec = FakeNode(), JointStateCodec(SCENE.joint_names, STATE)
     settings = SimpleNamespace(scene=SCENE.name, law="", mode="lockstep", expected_recorders=0)
     controller = ControllerNode(node, settings)  # type: ignore[arg-type]

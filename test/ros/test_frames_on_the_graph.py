@@ -1,4 +1,4 @@
-"""The frames of a crane on a ship, as another node receives them: before the run begins, and while it goes on."""
+"""The frames of a crane on a ship, as another node receives them: before a run, and during it."""
 
 from collections.abc import Iterator
 from importlib.util import find_spec
@@ -18,7 +18,7 @@ FIRST = 10_000_000  # ns, stamp of the first state
 
 @pytest.fixture
 def ship(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[NodeProcess, FrameListener]]:
-    """Yield a plant that is ready and has not begun, a knuckle crane on a ship, and its subscribers."""
+    """Yield a ready plant that has not begun, a knuckle crane on a ship, and its subscribers."""
     monkeypatch.setenv("CRANE_SIM_INTERPRETED", "1")
     scene = tmp_path / "ship.yaml"
     on_ship = {"base_motion": SHIP, "imu": {"position": [1.0, 2.0, 3.0]}, "duration": 1e3, "control": None}
@@ -31,7 +31,7 @@ def ship(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Node
 
 
 def test_base_and_frames_are_there_before_the_run_and_in_it(ship: tuple[NodeProcess, FrameListener]) -> None:
-    """Before the request go the base and the frames of the first state come; in the run they agree with the payload."""
+    """Base and frames of the first state come before the run begins; then they fit the payload."""
     plant, listener = ship
     wait_until(lambda: FIRST in listener.odometry, "the odometry of the first state")
     if find_spec("tf2_msgs"):

@@ -43,7 +43,7 @@ def parameter(kind: int, value: float) -> Parameter:
 
 @pytest.mark.parametrize("kind", [10, 77, 255])
 def test_a_type_that_there_is_not_is_refused(node: Node, kind: int) -> None:
-    """Each parameter of the request has its result: what came before the bad one is set, the rest is not."""
+    """Each parameter of the request has its result: those before the bad one are set."""
     parameters = [parameter(3, 2.0), parameter(kind, 3.0), parameter(3, 4.0)]
     results = answer(node, SetParameters, "set_parameters", SetParameters.Request(parameters=parameters)).results
     assert [result.successful for result in results] == [True, False, False]

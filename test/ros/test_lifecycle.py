@@ -20,7 +20,7 @@ ACTIVATE, DEACTIVATE, SHUTDOWN = (
 
 @pytest.fixture
 def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Remote, NodeProcess, NodeProcess]]:
-    """Yield a node of the test, a plant in the middle of a run, and the standby controller that is to command it."""
+    """Yield a node of the test, a plant in the middle of a run, and its standby controller."""
     scene = tmp_path / "endless.yaml"
     load_scene("knuckle_setpoint", {"duration": 1e5}).dump(scene)
     with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as client:
@@ -62,7 +62,9 @@ def wait_standing(client: Remote) -> int:
 
 
 def test_transitions(bench: tuple[Remote, NodeProcess, NodeProcess]) -> None:
-    """An inactive controller is silent, an inactive plant paused; activated they resume, and shut down they end.
+    """An inactive controller is silent, an inactive plant paused.
+
+    Activated they resume, and shut down they end.
 
     A controller without autostart is ready but silent until the request go, and then answers the newest state.
     """

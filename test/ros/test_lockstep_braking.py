@@ -1,4 +1,4 @@
-"""Lockstep and braking without ROS: reports of waiting, and cranes on the same clock, which stay in sync."""
+"""Lockstep and braking without ROS: reports of waiting, and cranes in sync on the same clock."""
 
 import time
 from collections.abc import Callable
@@ -25,7 +25,10 @@ REASON = "controller: it was killed"  # of the braking
 def test_waiting_is_reported_after_the_timeout(
     contested: bool, simulation: SimulationRun, topics: FakeTopics, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whether states are sent again at the usual rate or, with several publishers, faster: the time-out is the same."""
+    """The time-out is the same if states are sent again at the usual rate or a faster one.
+
+    The latter is that with several publishers.
+    """
     host = FakeHost()
     lockstep = make_lockstep(host, simulation)
     arbiter = SimpleNamespace(start=lambda: None, update=lambda: None, contested=contested)
@@ -45,7 +48,10 @@ def test_waiting_is_reported_after_the_timeout(
 
 
 def test_a_repeated_state_comes_with_a_later_time(topics: FakeTopics, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where the clock leads, a repeated state moves it on within the period: a node that missed the state wakes."""
+    """Where the clock leads, a repeated state advances it within the period.
+
+    A node that missed the state wakes.
+    """
     host, simulation = FakeHost(), make_simulation(topics, clock_leads=True)
     topics.acknowledged = True
 
@@ -62,7 +68,9 @@ def test_a_repeated_state_comes_with_a_later_time(topics: FakeTopics, monkeypatc
 
 @pytest.mark.usefixtures("stepped_clock")
 def test_the_clock_goes_on_for_a_newcomer(topics: FakeTopics, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where the clock leads, it goes on by periods while a publisher has sent nothing; one that has is waited for.
+    """Where the clock leads, it goes on by periods while a publisher has sent nothing.
+
+    One that has sent something is waited for.
 
     The command of a loop that these periods woke is taken, and the next state's answer is later than all of them.
     """
@@ -108,7 +116,10 @@ def test_the_clock_goes_on_for_a_newcomer(topics: FakeTopics, monkeypatch: pytes
 
 @pytest.mark.usefixtures("stepped_clock")
 def test_single_steps_stay_in_sync(simulation: SimulationRun) -> None:
-    """A single step is taken when the other crane has come as far, and refused with its name before."""
+    """A single step is taken when the other crane has come as far, and refused before.
+
+    The refusal has the other crane's name.
+    """
     host = FakeHost()
     lockstep, codec = make_lockstep(host, simulation, beside="other"), JointStateCodec(SCENE.joint_names, STATE)
     simulation.pause(True, "user")
@@ -131,7 +142,7 @@ def test_single_steps_stay_in_sync(simulation: SimulationRun) -> None:
 
 
 def test_braking_stays_in_sync(simulation: SimulationRun, monkeypatch: pytest.MonkeyPatch) -> None:
-    """While another crane is behind, a crane that brakes stands and serves callbacks, and then goes on."""
+    """While another crane is behind, a braking crane stands, serves callbacks, and then goes on."""
     monkeypatch.setattr(braking, "_POLL", 1e-3)
     host, in_sync = FakeHost(), iter([True] * 5 + [False] * 3 + [True] * 100)
     host.brake_reason = REASON
@@ -148,7 +159,10 @@ def test_braking_stays_in_sync(simulation: SimulationRun, monkeypatch: pytest.Mo
 def test_braking_waits_for_a_peer_only_up_to_a_timeout(
     simulation: SimulationRun, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A crane on the same clock that never comes is waited for once, for so long, and the run ends."""
+    """A crane on the same clock that never comes is waited for once, and the run ends.
+
+    The wait has a limit.
+    """
     monkeypatch.setattr(braking, "_PEER_TIMEOUT", 0.5)
     host = FakeHost()
     host.brake_reason = REASON
@@ -163,7 +177,7 @@ def test_braking_waits_for_a_peer_only_up_to_a_timeout(
 def test_states_are_resent_to_peers_that_are_behind(
     simulation: SimulationRun, topics: FakeTopics, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """While another crane is behind, the present state is sent again: that one may have missed it."""
+    """While another crane is behind, the present state, which it may have missed, is sent again."""
     monkeypatch.setattr(lockstep_module, "_RESEND_TO_PEERS", 0.0)
     lockstep = make_lockstep(FakeHost(), simulation, beside="other")
     simulation.start()
@@ -173,7 +187,7 @@ def test_states_are_resent_to_peers_that_are_behind(
 
 
 def test_every_crane_beside_is_waited_for_once(simulation: SimulationRun) -> None:
-    """Commas without a name between them, slashes and repeated names add no subscriber that the plant waits for."""
+    """Commas without a name between them, slashes and repetitions add no subscriber to wait for."""
     host, beside = FakeHost(), "left, /right/,,left,"
     scheduler = make_lockstep(host, simulation, beside=beside)
     peers = {topic for topic in host.queues if topic.endswith("/joint_states")}
@@ -187,7 +201,7 @@ def test_every_crane_beside_is_waited_for_once(simulation: SimulationRun) -> Non
 
 
 def test_two_pauses_end_one_by_one(simulation: SimulationRun, topics: FakeTopics) -> None:
-    """A user's pause outlasts one of a lifecycle manager that began and ended meanwhile, and so does the mode."""
+    """A user's pause, and the mode, outlast one of a lifecycle manager that began and ended."""
     for paused, source in ((True, "user"), (True, "lifecycle"), (False, "lifecycle")):
         simulation.pause(paused, source)
         assert simulation.paused and topics.modes[-1] == SimulationState.PAUSED
@@ -198,7 +212,7 @@ def test_two_pauses_end_one_by_one(simulation: SimulationRun, topics: FakeTopics
 @pytest.mark.usefixtures("stepped_clock")
 @pytest.mark.parametrize("paused", [False, True])
 def test_commands_move_the_crane_in_the_run_alone(paused: bool, simulation: SimulationRun) -> None:
-    """Each command that comes in the run is a step, unless it is paused; one that comes after it moves nothing."""
+    """Each command in a run is a step, unless it is paused; one that comes later moves nothing."""
     host = FakeHost()
     lockstep, codec = make_lockstep(host, simulation), JointStateCodec(SCENE.actuated, EFFORT)
 

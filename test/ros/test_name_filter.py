@@ -26,7 +26,10 @@ LONG = "(" * 8 + "[a-z]*" * 26 + "+)" * 8  # takes glibc ten seconds
 
 @pytest.mark.parametrize("expression", ["(a{255}){255}", "(a)\\1", NESTED, LONG, SLOW, "((a+b)+c)+", "a" * 101])
 def test_a_costly_expression_is_refused(expression: str) -> None:
-    """Expressions of which the C library makes exponentially many states are refused before it compiles them."""
+    """Expressions that would make exponentially many states are refused before they compile.
+
+    The C library would make these states.
+    """
     with pytest.raises(ValueError, match="^filter: .* are not possible$"):
         filter_names(expression, ["link"])
 

@@ -18,6 +18,6 @@ sys.exit(node_host.main("late", {}, lambda host, settings: None))
 
 
 def test_a_signal_on_the_way_out_changes_no_exit_code(ros_environment: dict[str, str]) -> None:
-    """A node that has done its work ends with 0, although SIGINT comes while Python takes itself down."""
+    """A node that has done its work ends with 0, even if SIGINT comes while Python ends."""
     done = run_to_completion([sys.executable, "-c", PROGRAM], env=ros_environment)
     assert done.returncode == 0, done.stderr

@@ -1,4 +1,4 @@
-"""Fuzzing of node parameters: each value is accepted in its type and range, or an error of one line."""
+"""Fuzzing of node parameters: each value fits its type and range, or is an error of one line."""
 
 import math
 from typing import Any
@@ -41,5 +41,5 @@ def check_parameter(name: str, option: Option, value: Any) -> None:
 @settings(**QUICK | {"max_examples": 300})
 @given(st.sampled_from(OPTIONS), NUMBERS | ODD | WORDS | JUNK)
 def test_an_odd_parameter(option: tuple[str, Option], value: Any) -> None:
-    """Each value of a parameter is of its type and in its range, or a single-line error with its name."""
+    """Each value fits its parameter's type and range, or is a single-line error with its name."""
     check_parameter(*option, value)

@@ -1,4 +1,4 @@
-"""The plant's services while it is paused or waits, and waits for subscribers that have died; without DDS."""
+"""The plant's services while it is paused or waits, also for dead subscribers; without DDS."""
 
 import time
 from types import SimpleNamespace
@@ -48,7 +48,10 @@ class Services:
 
 
 def test_services_of_a_waiting_plant_reply_with_the_reason() -> None:
-    """A waiting plant publishes the state paused: services that end a pause or step reply that it waits, and why."""
+    """A waiting plant publishes the state paused, and services that would end a pause say why.
+
+    So does a single step.
+    """
     services = Services()
     assert services.call("set_pause", data=False) == (True, "")
     assert services.call("step_simulation") == (False, "the simulation is not paused")
@@ -86,7 +89,7 @@ def test_a_paused_plant_does_not_report_waiting() -> None:
 
 @pytest.mark.usefixtures("stepped_clock")
 def test_a_paused_run_sends_its_state_to_a_new_subscriber() -> None:
-    """A subscriber that comes in a pause gets the present state; in a run that plays it gets the next one."""
+    """A subscriber that comes in a pause gets the present state, in a running run the next one."""
     topics: Any = FakeTopics()
     simulation = start_run(topics)
     counts: list[int] = []
@@ -138,7 +141,7 @@ def test_a_dead_subscriber_is_waited_for_until_its_lease_ends(
 
 @pytest.mark.parametrize(("period", "waits"), [(1e-4, 0), (0.0, 1)])
 def test_brakes_in_real_time_wait_for_no_recorder(period: float, waits: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """At the pace of the wall clock a crane that brakes waits for no recorder; at full speed it lets one catch up."""
+    """In real time a braking crane waits for no recorder; at full speed it lets one catch up."""
     monkeypatch.setattr(braking, "BLOCK", 10)
     host: Any = FakeHost()
     host.brake_reason = "controller: it was killed"
@@ -156,7 +159,10 @@ def test_brakes_in_real_time_wait_for_no_recorder(period: float, waits: int, mon
 
 @pytest.mark.parametrize(("mode", "refusal"), [("realtime", ""), ("lockstep", "only in real time")])
 def test_brakes_by_service(mode: str, refusal: str) -> None:
-    """In real time brakes stay applied while any source applies them, also over a reset, and warn; lockstep refuses."""
+    """In real time brakes act while any source applies them, also over a reset, and warn.
+
+    Lockstep refuses them.
+    """
     simulation, host = start_run(FakeTopics()), SimpleNamespace(active=True)
     scheduler: Any = None
     plant: Any = simulation.plant

@@ -26,7 +26,7 @@ def endless(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 @pytest.fixture(scope="module")
 def bench(endless: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[NodeProcess, Remote]]:
-    """Yield a plant in lockstep that publishes its first state, and a node of the test, which is silent so far."""
+    """Yield a plant in lockstep that publishes its first state, and a silent node of the test."""
     with (
         pytest.MonkeyPatch.context() as monkeypatch,
         graph(tmp_path_factory.mktemp("log"), monkeypatch) as (domain, env),
@@ -52,7 +52,7 @@ def paused(bench: tuple[NodeProcess, Remote]) -> Iterator[Remote]:
 
 
 def test_arrays_of_numbers_are_described_as_doubles(bench: tuple[NodeProcess, Remote]) -> None:
-    """So is the parameter before it is set, and after it was set to an empty array, or one of integers."""
+    """So is the parameter before it is set, and once set to an empty array or one of integers."""
     _, client = bench
     about = DescribeParameters.Request(names=["reset_positions"])
     odd = [
@@ -70,7 +70,10 @@ def test_arrays_of_numbers_are_described_as_doubles(bench: tuple[NodeProcess, Re
 
 
 def test_a_plant_without_answers_waits(bench: tuple[NodeProcess, Remote]) -> None:
-    """Without commands lockstep reports that it waits, serves calls, and resumes with the first valid command."""
+    """Without commands lockstep reports that it waits, and resumes with the first valid one.
+
+    It serves calls while it waits.
+    """
     plant, client = bench
     why = plant.await_event("waiting")["why"]
     assert why.startswith("no valid command for state 1 within 0.6 s")
@@ -85,7 +88,7 @@ def test_a_plant_without_answers_waits(bench: tuple[NodeProcess, Remote]) -> Non
 
 
 def test_many_steps_in_one_call(paused: Remote) -> None:
-    """A paused plant takes `step_count` steps, and answers how many it took when the commands do not come."""
+    """A paused plant takes `step_count` steps, and answers how many when commands are missing."""
     client = paused
     assert client.step() == "the command for state 1 has not come yet"
     assert "step_count out of range" in client.set(step_count=0)
@@ -98,7 +101,7 @@ def test_many_steps_in_one_call(paused: Remote) -> None:
 
 
 def test_reset_to_a_state(paused: Remote) -> None:
-    """A reset goes to the state of the parameters, to the scene's own without one, and refuses an incomplete one."""
+    """A reset goes to the parameters' state, else to the scene's, and refuses an incomplete one."""
     client = paused
     first, elsewhere = client.positions[-1], [0.3, 0.4, 0.1, 3.0, 0.0, 0.0]
     assert client.set(reset_positions=elsewhere) == ""
@@ -113,7 +116,7 @@ def test_reset_to_a_state(paused: Remote) -> None:
 
 
 def test_a_newcomer_in_a_pause_gets_the_state(paused: Remote) -> None:
-    """A node that joins while the run is paused, its state answered, gets that state without a step."""
+    """A node that joins a run paused on an answered state gets that state without a step."""
     paused.answers = ZERO
     paused.take_steps(1)
     with remote(paused.context.get_domain_id(), "late") as late:
@@ -121,7 +124,7 @@ def test_a_newcomer_in_a_pause_gets_the_state(paused: Remote) -> None:
 
 
 def test_the_clock_is_published_before_the_run(endless: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A node on simulation time that starts before the run has a clock, and its timer follows the simulation."""
+    """A node on simulation time that starts before the run has a clock; its timers follow it."""
     sim_time = {"parameter_overrides": [Parameter("use_sim_time", value=True)]}
     with graph(tmp_path, monkeypatch) as (domain, env), remote(domain, **sim_time) as client:
         ticks: list[int] = []

@@ -1,4 +1,4 @@
-"""What a recorder takes from the plant's diagnostics: a silent controller, refused commands, an emergency stop."""
+"""What a recorder takes from the plant's diagnostics: silent controller, refusals, stop."""
 
 from typing import Any
 
@@ -32,7 +32,10 @@ def diagnostics(second: int, source: str, **values: object) -> bytes:
 
 
 def test_states_are_those_of_the_own_plant() -> None:
-    """Warnings begin a state, refusals one from the diagnostics before them on; other nodes and broken bytes none."""
+    """Warnings begin a state, refusals one from the diagnostics before.
+
+    Other nodes and broken bytes begin none.
+    """
     recorder: Any = States()
     take = MessageDecoder(SCENE, recorder, "crane/plant").callbacks()["/diagnostics"]
     take(diagnostics(1, "crane/plant", warning_commands="no valid command for 0.5 s", refused_names=0))
@@ -48,7 +51,7 @@ def test_states_are_those_of_the_own_plant() -> None:
 
 
 def test_refusals_after_a_reset_are_counted_anew() -> None:
-    """The first refusals of a run after a reset are a state, although the run before it had more of them."""
+    """The first refusals after a reset are a state, although the run before it had more."""
     recorder: Any = States()
     take = MessageDecoder(SCENE, recorder, "crane/plant").callbacks()["/diagnostics"]
     take(diagnostics(7, "crane/plant", refused_names=5))

@@ -42,7 +42,7 @@ def subscriber_node(domain: int) -> Iterator[Node]:
 
 
 def test_pending_messages_are_complete_and_in_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Thousands of messages on three topics are dispatched completely and in the order of sending, however rarely."""
+    """Thousands of messages on three topics are dispatched completely, in order, however rarely."""
     codec = JointStateCodec(SCENE.actuated, EFFORT)
     received: list[tuple[str, int]] = []
 
@@ -66,7 +66,7 @@ def test_pending_messages_are_complete_and_in_order(tmp_path: Path, monkeypatch:
 def test_a_plant_that_has_discovered_a_recorder_has_discovered_all_of_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The subscriptions that a plant waits for are a recorder's last: when they are matched, /clock and poses are, too.
+    """A plant waits for a recorder's last subscriptions: then /clock and poses are matched, too.
 
     Else transforms of the first steps are missing in a bag, of a short run all of them.
     """

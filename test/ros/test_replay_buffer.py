@@ -1,4 +1,4 @@
-"""Replay buffer of a standby recorder: the newest messages, replayed from where the failed recorder's files end."""
+"""Replay buffer of a standby recorder: messages from where the failed one's files end."""
 
 import time
 
@@ -27,7 +27,7 @@ def state(second: int, position: float = 0.0) -> bytes:
 
 
 def buffer_with_a_reset(clock: list[float]) -> ReplayBuffer:
-    """Return the buffer of a run that is reset after the state of second 20, and has three seconds since then."""
+    """Return a buffer whose run was reset after the state of second 20, three seconds ago."""
     buffer = ReplayBuffer(["joint_states", "simulation_state", "joint_trajectory"], resets=3)
     callbacks = buffer.callbacks()
     callbacks["simulation_state"](b"playing")
@@ -43,7 +43,7 @@ def buffer_with_a_reset(clock: list[float]) -> ReplayBuffer:
 
 
 def replayed(buffer: ReplayBuffer, after: int, resets: int) -> list[bytes]:
-    """Return the replayed messages of an output that resumes after a second, some resets after the first."""
+    """Return what an output replays that resumes after a second, `resets` after the first."""
     messages: list[bytes] = []
     names = ("joint_states", "simulation_state", "joint_trajectory")
     buffer.replay_to([dict.fromkeys(names, messages.append)], [after * NS_PER_S], resets)
@@ -51,7 +51,7 @@ def replayed(buffer: ReplayBuffer, after: int, resets: int) -> list[bytes]:
 
 
 def test_newest_and_latched_messages_are_replayed(clock: list[float]) -> None:
-    """Messages after the last written stamp and latched ones are replayed, then all new ones are passed on."""
+    """Latched messages and those after the last written stamp are replayed, then new ones pass."""
     received: list[bytes] = []
     buffer = ReplayBuffer(["joint_states", "simulation_state"])
     callbacks = buffer.callbacks()
@@ -73,7 +73,10 @@ DELAY = 2  # s, of the camera
 @pytest.mark.parametrize("name", OTHERS)
 @pytest.mark.parametrize("after", [0, 3])
 def test_what_was_recorded_is_not_replayed(clock: list[float], name: str, after: int) -> None:
-    """Of every topic that follows the states only what came after the last recorded one is replayed, late or not."""
+    """Of a topic that follows the states only messages after the last recorded one are replayed.
+
+    It does not matter whether they are late.
+    """
     received: list[bytes] = []
     buffer = ReplayBuffer(["joint_states", name])
     callbacks = buffer.callbacks()
@@ -86,7 +89,10 @@ def test_what_was_recorded_is_not_replayed(clock: list[float], name: str, after:
 
 
 def test_commands_without_a_stamp_are_replayed(clock: list[float]) -> None:
-    """A command stamped 0 belongs to the state before it; what came before the first state is replayed at 0 alone."""
+    """A command stamped 0 belongs to the state before it.
+
+    What came before the first state is replayed at 0 alone.
+    """
     for after, expected in ((0, [0, 1, 2]), (1, [2])):
         received: list[bytes] = []
         buffer = ReplayBuffer(["joint_states", "joint_commands"])
@@ -100,7 +106,10 @@ def test_commands_without_a_stamp_are_replayed(clock: list[float]) -> None:
 
 
 def test_every_broadcaster_is_replayed(clock: list[float]) -> None:
-    """Static transforms of several broadcasters are all replayed, however old, each once, the newest hundred."""
+    """Static transforms of several broadcasters are all replayed once, however old.
+
+    Of more than a hundred the newest hundred are replayed.
+    """
     received: list[bytes] = []
     buffer = ReplayBuffer(["/tf_static", "joint_states"])
     callbacks = buffer.callbacks()
@@ -113,7 +122,10 @@ def test_every_broadcaster_is_replayed(clock: list[float]) -> None:
 
 
 def test_every_broadcaster_outlives_a_reset(clock: list[float]) -> None:
-    """Static transforms from before a reset that the failed recorder had recorded are all replayed, old and new."""
+    """Static transforms from before a recorded reset are all replayed, old and new.
+
+    The failed recorder had recorded the reset.
+    """
     received: list[bytes] = []
     buffer = ReplayBuffer(["/tf_static", "joint_states"])
     callbacks = buffer.callbacks()
@@ -128,12 +140,12 @@ def test_every_broadcaster_outlives_a_reset(clock: list[float]) -> None:
 
 
 def test_the_pass_before_a_recorded_reset_is_dropped(clock: list[float]) -> None:
-    """If the failed recorder had recorded the reset, only latched messages are replayed of before."""
+    """If the failed recorder recorded the reset, only latched messages from before are replayed."""
     assert replayed(buffer_with_a_reset(clock), after=1, resets=4) == [b"playing", state(2, 1.0), state(3, 1.0)]
 
 
 def test_the_pass_before_an_unrecorded_reset_is_replayed(clock: list[float]) -> None:
-    """Otherwise what is before the reset is replayed to its end, and then the new one from its beginning."""
+    """Otherwise the run before the reset is replayed to its end, then the new one."""
     rest = [*map(state, (19, 20)), b"late target", *(state(second, 1.0) for second in (1, 2, 3))]
     assert replayed(buffer_with_a_reset(clock), after=18, resets=3) == [b"playing", b"old target", *rest]
     assert 23 - SECONDS < 18  # all of that was still buffered

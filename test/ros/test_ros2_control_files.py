@@ -16,7 +16,7 @@ FORMS = {read(name)["crane"]: name for name in sorted(scene_files(), reverse=Tru
 
 @pytest.mark.parametrize("name", FORMS.values())
 def test_every_joint_has_its_interfaces(name: str) -> None:
-    """The tag has the scene's joints in their order, a command where one is driven, and the actuators' limits."""
+    """The tag has the joints in order, commands for the driven ones, and the actuators' limits."""
     scene = load_scene(name)
     tag = ElementTree.fromstring(urdf_with_ros2_control(scene)).find("ros2_control")
     assert tag is not None and [joint.get("name") for joint in tag.findall("joint")] == list(scene.joint_names)
@@ -33,7 +33,7 @@ def test_every_joint_has_its_interfaces(name: str) -> None:
 
 @pytest.mark.parametrize("name", FORMS.values())
 def test_controllers_take_the_actuated_joints(name: str) -> None:
-    """The file has one period of the scene for each update, and both controllers command all actuated joints."""
+    """The file has one scene period per update; both controllers command all actuated joints."""
     scene = load_scene(name)
     if not scene.actuated:
         with pytest.raises(SceneError, match=f"{name}: no joint of this crane is actuated"):
@@ -47,7 +47,10 @@ def test_controllers_take_the_actuated_joints(name: str) -> None:
 
 
 def test_gains_are_of_critically_damped_joints() -> None:
-    """The slew's gains are those of its inertia with load and rope at the start: J ω², 2 J ω, without gravity."""
+    """The slew's gains are those of its inertia at the start: J ω², 2 J ω, without gravity.
+
+    The inertia includes load and rope.
+    """
     slew = joint_gains(load_scene("knuckle_setpoint"))[0]
     assert slew.p == pytest.approx(slew.d * FREQUENCY / 2.0) and slew.i == slew.i_clamp == 0.0
 
@@ -59,7 +62,7 @@ def test_nothing_to_command_is_a_single_line() -> None:
 
 
 def test_topics_of_the_root_namespace_are_the_nodes() -> None:
-    """The tag's topics are those of the namespace: the kind of crane by default, none below the root."""
+    """The tag's topics are in the namespace: by default the kind of crane, none below the root."""
     scene = load_scene("knuckle_setpoint")
     for namespace, topic in (("", "/knuckle"), ("/", ""), ("/rig/a", "/rig/a"), ("rig", "/rig")):
         hardware = ElementTree.fromstring(urdf_with_ros2_control(scene, namespace)).find("ros2_control/hardware")

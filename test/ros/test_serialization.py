@@ -47,7 +47,7 @@ def test_encoded_messages_are_read_by_ros(
 def test_messages_of_any_layout_are_read(
     data: st.DataObject, expected_names: list[str], other_names: list[str], present: tuple[int, int, int], effort: bool
 ) -> None:
-    """A message of the expected layout and one of any other are both read as the generated class wrote them."""
+    """Messages of the expected and any other layout are read as the generated class wrote them."""
     names = data.draw(st.sampled_from([expected_names, other_names]))
     q, v, u = (values if included else [] for values, included in zip(vectors(data, names, 3), present, strict=True))
     header = Header(stamp=Time(sec=7, nanosec=8), frame_id=data.draw(st.sampled_from(["", "world"])))
@@ -73,7 +73,10 @@ class Received:
 @pytest.mark.parametrize(("positions", "velocities"), [(6, 0), (1, 6), (6, 7), (0, 0)])
 @pytest.mark.parametrize("order", [1, -1])
 def test_states_that_lack_numbers_are_ignored(positions: int, velocities: int, order: int) -> None:
-    """A state whose fields have not one number per joint reaches neither a law nor a recording; a law's node warns."""
+    """A state without one number per joint in its fields reaches no law and no recording.
+
+    A law's node warns.
+    """
     received: Any = Received()
     names = list(SCENE.joint_names)[::order]
     message = JointState(name=names, position=[0.1] * positions, velocity=[0.2] * velocities)
@@ -99,7 +102,7 @@ def test_recorded_states_are_in_the_order_of_the_scene() -> None:
 @pytest.mark.parametrize("numbers", [(math.nan,) * 6, (0.0, math.inf, 0.0, 0.0, 0.0, 0.0)])
 @pytest.mark.parametrize("seconds", [1, -1, -(2**31)])
 def test_fields_out_of_range_are_ignored(numbers: tuple[float, ...], seconds: int) -> None:
-    """Numbers that are not finite, and stamps before zero, reach neither a law nor a recording; the warning says so."""
+    """Non-finite numbers and stamps before zero reach no law or recording; the warning says so."""
     received: Any = Received()
     good = (0.1,) * 6
     for position, velocity in ((numbers, good), (good, numbers), (good, good)):

@@ -1,4 +1,4 @@
-"""What a node's host serves: messages as they come, and everything else, by the executor, at intervals."""
+"""What a node's host serves: messages as they come, all else by the executor at intervals."""
 
 import os
 import select
@@ -90,7 +90,7 @@ def host(monkeypatch: pytest.MonkeyPatch) -> Any:
 
 
 def test_messages_have_no_turn_to_wait_for(host: Any) -> None:
-    """Each spin delivers what has come, on all subscriptions; the executor is asked when its turn is due."""
+    """Each spin delivers what has come on all subscriptions; the executor has its turn when due."""
     (first,), second = host.node.served.values(), FakeSubscription()
     ServingNode.serve(host.node, second)
     began = time.monotonic()
@@ -105,7 +105,7 @@ def test_messages_have_no_turn_to_wait_for(host: Any) -> None:
 
 
 def test_a_message_without_a_count_waits_for_a_turn(host: Any) -> None:
-    """A message that was counted before it could be taken is delivered all the same, with the next turn."""
+    """A message that was counted before it could be taken is delivered with the next turn."""
     (subscription,) = host.node.served.values()
     host.spin(0.0)
     subscription.unannounced = 1
@@ -115,7 +115,7 @@ def test_a_message_without_a_count_waits_for_a_turn(host: Any) -> None:
 
 
 def test_callbacks_that_wait_are_called_one_after_another(host: Any) -> None:
-    """In its turn the executor goes on as long as there are callbacks, with a flood of them for a time."""
+    """The executor's turn lasts while there are callbacks, but a flood of them ends it in time."""
     host._executor.pending = 3
     host.spin()
     assert (host._executor.pending, host._executor.turns) == (0, 4)
@@ -126,7 +126,7 @@ def test_callbacks_that_wait_are_called_one_after_another(host: Any) -> None:
 
 @pytest.mark.parametrize("executor", ["events", "single"])
 def test_events_without_a_callback_keep_no_service_waiting(host: Any, executor: str) -> None:
-    """What newer messages have pushed out, and guard conditions behind callbacks, are no end of a turn."""
+    """Messages that newer ones have pushed out, and guard conditions, are no end of a turn."""
     other = NodeHost(host.node, host.pipes, executor)
     own: Any = other._executor
     own.silent, own.pending, own.guards = 5, 3, executor == "single"

@@ -1,4 +1,4 @@
-"""A knuckle boom whose drives take speeds, over its real-time topics, with sensors, a fault and a reset."""
+"""A knuckle boom with speed drives, over real-time topics, with sensors, a fault and a reset."""
 
 from collections.abc import Iterator
 from math import inf
@@ -38,7 +38,7 @@ def crane(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Remote]:
 
 
 def test_speeds_come_by_the_array_topic(crane: Remote) -> None:
-    """Joints reach the speeds of an array; errors of sensors show in the states, and a reset goes back to the first."""
+    """Joints reach the speeds of an array; states have sensor errors; a reset repeats the first."""
     array = crane.node.create_publisher(Float64MultiArray, "velocity_controller/commands", 10)
     accepted: list[JointState] = []
     crane.node.create_subscription(JointState, "accepted_command", accepted.append, 10)

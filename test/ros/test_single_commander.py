@@ -1,4 +1,7 @@
-"""Command lease over DDS: a second publisher is refused by name, and takes over when the owner is killed."""
+"""Command lease over DDS: a second publisher is refused by name, until the owner is killed.
+
+It then takes over.
+"""
 
 import os
 import signal
@@ -31,7 +34,7 @@ def started_commander(env: dict[str, str], name: str, effort: float) -> Iterator
 def bench(
     request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Iterator[tuple[Remote, dict[str, str]]]:
-    """Yield a node of the test and the environment of nodes, beside a running plant without a controller so far."""
+    """Yield a node and the environment of nodes, beside a running plant without a controller."""
     scene = tmp_path / "endless.yaml"
     load_scene("knuckle_setpoint", {"duration": 1e5}).dump(scene)
     options = (f"scene:={scene}", "commanded:=true", f"mode:={request.param}", "expected_controllers:=0", LONG, SLOWLY)
@@ -50,7 +53,7 @@ def is_applied(client: Remote, effort: float) -> bool:
 
 @pytest.mark.long(cases=["lockstep"])
 def test_a_second_publisher_waits_for_the_lease(bench: tuple[Remote, dict[str, str]]) -> None:
-    """The second of two real processes is refused by name; when the first is killed it takes over."""
+    """The second of two processes is refused by name, and takes over when the first is killed."""
     client, env = bench
     with started_commander(env, "first", 1.0) as first:
         wait_until(lambda: is_applied(client, 1.0))

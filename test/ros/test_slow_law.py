@@ -1,4 +1,7 @@
-"""A slow law in lockstep: its publisher is alive, so its command lease, by which it owns the crane, does not expire."""
+"""A slow law in lockstep: its command lease does not expire, as its publisher is alive.
+
+By the lease it owns the crane.
+"""
 
 import time
 from pathlib import Path
@@ -15,7 +18,10 @@ FIRST, SECOND = [1.0] * len(JOINTS), [2.0] * len(JOINTS)
 
 @pytest.mark.slow
 def test_a_slow_law_keeps_its_command_lease(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Answers that take several command leases are accepted in lockstep, those of a faster, later publisher refused."""
+    """Answers slower than several leases are accepted in lockstep; a second publisher's are not.
+
+    That one is faster, but later.
+    """
     load_scene("knuckle_setpoint", {"duration": 1e5}).dump(tmp_path / "scene.yaml")
     options = (f"scene:={tmp_path / 'scene.yaml'}", "commanded:=true", "expected_controllers:=2")
     with graph(tmp_path, monkeypatch) as (domain, env), remote(domain, "slow") as slow, remote(domain) as quick:
@@ -27,7 +33,7 @@ def test_a_slow_law_keeps_its_command_lease(tmp_path: Path, monkeypatch: pytest.
                 stamp = slow.states[-1]
 
                 def send_answer(stamp: int = stamp, step: int = step) -> bool:
-                    """Answer, and return whether it was applied: the plant's subscription may not be matched yet."""
+                    """Answer; return whether it applied: the plant may not be matched yet."""
                     slow.send(stamp, FIRST)
                     time.sleep(0.05)
                     return len(slow.efforts) > step

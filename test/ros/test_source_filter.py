@@ -1,4 +1,4 @@
-"""Whose messages a node takes: those of the plant's own publisher, by its identifier, and no other's."""
+"""Whose messages a node takes: those of the plant's own publisher, by its identifier."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -48,7 +48,7 @@ def make_filter(graph: Any, standbys: bool = False) -> SourceFilter:
 
 
 def test_only_the_plant_is_accepted(graph: Graph) -> None:
-    """Messages of other nodes are refused and counted by their names, before and after the plant's."""
+    """Messages of other nodes are refused and counted by name, before and after the plant's."""
     graph.publishers = {A: "bag_player", B: "plant"}
     sources = make_filter(graph)
     assert [sources.accepts(gid) for gid in (A, B, A, B)] == [False, True, False, True]
@@ -56,7 +56,7 @@ def test_only_the_plant_is_accepted(graph: Graph) -> None:
 
 
 def test_a_name_that_has_not_arrived_decides_nothing(graph: Graph) -> None:
-    """A message of a publisher without a name, or of one that is not in the graph yet, waits for the name."""
+    """A message of a publisher without a name, or not in the graph yet, waits for the name."""
     sources = make_filter(graph)
     assert sources.accepts(A) is None
     graph.publishers = {A: "_NODE_NAME_UNKNOWN_"}

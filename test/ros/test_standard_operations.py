@@ -1,4 +1,4 @@
-"""The operations behind the services of simulation_interfaces, without that package and without DDS."""
+"""The operations behind the services of simulation_interfaces, without that package and DDS."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -50,7 +50,10 @@ class OperatedRun:
 
 
 def test_every_state_is_reached_and_reported() -> None:
-    """Playing, paused and stopped follow each other in any order; requesting the current state returns its own code."""
+    """Playing, paused and stopped follow each other in any order.
+
+    Requesting the current state returns its own code.
+    """
     run = OperatedRun()
     assert run.operations.state() == PLAYING
     for target in (PAUSED, STOPPED, PLAYING, STOPPED, PAUSED, PLAYING):
@@ -59,7 +62,10 @@ def test_every_state_is_reached_and_reported() -> None:
 
 
 def test_a_step_ends_the_state_stopped() -> None:
-    """Stopping returns to step 0; after a step the state is paused, also after a reset, until it is stopped again."""
+    """Stopping returns to step 0; after a step the state is paused until it is stopped again.
+
+    A reset does not change that.
+    """
     run = OperatedRun()
     assert run.set_state(PAUSED) == Code.OK and run.operations.step(3).code == Code.OK and run.plant.k == 3
     assert run.set_state(STOPPED) == Code.OK and run.operations.reset(0).code == Code.OK and run.plant.k == 0
@@ -80,7 +86,7 @@ def test_a_run_that_begins_paused_is_stopped() -> None:
 
 
 def test_a_run_that_has_not_begun_is_stopped_and_cannot_be_played() -> None:
-    """Before the run begins the state is stopped, and a change of it returns the code of an incorrect state."""
+    """Before the run begins the state is stopped; changing it returns the code incorrect state."""
     run = OperatedRun(started=False)
     assert run.operations.state() == STOPPED
     assert run.set_state(PLAYING) == Code.INCORRECT_STATE
@@ -88,7 +94,10 @@ def test_a_run_that_has_not_begun_is_stopped_and_cannot_be_played() -> None:
 
 
 def test_unsupported_states_return_their_code() -> None:
-    """A state that the plant does not have is an unsupported feature; the message lists the possible ones."""
+    """A state that the plant does not have is an unsupported feature.
+
+    The message lists the possible states.
+    """
     run = OperatedRun()
     outcome = run.operations.set_state(4)
     assert outcome.code == Code.FEATURE_UNSUPPORTED and "2 paused" in outcome.message
@@ -96,7 +105,7 @@ def test_unsupported_states_return_their_code() -> None:
 
 
 def test_steps_that_fail_say_why() -> None:
-    """While the simulation plays a step moves nothing; where the scene ends first, the answer has the steps taken."""
+    """While the simulation plays a step moves nothing; an early end returns the steps taken."""
     run = OperatedRun()
     assert run.operations.step(1) == (Code.OPERATION_FAILED, "the simulation is not paused") and run.plant.k == 0
     steps = run.simulation.scene.steps
@@ -111,7 +120,10 @@ def test_steps_that_fail_say_why() -> None:
     [(0, Code.OK), (7, Code.OK), (255, Code.OK), (1, Code.FEATURE_UNSUPPORTED), (6, Code.FEATURE_UNSUPPORTED)],
 )
 def test_scopes_of_a_reset(scope: int, code: Code) -> None:
-    """Scopes with both time and state reset the run; either alone, or only spawned entities, are unsupported."""
+    """Scopes with both time and state reset the run; others are unsupported.
+
+    These are either alone, or only spawned entities.
+    """
     run = OperatedRun()
     run.set_state(PAUSED)
     run.operations.step(3)
@@ -120,7 +132,7 @@ def test_scopes_of_a_reset(scope: int, code: Code) -> None:
 
 
 def test_a_reset_that_is_refused_fails() -> None:
-    """If the initial state is invalid, a reset fails, and stopping returns the code of a failed transition."""
+    """With an invalid initial state a reset fails, and stopping returns a failed transition."""
     run = OperatedRun()
     run.plant.error = "reset_positions: has 2 values"
     assert run.operations.reset(0) == (Code.OPERATION_FAILED, run.plant.error)

@@ -1,4 +1,4 @@
-"""The services and the action of simulation_interfaces over the codec, where that package is importable."""
+"""The services and the action of simulation_interfaces over the codec, if it is importable."""
 
 from collections.abc import Iterator
 from contextlib import suppress
@@ -69,7 +69,7 @@ class Simulator:
         return self.request("ResetSimulation", "reset_simulation", scope=scope).result.result
 
     def simulate(self, steps: int, cancel_after: int | None = None) -> tuple[int, int, list[int]]:
-        """Send a goal of the action, cancel it after some steps; return (goal status, result code, completed steps)."""
+        """Send a goal, cancel it after some steps; return (goal status, result code, steps)."""
         assert self._steps.wait_for_server(30.0)
         completed: list[int] = []
         goal = self._action.Goal(steps=steps)
@@ -89,7 +89,7 @@ class Simulator:
         return answer.status, answer.result.result.result, completed
 
     def step_until_heard(self) -> int:
-        """Take steps until their feedback comes: a publisher finds a new subscriber in time; return how many."""
+        """Take steps until their feedback comes, as discovery takes time; return how many."""
         for steps in range(1, 51):
             if self.simulate(1)[2]:
                 return steps
@@ -108,7 +108,7 @@ class Simulator:
 
 @pytest.fixture(scope="module")
 def simulator(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Simulator]:
-    """Yield the services of a plant without commands, whose run no test has begun, or one has and stopped it."""
+    """Yield the services of a plant without commands, whose run has not begun, or is stopped."""
     folder = tmp_path_factory.mktemp("run")
     file = folder / "scene.yaml"
     SCENE.dump(file)
@@ -124,7 +124,7 @@ def simulator(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Simulator]:
 
 
 def test_the_services_keep_their_contract(simulator: Simulator) -> None:
-    """Features, states, steps and resets have the published result codes, and move the crane as they say.
+    """Features, states, steps and resets have the published codes, and move the crane as stated.
 
     The first test: the run has not begun.
     """
@@ -153,7 +153,10 @@ FRAMES = ["base_link", "payload_link"]  # of a pendulum, and more
 
 
 def test_entities_are_the_parts_of_the_crane(simulator: Simulator) -> None:
-    """Names, kinds and motions of the frames; the payload moves as in the run, and what is unknown has its code."""
+    """Frames have their names, kinds and motions; the payload moves as in the run.
+
+    What is unknown has its code.
+    """
     simulator.begin()
     assert simulator.step(steps=50).result == Code.OK
     messages = import_module("simulation_interfaces.msg")
@@ -214,7 +217,7 @@ UNSUPPORTED = {
 
 
 def test_what_is_not_supported_says_so(simulator: Simulator) -> None:
-    """Every other service answers that the feature is unsupported, moves nothing, and the features do not list it."""
+    """Every other service answers unsupported, moves nothing, and is in no list of features."""
     simulator.begin()
     before = simulator.request("GetEntitiesStates", "get_entities_states").states
     for name, (kind, fields) in UNSUPPORTED.items():
@@ -241,7 +244,10 @@ def velocity_of_payload(plant: Plant) -> np.ndarray:
 
 
 def test_the_action_takes_steps_and_can_be_cancelled(simulator: Simulator) -> None:
-    """A goal has feedback after each step; it fails while the simulation plays, and ends early when it is cancelled."""
+    """A goal has feedback after each step, fails in a playing simulation, and can be cancelled.
+
+    A cancelled goal ends early.
+    """
     simulator.begin()
     assert simulator.set_state(PLAYING) == Code.OK
     assert simulator.simulate(3) == (GoalStatus.STATUS_ABORTED, Code.OPERATION_FAILED, [])
@@ -258,7 +264,7 @@ def test_the_action_takes_steps_and_can_be_cancelled(simulator: Simulator) -> No
 
 
 def test_quitting_ends_the_plant(simulator: Simulator) -> None:
-    """The state quitting is answered, and the plant ends with exit code 0 and a summary without an error.
+    """The state quitting is answered; the plant ends with exit code 0 and a summary without error.
 
     The last test: the plant has ended.
     """

@@ -1,4 +1,7 @@
-"""The action FollowJointTrajectory over the codec, in lockstep and in real time, where control_msgs is importable."""
+"""The action FollowJointTrajectory over the codec, in lockstep and in real time.
+
+It is tested where control_msgs is importable.
+"""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -91,7 +94,10 @@ class Client:
         wait_until(lambda: self.node.states[-1] == self._period, "the first state")
 
     def wait_executing(self, handle: Any) -> None:
-        """Wait for the status of a goal, which is latched: the server has matched the topic of feedback before it."""
+        """Wait for the status of a goal, which is latched.
+
+        The server has matched the topic of feedback before it.
+        """
         wait_until(lambda: handle.status == GoalStatus.STATUS_EXECUTING, "the status of the goal")
 
     def check_feedback(self) -> None:
@@ -153,7 +159,7 @@ def client(shared: Client) -> Client:
 
 
 def test_a_cancelled_goal_stops_the_joints(client: Client) -> None:
-    """A goal that is cancelled ends at once, also in a pause, and the trolley comes to rest half its way on."""
+    """A cancelled goal ends at once, also in a pause; the trolley comes to rest half its way on."""
     handle = client.send(6.0, 1.5)
     client.advance(3.0)
     before, speed = client.motion()
@@ -167,7 +173,9 @@ def test_a_cancelled_goal_stops_the_joints(client: Client) -> None:
 
 @pytest.mark.long
 def test_the_reference_is_where_the_path_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The topic of the reference, which recordings and bags take, follows a goal at once, and goes on with it.
+    """The topic of the reference follows a goal at once, and goes on with it.
+
+    Recordings and bags take this topic.
 
     The controller's own messages are no trajectories for it: the goal succeeds.
     """
@@ -192,7 +200,7 @@ def test_the_reference_is_where_the_path_ends(tmp_path: Path, monkeypatch: pytes
 
 
 def test_a_newer_goal_takes_over_at_its_start(client: Client) -> None:
-    """Until a newer goal begins, the older one is followed; then it ends as preempted, and the newer one succeeds."""
+    """The older goal is followed until a newer one begins, which preempts it, and succeeds."""
     older = client.send(4.0, 2.0)
     client.advance(0.1)
     newer = client.send(1.0, 0.1, start=0.5)
@@ -206,7 +214,7 @@ def test_a_newer_goal_takes_over_at_its_start(client: Client) -> None:
 
 
 def test_tolerances_end_a_goal(client: Client) -> None:
-    """A joint beyond its tolerance on the way, or not within it in time at the end, ends the goal by its code."""
+    """A joint out of its tolerance on the way, or too long so at the end, ends the goal by code."""
     fast = client.send(0.2, 1.0, path_tolerance=[tolerance(position=0.05)])
     client.advance(1.0)
     answer = client.answer(fast)
@@ -219,7 +227,7 @@ def test_tolerances_end_a_goal(client: Client) -> None:
 
 
 def test_a_tolerance_of_accelerations(client: Client) -> None:
-    """A path that jerks the drive beyond its ramp deviates in acceleration, by the mean of the period."""
+    """A path that jerks the drive beyond its ramp deviates in acceleration, by a period's mean."""
     rough = client.send(1.0, 0.5, path_tolerance=[tolerance(acceleration=0.5)])
     client.advance(0.5)
     answer = client.answer(rough)
@@ -232,7 +240,9 @@ def test_a_tolerance_of_accelerations(client: Client) -> None:
 
 @pytest.mark.long
 def test_a_goal_of_the_payload(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A law that leads the payload takes goals of its x and y: followed as the scene's path, bit for bit, and checked.
+    """A law that leads the payload follows goals of its x and y like the scene's path, bit for bit.
+
+    They are checked, too.
 
     One that names joints is refused, one that the payload cannot follow ends by its tolerance.
     """
@@ -256,7 +266,10 @@ def test_a_goal_of_the_payload(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 @pytest.mark.long
 def test_goals_in_real_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """In real time goals are reached, preempted, cancelled with the crane stopping, and ended by their tolerances."""
+    """In real time goals are reached, preempted, cancelled, and ended by their tolerances.
+
+    The crane of a cancelled goal stops.
+    """
     scene = load_scene(DOCUMENT | {"duration": 3600.0})
     with running(scene, tmp_path, monkeypatch, "mode:=realtime") as client:
         reached = client.answer(client.send(1.0, 0.1, goal_tolerance=[tolerance(position=0.05)]))

@@ -1,4 +1,4 @@
-"""Goals of FollowJointTrajectory without that package and without DDS: what is refused, tolerances, stopping."""
+"""Goals of FollowJointTrajectory without that package or DDS: refusals, tolerances, stopping."""
 
 from math import inf, nan
 from types import SimpleNamespace
@@ -60,7 +60,10 @@ def trajectory(stamp: int = 0, **changes: Any) -> JointTrajectory:
 
 
 def test_a_goal_is_read_as_it_is_meant() -> None:
-    """Without a stamp a goal begins with the next state; tolerances are sorted by joint, 0 and -1 are no limits."""
+    """Without a stamp a goal begins with the next state; tolerances are sorted by joint.
+
+    0 and -1 are no limits.
+    """
     goal = read(
         path_tolerance=[tolerance(position=0.1, velocity=-1.0), tolerance("trolley", acceleration=0.5)],
         goal_time_tolerance=Duration(sec=2),
@@ -106,14 +109,14 @@ WIDE = MultiDOFJointTrajectory(points=[MultiDOFJointTrajectoryPoint()])
     ],
 )
 def test_wrong_goals_have_a_code_and_a_line(changes: dict[str, Any], code: GoalCode, line: str) -> None:
-    """What cannot be followed is refused with the code of its kind, and one line on what is wrong."""
+    """What cannot be followed is refused with the code of its kind, and one line on the cause."""
     with pytest.raises(GoalError, match=line) as error:
         read(**changes)
     assert error.value.code == code and "\n" not in str(error.value)
 
 
 def test_the_first_joint_beyond_its_tolerance_is_named() -> None:
-    """A deviation at the tolerance is within it, one beyond it is not, and one that is no number is beyond any."""
+    """A deviation at the tolerance is within it, one beyond it is not, and NaN is beyond any."""
     limits = Tolerances((0.5, inf), (inf, 0.25), (inf, 2.0))
 
     def violation(*error: float) -> str:
@@ -127,7 +130,10 @@ def test_the_first_joint_beyond_its_tolerance_is_named() -> None:
 
 
 def test_accelerations_are_means_over_a_period() -> None:
-    """The error of an acceleration is the change of the velocity's error over a period, and zero at the first state."""
+    """The error of an acceleration is the change of the velocity's error over a period.
+
+    It is zero at the first state.
+    """
     rate = VelocityErrorDifferentiator()
     errors = [rate.update(State(k * PERIOD_NS, 0.0, (), ()), np.array([0.3 * k, -0.1 * k * k])) for k in (4, 5, 6)]
     assert errors[0].tolist() == [0.0, 0.0]
@@ -136,7 +142,7 @@ def test_accelerations_are_means_over_a_period() -> None:
 
 @pytest.mark.parametrize("name", ["knuckle_tracking", "offshore_obstacle"])
 def test_a_payload_on_its_path_is_measured_from_the_joints(name: str) -> None:
-    """Coordinates of a payload's path are those of the payload in the base frame, with their rates."""
+    """Coordinates of a payload's path are the payload's in the base frame, with their rates."""
     scene = load_scene(name)
     run, n = simulate(load_scene(name, {"duration": 0.2})), 10
     assert scene.trajectory is not None
@@ -160,7 +166,10 @@ def has_base(scene: Scene) -> bool:
 
 
 def test_stopping_is_smooth_and_ends_at_rest() -> None:
-    """A stop goes on with the old position, velocity and acceleration, ends at rest in time, and does not swing out."""
+    """A stop continues the old motion, ends at rest in time, and does not swing out.
+
+    The old motion is position, velocity and acceleration.
+    """
     old = compile_trajectory(MinimumJerk(((0.0, 1.0), (2.0, -1.0)), (0.0, 4.0)).to_polynomials(), of_joints=True)
     stop = stop_trajectory(old, 1.5, 0.8)
     before, now = to_piecewise_polynomial(old), to_piecewise_polynomial(stop)

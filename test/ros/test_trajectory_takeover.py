@@ -109,7 +109,7 @@ def test_the_reference_of_a_scene_without_one_is_that_of_a_goal(node: FakeNode) 
 
 
 def test_a_path_of_the_topic_ends_a_goal_at_once(node: FakeNode) -> None:
-    """A path of the topic ends the goal at the same state: a cancellation after it does not stop the topic's path."""
+    """A topic's path ends the goal at the same state: a later cancellation does not stop it."""
     send_state(node, 0)
     goal = send_goal(node, 0.5)
     send_state(node, 1)
@@ -123,7 +123,7 @@ def test_a_path_of_the_topic_ends_a_goal_at_once(node: FakeNode) -> None:
 
 
 def test_a_cancelled_goal_stops_the_path(node: FakeNode) -> None:
-    """Without a path of the topic the cancellation lets the joints come to rest: not at the goal, nor at the start."""
+    """Without a topic's path a cancellation brings the joints to rest, not at the goal or start."""
     send_state(node, 0)
     goal = send_goal(node, 0.5)
     send_state(node, 1)

@@ -46,7 +46,7 @@ def publish(name: str, steps: int, monkeypatch: pytest.MonkeyPatch, **changes: A
 
 
 def test_frames_that_stand_are_published_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is fixed is latched on /tf_static, all that moves comes on /tf, and every frame has one publisher."""
+    """Fixed frames are latched on /tf_static, moving ones come on /tf; each has one publisher."""
     graph, plant = publish("bridge_hook_and_sling", 1, monkeypatch)
     (static,), moving = graph.messages["/tf_static"], graph.messages["/tf"]
     fixed = {transform.child_frame_id for transform in static.transforms}
@@ -57,7 +57,7 @@ def test_frames_that_stand_are_published_once(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_the_rate_is_that_of_the_parameter(monkeypatch: pytest.MonkeyPatch) -> None:
-    """At 25 messages a second of the scene there is one in every so many periods, the first state's first."""
+    """At 25 messages a second one is sent every so many periods, beginning with the first state."""
     graph, plant = publish("overhead_energy", 20, monkeypatch, tf_rate=25.0)
     every, period = round(0.04 / plant.scene.period), plant.scene.period_ns
     stamps = [message.transforms[0].header.stamp.nanosec for message in graph.messages["/tf"]]
@@ -65,7 +65,7 @@ def test_the_rate_is_that_of_the_parameter(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_beside_a_robot_state_publisher_there_is_only_the_base(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With `base` there is world to base_link where the base moves, and nothing that the URDF has."""
+    """With `base` there is world to base_link where the base moves, and nothing of the URDF."""
     graph, _ = publish("overhead_sway", 0, monkeypatch, publish_tf="base", frame_prefix="sea/")
     (message,) = graph.messages["/tf"]
     (transform,) = message.transforms
@@ -76,7 +76,7 @@ def test_beside_a_robot_state_publisher_there_is_only_the_base(monkeypatch: pyte
 
 
 def test_without_the_package_one_line_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where tf2_msgs is missing a line names it and the command that makes it, unless transforms are not wanted."""
+    """Where tf2_msgs is missing a line names it and the command that makes it, if it is wanted."""
     monkeypatch.setattr(transform_topics, "TFMessage", None)
     assert "tf2_msgs" in missing_package("all") and "\n" not in missing_package("all")
     assert missing_package("off") == ""

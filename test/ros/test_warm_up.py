@@ -21,7 +21,10 @@ PROGRAM = Path(__file__).parents[1] / "programs" / "warm_up_coverage.py"
     ],
 )
 def test_a_run_requires_no_function_that_the_warm_up_has_not_called(scene: str) -> None:
-    """Past a full block of rows, and at the summary, every compiled function has the signatures of the warm-up."""
+    """After a full block of rows and the summary, functions have the warm-up's signatures only.
+
+    This holds for every compiled function.
+    """
     command = [sys.executable, str(PROGRAM), scene]
     found = run_to_completion(command)
     assert not found.returncode, found.stderr

@@ -1,4 +1,4 @@
-"""The plant over ROS at the time-out of commands in real time, and at the end of a run without a controller."""
+"""The plant over ROS: the time-out of commands in real time, and the end without a controller."""
 
 import os
 from pathlib import Path
@@ -31,7 +31,10 @@ def is_fifo_permitted() -> bool:
 
 
 def test_a_timeout_brakes_and_a_command_releases(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """After the time-out the brakes act, with a warning in the diagnostics; the next command ends both."""
+    """After the time-out the brakes act, with a warning; the next command ends both.
+
+    The warning is in the diagnostics.
+    """
     options = ("mode:=realtime", "command_timeout:=0.3", "on_silence:=brake", "commanded:=true", "fifo_priority:=5")
     with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as client:
         with NodeProcess(PLANT, env, f"scene:={scene_file(tmp_path)}", *options) as plant:

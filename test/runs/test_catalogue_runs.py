@@ -16,7 +16,7 @@ SHARES = 4
 @pytest.mark.long
 @pytest.mark.parametrize("share", range(SHARES))
 def test_every_scene_runs_and_is_recorded(share: int, tmp_path: Path) -> None:
-    """Every scene of the catalogue runs to the bits of `simulate`, with all steps on the disk; its messages agree."""
+    """Every catalogue scene runs to the bits of `simulate`, all steps on disk; messages agree."""
     check_runs(NAMES[share::SHARES], tmp_path)
 
 

@@ -1,4 +1,4 @@
-"""One scene, one state_sha256: whatever processes, executors, distributions and load it is simulated with."""
+"""One scene, one state_sha256 for all processes, executors, distributions and loads."""
 
 import sys
 
@@ -18,7 +18,7 @@ def hash_in_process() -> str:
 @pytest.mark.long(cases=["3-events"])
 @pytest.mark.parametrize(("processes", "executor"), [(2, "single"), (3, "events")])
 def test_processes_and_executors_change_no_bit(processes: int, executor: str) -> None:
-    """Two processes or three, one executor or the other: the states are those of a run in one process."""
+    """Two processes or three, either executor: the states are those of a run in one process."""
     assert state_sha256(Setup(processes, executor), SCENE) == hash_in_process()
 
 
@@ -41,7 +41,10 @@ def test_another_distribution_changes_no_bit(foreign: str, executor: str) -> Non
 
 
 def test_every_mixture_is_planned() -> None:
-    """All numbers of processes and executors are tried, and another interpreter, if there is one, for each node."""
+    """All numbers of processes and executors are tried, and for each node another interpreter.
+
+    The latter needs that there is one.
+    """
     assert {(each.processes, each.executor) for each in setups("")} == {
         (processes, executor) for processes in (2, 3) for executor in ("events", "single")
     }

@@ -1,4 +1,4 @@
-"""An operator at a crane over ROS, with real processes: joystick, loss, emergency stop, terminal, repetition."""
+"""An operator at a crane over ROS, real processes: joystick, loss, stop, terminal, repetition."""
 
 import os
 import signal
@@ -80,7 +80,9 @@ def wait_at_speed(stick: Joystick, expected: dict[str, float]) -> None:
 
 @pytest.mark.long
 def test_a_joystick_commands_exactly_and_stops(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The drives take exactly the levers' speeds; switch, loss, stop and hanging node stop the crane; the run repeats.
+    """Drives take the levers' exact speeds; switch, loss, stop and a hung node stop the crane.
+
+    The run repeats.
 
     Each of these has its own way back. The recorded commands lead a fresh plant through the same states, bit for bit.
     """
@@ -146,7 +148,7 @@ def held_commands(bag: Path) -> np.ndarray:
 
 
 def test_a_killed_operator_node_stops_the_crane(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where the operator's node dies, the crane is braked to rest and the run ends, with one line why."""
+    """Where the operator's node dies, the crane is braked to rest; the run ends with a line why."""
     scene, nodes = with_operator_drives(load_scene(DOCUMENT)), dict[str, int]()
     speed = LEVERS[1] * float(scene.hardware.servos.max_speed[0])
 

@@ -34,7 +34,10 @@ runpy.run_path(script, run_name="__main__")
 
 
 def test_a_controller_of_plain_rclpy(domain_id: int) -> None:
-    """A node that imports nothing of the simulator commands the crane in lockstep; states are those of `simulate`."""
+    """A node without imports of the simulator commands the crane in lockstep to the same states.
+
+    They are those of `simulate`.
+    """
     with started_example("my_controller.py", domain_id):
         summary = run(domain_id)
     check_lockstep(summary)

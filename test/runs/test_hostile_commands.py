@@ -1,4 +1,4 @@
-"""Invalid commands by the thousand: none moves the crane, every one is counted, and no state changes."""
+"""Thousands of invalid commands: none moves the crane, all are counted, and no state changes."""
 
 import json
 import math
@@ -28,7 +28,7 @@ LIMIT = 300.0  # s for the controller, only so that a failure ends
 
 
 def run_with_invalid_commands(scene: Scene, number: int) -> tuple[Plant, CommandValidator, Counter[str]]:
-    """Run a scene in lockstep by the plant's decoder and validator, with `number` invalid commands over its states.
+    """Run a scene in lockstep by decoder and validator, `number` invalid commands over its states.
 
     Returns:
         the plant, its validator, and the expected refusals by reason.
@@ -50,7 +50,7 @@ def run_with_invalid_commands(scene: Scene, number: int) -> tuple[Plant, Command
 
 
 def test_ten_thousand_invalid_commands() -> None:
-    """Every invalid command is refused for its reason, counted, and none changes a bit of the run."""
+    """Every invalid command is refused for its reason and counted; none changes a bit of a run."""
     scene, number = load_scene("knuckle_setpoint", {"duration": 4.0}), 10_000
     plant, validator, expected = run_with_invalid_commands(scene, number)
     assert sum(expected.values()) == number and validator.refused == expected
@@ -62,7 +62,7 @@ def test_ten_thousand_invalid_commands() -> None:
 def run_over_dds(
     scene: Scene, domain: int, environment: dict[str, str], each: int, folder: Path
 ) -> tuple[dict, Counter[str]]:
-    """Run a scene over DDS, recorded, with a controller that sends `each` invalid commands before every valid one.
+    """Run a scene over DDS, recorded, with `each` invalid commands before every valid one.
 
     Returns:
         the run's summary, and the expected refusals by reason.
@@ -75,7 +75,7 @@ def run_over_dds(
 
 
 def test_a_hostile_controller(domain_id: int, ros_environment: dict[str, str], tmp_path: Path) -> None:
-    """Over DDS, too, invalid commands are counted to the last one, change no bit and no recording."""
+    """Over DDS, too, all invalid commands are counted, and change no bit and no recording."""
     scene, each = load_scene("knuckle_setpoint", {"duration": 4.0}), 8  # with the valid one 9: a queue holds 10
     summary, sent = run_over_dds(scene, domain_id, ros_environment, each, tmp_path)
     assert "error" not in summary
@@ -94,7 +94,7 @@ def test_a_hostile_controller(domain_id: int, ros_environment: dict[str, str], t
 def run_with_flood(
     scene: Scene, mode: str, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> tuple[dict[str, Any], dict[str, float]]:
-    """Run plant and controller beside a flood of commands; return the plant's summary and the flood's counters.
+    """Run plant and controller beside a flood of commands; return summary and flood's counters.
 
     After one step the run is paused until a command of the flood was refused: however late it comes, it comes in time.
     """
@@ -127,7 +127,10 @@ def run_with_flood(
 
 @pytest.mark.parametrize("mode", ["lockstep", pytest.param("realtime", marks=pytest.mark.slow)])
 def test_a_flood_from_another_publisher(mode: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Another publisher's commands at 20 kHz, some of them valid, are refused and counted; the owner stays."""
+    """Another publisher's commands at 20 kHz, some valid, are refused and counted.
+
+    The owner stays.
+    """
     scene = load_scene("knuckle_setpoint", {"duration": 4.0})
     summary, sent = run_with_flood(scene, mode, tmp_path, monkeypatch)
     print(f"{sent['sent']} commands at {sent['rate']:.0f} Hz")  # fewer where the machine is busy; shown by -rP
@@ -145,7 +148,9 @@ def test_a_flood_from_another_publisher(mode: str, tmp_path: Path, monkeypatch: 
 def test_a_recording_beside_a_flood(
     domain_id: int, ros_environment: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A flood from the first steps on takes neither the crane nor a command of the recording, and the summary names it.
+    """A flood from the first steps on takes neither the crane nor recorded commands, and is named.
+
+    The summary names it.
 
     On a busy machine messages may be lost in a flood at 20 kHz: then the run says so.
     """

@@ -1,4 +1,7 @@
-"""Hostile messages on all topics, and requests of all services, beside a run: no node ends, and no number changes."""
+"""Hostile messages and requests beside a run: no node ends, and no number changes.
+
+They come on all topics and services.
+"""
 
 import json
 import subprocess
@@ -21,7 +24,7 @@ OWN_TOPICS = ("joint_states", "applied_effort", "held_command", "joint_commands"
 
 
 def run_beside(mode: str, seed: int, number: int, domain: int, env: dict[str, str], path: Path) -> dict[str, Any]:
-    """Run the scene, recorded, beside a node that sends `number` hostile messages; return the run's summary."""
+    """Run the scene, recorded, beside `number` hostile messages of a node; return the summary."""
     command = [sys.executable, PROGRAM, str(seed), str(number), SCENE.name]
     pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
     with started_program(command, limit=LIMIT, env=env, **pipes) as process:
@@ -34,7 +37,7 @@ def run_beside(mode: str, seed: int, number: int, domain: int, env: dict[str, st
 
 
 def check_run(summary: dict[str, Any], path: Path) -> None:
-    """Check that no node has ended, the recording is whole, and the summary names who was refused."""
+    """Check that no node has ended, the recording is whole, and the summary names the refused."""
     assert "error" not in summary
     assert summary["steps"] == summary["recorded_steps"] == SCENE.steps and summary["lost_steps"] == 0
     refused = summary["refused_messages"]

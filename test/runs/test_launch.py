@@ -30,7 +30,10 @@ pytestmark = [
 
 
 def test_a_launched_crane_runs_to_its_end(ros_environment: dict[str, str], tmp_path: Path) -> None:
-    """In a colcon workspace `ros2 launch` runs plant, controller and recorder, to the states of `simulate`."""
+    """In a colcon workspace `ros2 launch` runs plant, controller and recorder.
+
+    The states are those of `simulate`.
+    """
     scene, recording, install = tmp_path / "scene.yaml", tmp_path / "run.rrd", tmp_path / "install"
     scene.write_text(SCENE)
     bases = ["--build-base", str(tmp_path / "build"), "--install-base", str(install), "--base-paths", str(ROOT)]

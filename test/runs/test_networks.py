@@ -156,7 +156,10 @@ def full_name(name: str, namespace: str, node: str) -> str:
 
 
 def names_beyond_the_policy(programs: dict[str, list[str]], env: dict[str, str]) -> list[str]:
-    """Return what nodes, by module with their arguments, publish, subscribe to or offer beyond the SROS2 policy."""
+    """Return what nodes, by module and arguments, publish, subscribe or offer beyond the policy.
+
+    The policy is that of SROS2.
+    """
     names = [module.split(".")[-1].removesuffix("_node") for module in programs]
     with ExitStack() as nodes:
         for module, own in programs.items():
@@ -177,7 +180,10 @@ def names_beyond_the_policy(programs: dict[str, list[str]], env: dict[str, str])
 def test_the_policy_allows_the_topics_and_services_of_the_nodes(
     tmp_path: Path, ros_environment: dict[str, str]
 ) -> None:
-    """Everything that plant, controller, operator and recorder publish, subscribe to and offer is in the policy."""
+    """Everything that plant, controller, operator and recorder publish and offer is in the policy.
+
+    So is what they subscribe to.
+    """
     programs = {
         "crane_sim.ros.plant_node": ["-p", "expected_controllers:=3"],
         "crane_control.nodes.controller_node": [],
@@ -190,13 +196,16 @@ def test_the_policy_allows_the_topics_and_services_of_the_nodes(
 @pytest.mark.long
 @pytest.mark.parametrize("scene", ["knuckle_sea", "knuckle_bench", "bridge_speed_drive"])
 def test_the_policy_allows_the_topics_of_every_plant(scene: str, ros_environment: dict[str, str]) -> None:
-    """A moving base with its instruments, sensors, and drives by speed: their topics are in the policy, too."""
+    """Moving bases with instruments, sensors, and drives by speed: the policy has their topics."""
     own = ["-p", f"scene:={scene}", "-p", "mode:=realtime"]
     assert not names_beyond_the_policy({"crane_sim.ros.plant_node": own}, ros_environment)
 
 
 def test_a_secure_node_needs_valid_keys(tmp_path: Path, ros_environment: dict[str, str]) -> None:
-    """A node with enforced security and invalid keys exits with an error, instead of communicating openly."""
+    """A node with enforced security and invalid keys exits with an error.
+
+    It does not communicate openly instead.
+    """
     folder = tmp_path / "enclaves"
     folder.mkdir()
     for name in "identity_ca.cert.pem cert.pem key.pem permissions_ca.cert.pem governance.p7s permissions.p7s".split():
@@ -210,7 +219,10 @@ def test_a_secure_node_needs_valid_keys(tmp_path: Path, ros_environment: dict[st
 
 @pytest.mark.skipif(not can_isolate(), reason="this user may not make network namespaces")
 def test_a_controller_on_another_machine() -> None:
-    """With the network profile, a controller in another network namespace drives the crane, bit for bit as locally."""
+    """With the network profile a controller in another network namespace drives the crane.
+
+    It does so bit for bit as locally.
+    """
     env = os.environ | {"CRANE_SIM_DDS": str(config_folder() / "fastdds_network.xml")}
     command = ["unshare", "-Urn", "sh", PROGRAMS / "two_machines.sh", sys.executable, EXAMPLES, str(DURATION)]
     run = run_to_completion(command, env=env)

@@ -1,4 +1,4 @@
-"""Nodes killed in the middle of a run: fail-over, braking, recovery of files, and the reported error."""
+"""Nodes killed during a run: fail-over, braking, recovery of files, and the reported error."""
 
 import os
 import signal
@@ -58,7 +58,7 @@ class NodeKiller:
 
 @pytest.mark.long
 def test_killed_nodes_are_replaced_and_no_bit_changes(tmp_path: Path) -> None:
-    """With restarts a run passes through the same states; the recording has them all, and so have the bags."""
+    """With restarts a run has the same states; the recording has them all, as have the bags."""
     path = tmp_path / "run.rrd"
     summary = NodeKiller({"controller": 500, "recorder": 2000}).run(path, restart=True, mcap=tmp_path / "run.mcap")
     assert "error" not in summary and summary["restarts"] == {"controller": 1, "recorder": 1}
@@ -77,7 +77,7 @@ def test_killed_nodes_are_replaced_and_no_bit_changes(tmp_path: Path) -> None:
 
 
 def test_a_killed_controller_has_the_crane_braked_to_rest(tmp_path: Path) -> None:
-    """Without restarts the drives of a crane come to rest; the run ends with the fault, recorded whole."""
+    """Without restarts drives come to rest; the run ends with the fault, recorded whole."""
     path = tmp_path / "run.rrd"
     killer = NodeKiller({"controller": 100})
     summary = killer.run(path, ENDLESS)
@@ -93,7 +93,7 @@ def test_a_killed_controller_has_the_crane_braked_to_rest(tmp_path: Path) -> Non
 
 @pytest.mark.long
 def test_a_killed_recorder_costs_no_step(tmp_path: Path) -> None:
-    """A killed recorder costs no step of the run; its recording is recovered, and the error names the missing steps."""
+    """A killed recorder costs no step; its file is recovered; the error names the missing steps."""
     killer = NodeKiller({"recorder": 2 * BLOCK_STEPS})  # it may be behind by a block
     summary = killer.run(tmp_path / "run.rrd")
     assert summary["steps"] == SCENE.steps
@@ -109,7 +109,7 @@ def test_a_killed_recorder_costs_no_step(tmp_path: Path) -> None:
 
 
 def test_control_is_back_with_the_next_controller_s_command() -> None:
-    """A command of the dead controller that is still held does not count, nor one that was not applied."""
+    """A dead controller's command that is still held does not count, nor one not applied."""
     old, new = ("1.0",), ("2.0",)
     heard = {
         "c": [Received(100, 1, old), Received(900, 2, new)],
@@ -121,7 +121,7 @@ def test_control_is_back_with_the_next_controller_s_command() -> None:
 
 
 def test_overruns_are_counted_from_outside() -> None:
-    """A step's lateness is that of its last message, against the schedule that its most punctual state defines."""
+    """A step's lateness is that of its last message, by the schedule of the most punctual state."""
     late = np.array([0, 400, 1100, 0, 2500, 900])  # ns, of periods of 1000 ns
     first = Received(-5000, 1000, ())  # from before the schedule
     states = [first, *(Received(k * 1000 + by, (k + 2) * 1000, ()) for k, by in enumerate(late.tolist()))]
@@ -132,7 +132,7 @@ def test_overruns_are_counted_from_outside() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [20, 200])
 def test_kills_in_real_time(count: int) -> None:
-    """The soak passes every requirement: steps of plant, subscriber and recording, control back in time, no leak."""
+    """The soak passes: steps of plant, subscriber and recording, control in time, and no leak."""
     metrics, data = soak_kills(count, seed=1)
     assert data["summary"]["restarts"] == {"controller": count // 2, "recorder": count // 2}
     failed = [metric for metric in metrics if not metric.passed]

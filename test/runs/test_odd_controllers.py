@@ -1,4 +1,4 @@
-"""Controllers whose quality of service or stamps do not fit: a line of the run says which, and what helps."""
+"""Controllers with an unfit quality of service or stamps: a line says which, and what helps."""
 
 import subprocess
 import sys
@@ -30,7 +30,7 @@ def test_a_publisher_with_best_effort_is_named(domain_id: int, ros_environment: 
 
 
 def test_commands_with_stamps_of_the_wall_clock_are_named(domain_id: int, ros_environment: dict[str, str]) -> None:
-    """After a second in which every command was refused a line says why, and the option that helps."""
+    """After a second in which every command was refused a line says why, and what option helps."""
     scene, lines = load_scene("overhead_energy", {"duration": 2.5}), list[str]()
     with started_program([sys.executable, PROGRAM, "wall_clock"], env=ros_environment, stdin=subprocess.PIPE):
         summary = orchestration.run(

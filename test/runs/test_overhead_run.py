@@ -1,4 +1,4 @@
-"""Overhead cranes as real processes: the same numbers as in one process, and runs that end early."""
+"""Overhead cranes as real processes: numbers as in one process, and runs that end early."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from crane_sim.simulation.rollout import simulate
 
 
 def test_lockstep_equals_simulate_through_events() -> None:
-    """A trolley that sticks and slips under a sampled law gives the same bits over Fast DDS as in one process."""
+    """A sticking trolley under a sampled law has the same bits over Fast DDS as in one process."""
     changes = {"duration": 1.5, "friction": {"trolley": {"coulomb": 14.0, "static": 20.0}}}
     scene = load_scene("overhead_energy", changes)
     over_ros, in_process = orchestration.run(scene, record=None), simulate(scene).summary
@@ -20,7 +20,7 @@ def test_lockstep_equals_simulate_through_events() -> None:
 
 
 def test_a_run_that_the_model_ends_keeps_its_recording(tmp_path: Path) -> None:
-    """A slack rigid link ends the run with its cause, and the recording holds every step up to there."""
+    """A slack rigid link ends the run with its cause; the recording has every step up to there."""
     summary = orchestration.run(load_scene("overhead_slack"), record=tmp_path / "slack.rrd")
     assert "link 1 went slack" in summary["error"]
     assert summary["recorded_steps"] == summary["steps"] > 10 and summary["lost_steps"] == 0
@@ -41,7 +41,7 @@ def test_a_reset_repeats_the_run(scene: str) -> None:
 
 @pytest.mark.slow
 def test_a_trolley_on_an_elastic_cable_breaks_loose() -> None:
-    """Stick and slip above a stiff elastic cable are those above a rigid one, at nearly the same times."""
+    """Stick and slip on a stiff elastic cable are those of a rigid one, at nearly equal times."""
     scene = {
         "crane": "overhead",
         "duration": 3.0,

@@ -17,7 +17,7 @@ needs_python = pytest.mark.skipif(
 
 
 def test_plain_dds_outlasts_a_pause(monkeypatch: pytest.MonkeyPatch) -> None:
-    """However long no state comes, the example answers the next one, and exits only when the plant is gone."""
+    """However long no state comes, the example answers the next; only the plant's end ends it."""
     pytest.importorskip("cyclonedds", reason="no cyclonedds in this Python")
     monkeypatch.syspath_prepend(str(EXAMPLES))
     plain_dds = importlib.import_module("plain_dds")
@@ -45,7 +45,7 @@ def test_plain_dds_outlasts_a_pause(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @needs_python
 def test_plain_dds_drives_the_crane(domain_id: int) -> None:
-    """A participant of Cyclone DDS without ROS answers all states, with the same bits as in one process."""
+    """A Cyclone DDS participant without ROS answers all states, the bits as in one process."""
     with started_example("plain_dds.py", domain_id, PYTHON):
         summary = run(domain_id)
     check_lockstep(summary)

@@ -1,4 +1,7 @@
-"""The command line `ros2` against a run, where it is installed: PyPI has no wheels of it (ros2cli of ROS 2 Jazzy)."""
+"""The command line `ros2` against a run, where installed: PyPI has no wheels of it.
+
+It is ros2cli of ROS 2 Jazzy.
+"""
 
 import shlex
 import subprocess
@@ -74,7 +77,10 @@ def ros2(env: dict[str, str], arguments: list[str]) -> str:
 
 
 def test_commands_do_what_a_user_expects(run: dict[str, str]) -> None:
-    """Nodes, topics, services, parameters and lifecycles answer; a wrong value is refused, a wrong command ignored."""
+    """Nodes, topics, services, parameters and lifecycles answer; wrong values are refused.
+
+    A wrong command is ignored.
+    """
     for line, expected in COMMANDS:
         for _ in range(_TRIES):
             answer = ros2(run, shlex.split(line))

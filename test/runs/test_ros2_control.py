@@ -18,7 +18,7 @@ ARRIVED = 0.1  # rad or m; the load still swings, and shakes the joints by less
 def run_with(
     folder: Path, environment: dict[str, str], options: tuple[str, ...], scene: Scene = SCENE, **settings: Any
 ) -> dict[str, Any]:
-    """Return the summary of a run that the emulation commands; `options` are those of the program."""
+    """Return the summary of a run that the emulation commands; `options` are the program's."""
     file = folder / "scene.yaml"
     scene.dump(file)
     environment = environment | {"PYTHONPATH": str(PROGRAM.parents[1] / "helpers")}
@@ -31,7 +31,7 @@ def run_with(
 def test_the_clock_leads_lockstep(
     domain_id: int, ros_environment: dict[str, str], tmp_path: Path, options: tuple[str, ...]
 ) -> None:
-    """A controller that lives by simulated time runs in lockstep: the states are those of its law in one process."""
+    """A controller by simulated time runs in lockstep to the states of its law in one process."""
     scene = load_scene("knuckle_setpoint", {"duration": 2.0})
     summary = run_with(tmp_path, ros_environment, options, scene, domain_id=domain_id, command_stamps="ros")
     alone = simulate(scene, PdLaw(scene)).summary
@@ -42,7 +42,7 @@ def test_the_clock_leads_lockstep(
 @pytest.mark.long
 @pytest.mark.parametrize("tag", ["actuated", "all"])
 def test_a_wall_clock_in_lockstep(domain_id: int, ros_environment: dict[str, str], tmp_path: Path, tag: str) -> None:
-    """Where stamps are ignored every command of the wall clock answers a state of lockstep, and the crane arrives.
+    """With stamps ignored each wall-clock command answers a lockstep state; the crane arrives.
 
     Which state it answers is a matter of timing: there is no law in one process to compare with.
     """
@@ -55,7 +55,7 @@ def test_a_wall_clock_in_lockstep(domain_id: int, ros_environment: dict[str, str
 
 @pytest.mark.long
 def test_a_manager_that_starts_anew_goes_on(domain_id: int, ros_environment: dict[str, str], tmp_path: Path) -> None:
-    """The clock goes on for a controller manager that is started anew during a run, and the crane arrives."""
+    """The clock goes on for a controller manager restarted in a run, and the crane arrives."""
     options = ("sim", "all", "single", "reliable", "200")
     summary = run_with(tmp_path, ros_environment, options, domain_id=domain_id, command_stamps="ros")
     assert "error" not in summary and summary["steps"] == SCENE.steps
@@ -75,7 +75,7 @@ def test_a_manager_that_starts_anew_goes_on(domain_id: int, ros_environment: dic
 def test_real_time(
     domain_id: int, ros_environment: dict[str, str], tmp_path: Path, options: tuple[str, ...], stamps: str
 ) -> None:
-    """In real time the crane arrives, whether the controller lives by simulated time or by the wall clock."""
+    """In real time the crane arrives with a controller by simulated time or by the wall clock."""
     settings = {"mode": "realtime", "command_stamps": stamps, "domain_id": domain_id}
     for _ in range(3):  # where the machine holds the controller up for half a second, efforts are zero meanwhile
         summary = run_with(tmp_path, ros_environment, options, **settings)
@@ -86,7 +86,7 @@ def test_real_time(
 
 
 def test_a_publisher_that_reads_no_states_begins_a_run(domain_id: int, ros_environment: dict[str, str]) -> None:
-    """A run in real time begins with the commands of a node that does not subscribe to the states."""
+    """A run in real time begins with commands of a node that does not subscribe to states."""
     program = PROGRAM.with_name("blind_publisher.py")
     scene = load_scene("knuckle_setpoint", {"duration": 3.0})  # s of wall time, in which a command comes
     with started_program([sys.executable, program], env=ros_environment):

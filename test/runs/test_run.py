@@ -34,7 +34,10 @@ def started_run(folder: Path) -> Iterator[tuple[subprocess.Popen[str], dict[str,
 
 
 def test_a_run_that_is_reset_is_recorded_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """After single steps and a reset a run has the states of an uninterrupted one; a file has what was before it."""
+    """After single steps and a reset a run has the states of an uninterrupted one.
+
+    A file has what was before the reset.
+    """
     scene, file = load_scene("knuckle_setpoint", {"duration": 10.0}), tmp_path / "run.rrd"
     with graph(tmp_path, monkeypatch) as (domain, _), remote(domain) as client, ThreadPoolExecutor() as pool:
         client.node.destroy_publisher(client.commands)

@@ -27,7 +27,7 @@ CRANES = {"harbour": "knuckle_setpoint", "hall": "overhead_energy"}  # those of 
 
 @pytest.mark.long
 def test_two_cranes_on_one_clock(ros_environment: dict[str, str]) -> None:
-    """Two cranes step at most a period apart, /clock has one publisher, and each moves as in a run of its own."""
+    """Two cranes step at most a period apart, /clock has one publisher, and each moves as alone."""
     monitor = [sys.executable, PROGRAMS / "clock_monitor.py", *CRANES]
     example = [sys.executable, Path(__file__).parents[2] / "examples" / "two_cranes.py"]
     with started_program(monitor, env=ros_environment, stdout=subprocess.PIPE) as monitoring:
@@ -73,7 +73,9 @@ SIDES = ("west", "east")
 
 @pytest.mark.skipif(find_spec("tf2_msgs") is None, reason="tf2_msgs is absent (./crane interfaces builds it)")
 def test_two_cranes_of_a_kind_have_one_tree_of_frames(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two `crane run` of one scene in one domain, on one clock: no frame is both cranes', each payload is in its frame.
+    """Two `crane run` of one scene in one domain, on one clock: no frame is both cranes'.
+
+    Each payload is in its frame.
 
     Each is the run of `simulate`, and no other node publishes /clock than the first one.
     """
@@ -115,7 +117,7 @@ def check_frames(side: str, listener: FrameListener) -> None:
 
 @pytest.mark.long
 def test_two_runs_side_by_side_are_independent() -> None:
-    """Two `crane run` of the same scene at once: each in a domain of its own, exact, and with its own commands only."""
+    """Two `crane run` of a scene at once are exact, in domains and with commands of their own."""
     runs = [{"scene": "knuckle_setpoint", "duration": duration} for duration in (20.0, 18.0)]
     for options, summary in zip(runs, run_side_by_side(*runs), strict=True):
         scene = load_scene("knuckle_setpoint", {"duration": options["duration"]})
@@ -125,7 +127,10 @@ def test_two_runs_side_by_side_are_independent() -> None:
 
 
 def test_a_second_plant_in_a_namespace_is_refused(ros_environment: dict[str, str], tmp_path: Path) -> None:
-    """A plant that finds another one's joint states in its namespace ends with one line; the other one goes on."""
+    """A plant that finds another's joint states in its namespace ends with a line.
+
+    The other one goes on.
+    """
     command = [sys.executable, "-m", "crane_sim.ros.plant_node", "--ros-args", "-r", "__ns:=/knuckle"]
     command += ["-p", "mode:=realtime", "-p", "commanded:=true", "-p", "expected_controllers:=0"]
     scene = tmp_path / "scene.yaml"  # longer than the test takes on any machine

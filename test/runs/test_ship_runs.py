@@ -1,4 +1,4 @@
-"""Cranes of every kind at sea, mounted on a ship, with instruments: over ROS, recorded, with real processes."""
+"""Cranes of every kind on a ship, with instruments: over ROS, recorded, with real processes."""
 
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,10 @@ SEA: dict[str, Any] = {
 
 @pytest.mark.long
 def test_cranes_on_a_ship_are_whole_on_the_graph(tmp_path: Path) -> None:
-    """Payload, base, motion reference unit and camera are on the graph for every crane at sea; states are the run's."""
+    """Payload, base, motion reference unit and camera are on the graph for every crane at sea.
+
+    States are the run's.
+    """
     scenes = {}
     for name in CRANES:
         scenes[name] = load_scene(name, SEA | {"duration": 0.1})

@@ -42,7 +42,7 @@ def monitored() -> Iterator[tuple[int, MonitorFile]]:
     ids=["as Python starts", "during imports", "while compiling", "in the run or before, and again"],
 )
 def test_an_interrupted_run_ends_cleanly(how: Interruption, monitored: tuple[int, MonitorFile]) -> None:
-    """It exits soon: no traceback, no process, no part of a file is left, the last effort is zero."""
+    """It exits soon: no traceback, process or part of a file is left; the last effort is zero."""
     end = interrupt_run(how, *monitored)
     assert end.failures == ()
     assert 0.0 < end.took < LIMIT
@@ -52,7 +52,10 @@ def test_an_interrupted_run_ends_cleanly(how: Interruption, monitored: tuple[int
 @pytest.mark.long  # variations of the next one
 @pytest.mark.parametrize("kind", [kind for kind in RUN_KINDS if kind != "realtime"])
 def test_every_kind_of_run_is_interrupted_cleanly(kind: str, monitored: tuple[int, MonitorFile]) -> None:
-    """In lockstep, with restarts, with a bag: once it has begun it exits soon; no orphan, no part, last effort zero."""
+    """In lockstep, with restarts, with a bag: once it has begun it exits soon.
+
+    No orphan and no part of a file is left, and the last effort is zero.
+    """
     end = interrupt_run(Interruption(signal.SIGTERM, 0.3, None, fresh=False, way=kind, begun=True), *monitored)
     assert end.failures == ()
     assert 0.0 < end.took < LIMIT
@@ -98,7 +101,10 @@ def test_the_command_reports_that_its_plant_was_killed(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("patient_shutdown")
 def test_an_interrupted_run_switches_the_drives_off(tmp_path: Path) -> None:
-    """The last effort published is zero, after the last step: the recording has every step, and not that effort."""
+    """The last effort published, after the last step, is zero; the recording has every step.
+
+    It does not have that effort.
+    """
 
     def interrupt_run_at(step: int, _: int) -> None:
         if step > 100:
@@ -180,13 +186,16 @@ process_signals.replace_process([sys.executable, "-c", "print('replaced')"])
 
 
 def test_another_program_takes_the_place_of_a_command() -> None:
-    """A command that goes on as another program, as `crane test` and `view` do, ends with that one's exit code."""
+    """A command that continues as another program, as `crane view`, ends with its exit code.
+
+    So does `crane test`.
+    """
     result = run_to_completion([sys.executable, "-c", REPLACED])
     assert (result.returncode, result.stdout) == (0, "replaced\n")
 
 
 def test_the_plan_covers_start_run_and_end() -> None:
-    """Fifty planned interruptions: some within 100 ms, some while compiling, some with a second signal, all seeded."""
+    """Fifty seeded interruptions: within 100 ms, in compilation, or with a second signal."""
     planned = plan(50, seed=0, usual=4.0)
     assert planned == plan(50, seed=0, usual=4.0) != plan(50, seed=1, usual=4.0)
     assert sum(each.at < 0.1 for each in planned) >= 10

@@ -27,7 +27,7 @@ SCENE = load_scene("offshore_two_rate", {"duration": 0.5})
 
 
 def run_plant(law: Any) -> tuple[Plant, list[int]]:
-    """Return the plant after a run with the efforts of `law(t, q, v)`, and the steps at which its setpoint changed."""
+    """Return the plant after a run of `law(t, q, v)`, and the steps where its setpoint changed."""
     plant, changes, previous = Plant(SCENE), [], None
     for k in range(SCENE.steps):
         effort, setpoint = law(plant.t, plant.q, plant.v)
@@ -46,12 +46,12 @@ def whole() -> tuple[Plant, list[int]]:
 
 
 def test_the_tracker_is_evaluated_at_the_first_step_of_every_interval(whole: tuple[Plant, list[int]]) -> None:
-    """Demands change at the first control steps at or after multiples of a thirtieth of a second, and hold between."""
+    """Demands change at first control steps at or after multiples of 1/30 s, and hold between."""
     assert whole[1] == [ceil(j / 30.0 / PERIOD - 1e-6) for j in range(15)]
 
 
 def test_the_two_halves_equal_the_whole_law(whole: tuple[Plant, list[int]]) -> None:
-    """A servo with the setpoints of a separate tracker moves the crane as the whole law does, bit for bit."""
+    """A servo with a separate tracker's setpoints moves the crane as the law does, bit for bit."""
     slow, fast = with_initial_state(SCENE.law), inner_loop_of(with_initial_state(SCENE.law))
 
     def both(t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[tuple[float, ...], None]:
@@ -65,7 +65,7 @@ def test_the_two_halves_equal_the_whole_law(whole: tuple[Plant, list[int]]) -> N
 
 @pytest.mark.long
 def test_lockstep_waits_for_the_tracker(whole: tuple[Plant, list[int]], domain_id: int) -> None:
-    """Plant, tracker and servo in processes of their own pass through the states of the whole law."""
+    """Plant, tracker and servo in processes of their own pass through the whole law's states."""
     summary = orchestration.run(SCENE, record=None, domain_id=domain_id)
     assert "error" not in summary
     assert summary["state_sha256"] == whole[0].summary()["state_sha256"]
@@ -78,7 +78,7 @@ def test_lockstep_waits_for_the_tracker(whole: tuple[Plant, list[int]], domain_i
 
 @pytest.mark.long
 def test_realtime_does_not_wait_for_the_tracker(domain_id: int) -> None:
-    """In real time the run takes every step with the setpoints as they come, and keeps the payload on its path."""
+    """In real time the run takes every step with setpoints as they come, and follows the path."""
     scene = load_scene("offshore_two_rate", {"duration": 2.0})
     summary = orchestration.run(scene, mode="realtime", record=None, domain_id=domain_id)
     assert "error" not in summary
@@ -87,7 +87,7 @@ def test_realtime_does_not_wait_for_the_tracker(domain_id: int) -> None:
 
 
 def test_lockstep_waits_for_the_setpoint_of_the_state() -> None:
-    """A state that requires a setpoint waits for the one with its stamp; others take the last one at once."""
+    """A state that requires a setpoint waits for its stamp's; others take the last one at once."""
     node, answered, setpoints, outer = make_setpoint_fixture(lockstep=True)
     assert not setpoints.apply_to(outer, make_state(0))
     node.callback(make_setpoint_message(0, 1.0))
@@ -105,7 +105,10 @@ def test_lockstep_waits_for_the_setpoint_of_the_state() -> None:
 
 
 def test_realtime_holds_and_counts() -> None:
-    """In real time the last setpoint holds, a late one is counted, and there is a warning when none comes for long."""
+    """In real time the last setpoint holds, and a late one is counted.
+
+    There is a warning when none comes for long.
+    """
     node, answered, setpoints, outer = make_setpoint_fixture(lockstep=False)
     assert not setpoints.apply_to(outer, make_state(0))  # there has been no setpoint yet
     node.callback(make_setpoint_message(0, 1.0))
@@ -123,7 +126,7 @@ def test_realtime_holds_and_counts() -> None:
 
 
 def test_invalid_setpoints_are_ignored() -> None:
-    """Setpoints with other joints, missing or further numbers, or non-finite ones are ignored and logged."""
+    """Setpoints with other joints, missing, excess or non-finite numbers are ignored and logged."""
     node, _, setpoints, outer = make_setpoint_fixture(lockstep=False)
     short, other, nan = (
         make_setpoint_message(0, 1.0),
@@ -137,7 +140,7 @@ def test_invalid_setpoints_are_ignored() -> None:
 
 
 def test_diagnostics_have_the_execution_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The execution time of a law is measured in its node, and published once a second, with warnings."""
+    """A law's execution time is measured in its node, and published each second, with warnings."""
     published: list[Any] = []
     publisher = SimpleNamespace(publish=published.append)
     names = {"get_name": lambda: "controller", "get_namespace": lambda: "/pendulum"}
@@ -161,7 +164,7 @@ def test_diagnostics_have_the_execution_time(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_the_tracker_rate_is_limited_by_the_period() -> None:
-    """A tracker rate above one evaluation a period, and the node of a law without a tracker, are single-line errors."""
+    """A tracker rate above one a period, and a law's node without tracker, are one-line errors."""
     with pytest.raises(SceneError, match=r"control.tracker_rate = 300: must be at most 1 / period = 250 Hz"):
         load_scene("offshore_two_rate", {"control.tracker_rate": 300.0})
     with pytest.raises(ValueError, match=r"offshore_resonant: its law has no outer loop"):

@@ -1,4 +1,4 @@
-"""Many cranes at once: the same bits as one by one, independent of the source; single-line errors."""
+"""Many cranes at once: the bits of single runs, independent of the source; one-line errors."""
 
 from typing import Any
 
@@ -31,7 +31,7 @@ LONG = ("knuckle in lanes", "chain")  # to compile: up to three minutes
 @pytest.mark.long(cases=["friction, error control"])
 @pytest.mark.parametrize("kind", [pytest.param(kind, marks=pytest.mark.slow if kind in LONG else ()) for kind in KINDS])
 def test_a_batch_is_its_cranes_one_by_one(kind: str) -> None:
-    """Every crane of a batch ends, with samples at the given times, equal bit for bit to those of `simulate`."""
+    """Every crane of a batch ends, and is sampled, bit for bit as in `simulate`."""
     name, overrides, parameters, lanes = KINDS[kind]
     document = load_scene(name, overrides | {"duration": TIMES[-1]}).to_dict()
     batch = simulate_batch(document, parameters, sample_times=TIMES, threads=2)
@@ -52,7 +52,7 @@ def test_a_batch_is_its_cranes_one_by_one(kind: str) -> None:
 
 
 def test_metrics_and_events_are_those_of_single_runs() -> None:
-    """A batch that is asked for them has every metric of `simulate`, NaN for missing ones, and events."""
+    """A batch asked for them has every metric of `simulate`, NaN if missing, and events."""
     document = load_scene("overhead_coulomb", {"duration": 0.4, "trolley.limits": [-9.0, 9.0]}).to_dict()
     limits = [[-9.0, 9.0], [-9.0, 0.005]]
     batch = simulate_batch(document, {"trolley.limits": limits}, metrics=True)
@@ -74,7 +74,7 @@ COMPILED: dict[str, tuple[str, dict[str, Any], dict[str, list[Any]]]] = {
 
 @pytest.mark.parametrize("kind", COMPILED)
 def test_compiled_metrics_are_those_of_single_runs(kind: str) -> None:
-    """Runs whose metrics compiled code gathers have all metrics of `simulate`, and its error, to the last bit."""
+    """Runs with compiled metrics have all metrics of `simulate`, and its error, to the last bit."""
     name, overrides, parameters = COMPILED[kind]
     document = load_scene(name, overrides | {"duration": 0.3}).to_dict()
     ((key, values),) = parameters.items()
@@ -83,13 +83,16 @@ def test_compiled_metrics_are_those_of_single_runs(kind: str) -> None:
 
 @pytest.mark.long
 def test_compiled_metrics_of_a_failed_run_are_its_own() -> None:
-    """A run that overflows has the metrics up to there and the error of `simulate`; the one beside it continues."""
+    """A run that overflows has the metrics and the error of `simulate`; its neighbour continues."""
     document = load_scene("overhead_swing", FIXED | {"duration": 0.3}).to_dict()
     check_metrics([load_scene(document, {"inputs.trolley": {"kind": "constant", "value": x}}) for x in (0.0, 1e200)])
 
 
 def test_compiled_metrics_of_a_rod_are_those_of_single_runs() -> None:
-    """A rod that swings above its trolley and pushes it has, run beside another one, the metrics of `simulate`."""
+    """A rod that pushes its trolley has, in a batch, the metrics of `simulate`.
+
+    It swings above its trolley.
+    """
     start = {"angles": [2.2], "rates": [1.5]}
     scenes = [load_scene("overhead_energy", {"duration": 0.37, "initial": start, MASS: m}) for m in (5.0, 10.0)]
     check_metrics(scenes)
@@ -98,7 +101,7 @@ def test_compiled_metrics_of_a_rod_are_those_of_single_runs() -> None:
 
 @pytest.mark.long
 def test_metrics_of_other_cranes_compile() -> None:
-    """Metrics of a crane without commands are gathered by compiled code, too, and are those of its run."""
+    """Metrics of a crane without commands are compiled, too, and are those of its run."""
     check_metrics([load_scene("pendulum_free", {"duration": 0.1})])
 
 
@@ -114,7 +117,7 @@ def check_metrics(scenes: list[Scene]) -> None:
 
 
 def test_cranes_of_different_kinds_run_in_groups() -> None:
-    """Methods and models may differ from crane to crane: each ends as it does alone, in the order of the parameters.
+    """Methods and models may differ: each crane ends as alone, in the order of the parameters.
 
     So it does, with the same samples, where metrics are asked for.
     """
@@ -140,7 +143,7 @@ FAILURES: dict[str, tuple[str, dict[str, Any], str, list[Any], int]] = {
 @pytest.mark.long
 @pytest.mark.parametrize("kind", FAILURES)
 def test_a_crane_that_fails_fails_alone(kind: str) -> None:
-    """A crane that cannot go on has the error of `simulate` and ends at the same state; the others continue."""
+    """A crane that fails has the error and the state of `simulate`; the others continue."""
     name, overrides, key, values, bad = FAILURES[kind]
     document = load_scene(name, overrides | {"duration": TIMES[-1]}).to_dict()
     batch = simulate_batch(document, {key: values}, sample_times=TIMES)
@@ -171,7 +174,7 @@ REJECTED: dict[str, tuple[str, dict[str, Any], str]] = {
 
 @pytest.mark.parametrize("kind", REJECTED)
 def test_mistakes_name_the_culprit(kind: str) -> None:
-    """What cannot be a batch is rejected before any run, by a single-line error with the parameter or the crane."""
+    """An impossible batch is rejected before any run, in one line naming parameter or crane."""
     name, parameters, message = REJECTED[kind]
     with pytest.raises(SceneError) as caught:
         simulate_batch(name, parameters)

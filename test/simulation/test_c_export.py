@@ -20,7 +20,10 @@ from crane_sim.stepping.periods import begin
     ("name", "function"), [("knuckle_setpoint", "rhs"), ("overhead_chain", "step"), ("overhead_stiff", "step")]
 )
 def test_c_has_the_bits_of_the_simulator(name: str, function: str, tmp_path: Path) -> None:
-    """The derivative of a state of floats, an explicit step of an array, and an implicit one, which has derivatives."""
+    """C has the simulator's derivative of floats, explicit step of an array, and implicit step.
+
+    The implicit one has derivatives.
+    """
     scene = crane_sim.load_scene(name)
     p, u = scene.model, 100.0 * np.arange(1.0, 1.0 + len(scene.actuated))
     start = begin(p, np.array(scene.initial_q), np.array(scene.initial_v))[0].x

@@ -19,7 +19,10 @@ family without an entry of its own."""
 
 
 def processor_family() -> str:
-    """Return the kernel family that OpenBLAS has chosen; `other`, whose hash is then compared, for another library."""
+    """Return the kernel family that OpenBLAS has chosen; `other` for another library.
+
+    The hash of `other` is then compared.
+    """
     for library in (Path(np.__file__).parents[1] / "numpy.libs").glob("*openblas*"):
         function = getattr(ctypes.CDLL(str(library)), "scipy_openblas_get_corename64_", None)
         if function is not None:
@@ -31,7 +34,7 @@ def processor_family() -> str:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", HASHES)
 def test_a_scene_ends_where_it_did(name: str) -> None:
-    """The hash over every period's t, q, v is the one of the table, even where the run ends early."""
+    """The hash over every period's t, q, v is that of the table, even where a run ends early."""
     try:
         summary = crane_sim.simulate(name).summary
     except crane_sim.SimulationError as error:

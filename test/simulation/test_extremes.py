@@ -1,4 +1,4 @@
-"""Extremes of joints in summaries: margins to travel limits; tilt, skew, trim and list of a load."""
+"""Extremes of joints in summaries: margins to travel limits; a load's tilt, skew, trim, list."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,10 @@ RANDOM = Rotation.random(200, rng=np.random.default_rng(1))
 
 
 def test_angles_are_those_of_rotations() -> None:
-    """Skew, trim and list are SciPy's intrinsic z, y, x angles, the tilt is that of the third axis. 1e-9: at 90 deg."""
+    """Skew, trim and list are SciPy's intrinsic z, y, x angles, the tilt that of the third axis.
+
+    The tolerance is 1e-9 because of angles at 90 deg.
+    """
     angles = Tilt(*np.transpose([tilt_of(quaternion) for quaternion in RANDOM.as_quat(scalar_first=True)]))
     expected = RANDOM.as_euler("ZYX")
     np.testing.assert_allclose(np.column_stack([angles.skew, angles.trim, angles.list]), expected, atol=1e-9)
@@ -27,7 +30,7 @@ def test_small_tilts_are_exact() -> None:
 
 
 def test_margins_are_of_the_whole_run() -> None:
-    """The least distance to either limit counts, over blocks and the end alike, and is negative beyond a limit."""
+    """The least distance to either limit counts, over blocks and the end, negative beyond it."""
     scene = crane_sim.load_scene("port_sts_container")  # trolley -20 .. 110, hoist 3 .. 55
     q = np.tile(scene.initial_q, (4, 1))
     q[:, 0], q[:, 2] = (0.0, 50.0, 100.0, 5.0), (20.0, 2.0, 20.0, 20.0)
@@ -37,7 +40,7 @@ def test_margins_are_of_the_whole_run() -> None:
 
 
 def test_loads_below_a_slewing_support_have_a_tilt_only() -> None:
-    """A load that slews with its crane has a tilt, and neither skew, trim nor list; a point has no angle."""
+    """A load that slews with its crane has only a tilt; a point has no angle."""
     tower, overhead = crane_sim.load_scene("tower_gust"), crane_sim.load_scene("overhead_energy")
     for scene, expected in ((tower, {"peak_tilt_deg"}), (overhead, set[str]())):
         metrics = metrics_of(scene, np.array([scene.initial_q]))

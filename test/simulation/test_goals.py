@@ -15,7 +15,10 @@ FRICTION = {"friction": {"slew": {"coulomb": 10e3, "static": 12e3}, "trolley": {
 
 @pytest.mark.parametrize("changes", [{}, FRICTION])
 def test_the_target_is_below_a_jib_as_it_bends_there(changes: dict[str, Any]) -> None:
-    """The jib dips until its spring balances its weight, the trolley's and the payload's: that is where the tip is."""
+    """The target is below a jib that dips until its spring balances all weights.
+
+    They are the weights of the jib, the trolley and the payload.
+    """
     scene = load_scene("tower_flexible_jib", changes)
     slew, trolley, rope = 0.25 * np.pi, 40.0, 20.0
     stiffness, rest, moment = 3.3e8, 0.0094, G * (10.5e3 * 30.0 + (550.0 + 450.0 + 4000.0) * trolley)

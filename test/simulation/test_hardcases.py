@@ -1,4 +1,4 @@
-"""The hard cases of the catalogue against references from extended precision, and where a model stops being valid."""
+"""The catalogue's hard cases against extended precision, and where models stop being valid."""
 
 import numpy as np
 import pytest
@@ -19,14 +19,14 @@ SCENES = [pytest.param(name, marks=pytest.mark.slow if name in ELSEWHERE else ()
 @pytest.mark.long(cases=["overhead_hoist", "overhead_friction", "overhead_chain"])
 @pytest.mark.parametrize("scene", SCENES)
 def test_a_hard_case_meets_its_reference(scene: str) -> None:
-    """All nodes stay within the bound of the case at every instant, and events happen when they should."""
+    """All nodes stay within the case's bound at all times, and events happen when they should."""
     case = hardcases.measure_case(scene, REFERENCES[scene])
     assert case.verdict == "holds", case
 
 
 @pytest.mark.slow
 def test_the_tension_of_a_stiff_rope() -> None:
-    """The axial vibration of a rope of 1e6 N/m is in phase with its reference after some 5500 rad."""
+    """The axial vibration of a rope of 1e6 N/m is in phase with its reference after 5500 rad."""
     run = simulate("overhead_spring", sample_times=REFERENCES["overhead_spring"]["t"])
     expected = np.array(REFERENCES["overhead_spring"]["tension"])[:, 0]
     # the bound of 1e-9 m of the positions, times 1e6 N/m; it swings by 390 N
@@ -40,7 +40,7 @@ def test_heavy_payload_accelerations() -> None:
 
 @pytest.mark.long
 def test_energy_over_a_million_steps() -> None:
-    """The method chosen for long horizons keeps a double pendulum's energy to 1e-9 over a million steps."""
+    """The long-horizon method keeps a double pendulum's energy to 1e-9 over a million steps."""
     assert hardcases.long_energy().verdict == "holds"
 
 
@@ -63,7 +63,10 @@ def test_a_model_that_is_no_longer_valid_ends_the_run(scene: str, message: str) 
 
 
 def test_a_light_straight_cable_is_chosen_and_its_error_estimated() -> None:
-    """Model auto takes a straight cable for a rod, says so, and the estimate bounds the payload's true error."""
+    """Model auto takes a straight cable for a rod, says so, and its estimate bounds the error.
+
+    The error is the payload's true one.
+    """
     cable = {"links": 10, "lengths": 0.3, "node_masses": 0.01}
     document = {
         "crane": "overhead",
@@ -88,7 +91,7 @@ def test_a_bent_cable_is_not_taken_for_a_rod() -> None:
 
 
 def test_a_step_that_the_stiffest_motion_cannot_bear_is_rejected() -> None:
-    """A fixed step beyond the safe one is an error that names it; the safe one itself runs and stays finite."""
+    """A fixed step beyond the safe one is an error that names it; the safe one stays finite."""
     with pytest.raises(crane_sim.SceneError, match="too large for the stiffest motion, .* safe step") as caught:
         crane_sim.load_scene("overhead_chain", {"integrator": {"method": "rk4", "step": 0.01}})
     safe = float(str(caught.value).split("method is ")[1].split(" s")[0])

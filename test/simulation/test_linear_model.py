@@ -14,7 +14,10 @@ VISCOUS = 1.0  # N s/m, of overhead_friction
 
 
 def test_a_pendulum_below_a_trolley_is_its_closed_form() -> None:
-    """A and B of one rope below a free trolley are those of textbooks: M ẍ = u + m g θ, L θ̈ = -ẍ - g θ."""
+    """A and B of one rope below a trolley are: M ẍ = u + m g θ, L θ̈ = -ẍ - g θ.
+
+    These are the equations of textbooks for a free trolley.
+    """
     mass, load, length = 20.0, 10.0, 2.0  # of the scene
     model = crane_sim.linearise("overhead_energy")
     a, b = np.zeros((4, 4)), np.zeros((4, 1))
@@ -40,21 +43,21 @@ def test_weights_are_held() -> None:
 
 
 def test_a_locked_rope_keeps_its_length() -> None:
-    """At rest the load hangs straight down on the rope's own length, which no effort and no deviation changes."""
+    """At rest the load hangs down on its rope's length, which no effort or deviation changes."""
     model = crane_sim.linearise("knuckle_tracking")
     assert model.q[3] == 1.255 and np.max(np.abs(model.q[4:])) < 1e-9  # rad, of the last step of Newton's method
     assert model.a[11, 5] < -G / 1.255  # hangs, and the boom that gives way makes it faster
 
 
 def test_a_joint_with_viscous_friction_alone_is_not_stuck() -> None:
-    """Without dry friction a trolley at rest gives way to the smallest force, by its viscous friction's equations."""
+    """Without dry friction a trolley at rest gives way to any force, by viscous friction."""
     model = crane_sim.linearise("overhead_friction")
     assert model.a[2, 1] != 0.0
     assert model.a[2, 2] == pytest.approx(-model.b[2, 0] * VISCOUS, rel=1e-12)
 
 
 def test_directions_have_as_many_deviations_as_they_can_take() -> None:
-    """A link in space has three components and two deviations, and its pendulum's frequency in both."""
+    """A link in space has three components, two deviations, and one frequency in both."""
     model = crane_sim.linearise("bridge_hook_and_sling")
     n = len(model.states) // 2
     assert model.basis.shape[1] == n < model.basis.shape[0]
@@ -64,7 +67,7 @@ def test_directions_have_as_many_deviations_as_they_can_take() -> None:
 
 @pytest.mark.parametrize(("angle", "hoisted"), [("0 deg", False), ("10 deg", True), ("100 deg", False)])
 def test_an_elastic_cable_is_linearised_where_it_hangs(angle: str, hoisted: bool) -> None:
-    """Whatever the angle of its release, the nodes at rest hang as deep as closed forms say, and nothing grows."""
+    """Whatever the release angle, nodes at rest hang as deep as closed forms; nothing grows."""
     masses, stiffness = np.array([1.0, 2.0, 10.0]), np.array([1e6, 1e5, 1e6])
     cable = {"model": "elastic", "lengths": [1.0, 0.5, 0.5], "damping": 100.0}
     cable |= {"node_masses": masses.tolist(), "stiffness": stiffness.tolist()}
@@ -92,7 +95,7 @@ def test_an_elastic_cable_is_linearised_where_it_hangs(angle: str, hoisted: bool
     ],
 )
 def test_positions_that_are_none_are_refused(at: Any, shown: str) -> None:
-    """What is not a finite number for each actuated joint is refused in one line with what was given."""
+    """What is no finite number for each actuated joint is refused in one line that shows it."""
     with pytest.raises(SceneError) as caught:
         crane_sim.linearise("overhead_energy", at)
     line = str(caught.value)

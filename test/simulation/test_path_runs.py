@@ -34,7 +34,7 @@ def run() -> crane_sim.Rollout:
 
 
 def test_metrics_are_their_definitions(run: crane_sim.Rollout) -> None:
-    """Errors are those of the payload at all instants of the run; the tip's acceleration is what was commanded."""
+    """Errors are the payload's at all instants of the run; tip accelerations are as commanded."""
     error = np.linalg.norm(run.payload[:, :2] - sample_trajectory(SCENE.trajectory, run.t)[:, 0], axis=1)
     expected = (np.mean(error**2), np.mean(error), np.max(error), np.max(np.linalg.norm(run.u[:-1], axis=1)))
     actual = [run.summary[name] for name in TRACKING_METRICS]
@@ -43,7 +43,9 @@ def test_metrics_are_their_definitions(run: crane_sim.Rollout) -> None:
 
 
 def test_metrics_are_of_the_crane_with_its_payload_as_it_is() -> None:
-    """Under a payload that is another one from the start, all metrics of a path are those of a scene with that one.
+    """With another payload from the start, all metrics of a path are those of its own scene.
+
+    The other scene has that payload.
 
     The laws and what they know are the same, and so are the motions.
     """
@@ -83,7 +85,10 @@ POINTS = (Point((5.0, 5.0), 2.0, (1.0, 0.0), (0.0, 0.0)), Point((6.0, 7.0), 5.0,
 
 
 def test_a_new_path_goes_on_from_the_old_one() -> None:
-    """Position, velocity and acceleration are continuous at the change; past points are left out, joints sorted."""
+    """Position, velocity, acceleration are continuous at the change.
+
+    Past points are left out, joints are sorted.
+    """
     first = Point((9.0, 9.0), 0.5, (0.0, 0.0), (0.0, 0.0))
     new = join_trajectory(Waypoints(("y", "x"), (first, *POINTS), 0.5), OLD, NAMES, 1.5)
     before, after = (
@@ -117,7 +122,10 @@ def message(positions: list[list[float]], names: tuple[str, ...] = NAMES) -> Joi
 
 
 def test_trajectories_from_the_topic() -> None:
-    """A message replaces the law's path once; the node's own messages, and what does not fit, change nothing."""
+    """A message replaces the law's path once.
+
+    The node's own messages, and what does not fit, change nothing.
+    """
     node, law, published = OneTopicNode("joint_trajectory"), Follower(OLD, None), reference_message(SCENE.actuated, ())
     trajectory_input = TrajectoryInput(node, SCENE, law)  # pyright: ignore[reportArgumentType]
     assert trajectory_input.apply_to(law, 1.0) is law
@@ -160,7 +168,7 @@ rclpy.spin(node)
 
 @pytest.mark.long
 def test_a_run_follows_a_received_trajectory(domain_id: int, ros_environment: dict[str, str]) -> None:
-    """Plant and controller in processes of their own: a trajectory sent to them leads the payload off its scene's path.
+    """A trajectory sent to plant and controller, in two processes, leads the payload off its path.
 
     It is sent as soon as the controller listens, and leads to (1.35, 1), from which the scene's path is 1 m and more.
     """

@@ -1,4 +1,4 @@
-"""Metrics of a run: when a joint has settled, what the energy balance says, and that blocks change neither."""
+"""Metrics of a run: settling times and the energy balance, independent of the blocks."""
 
 from typing import Any
 
@@ -28,14 +28,17 @@ T = np.arange(1000) * PERIOD
 
 
 def settling_time(error: np.ndarray, initial: float, cuts: tuple[int, ...] = ()) -> float | None:
-    """Return when a joint settled, 10 s long, whose target is 0, from errors (1000,), its initial one, and blocks."""
+    """Return when a joint settled from errors (1000,) over 10 s, its initial one, and blocks.
+
+    Its target is 0.
+    """
     still = {"inputs": None, "trolley.limits": None, "duration": 10.0, "reference.q": [0.0], "initial.x": initial}
     q = np.column_stack([np.append(error, error[-1]), np.zeros(1001)])
     return metrics_of(load_scene(PUSHED, still), q, cuts)["settling_time"]["trolley"]
 
 
 def test_a_joint_that_begins_at_its_target_settles() -> None:
-    """A joint at its target that is pushed aside and comes back has settled, though 2 % of nothing is nothing."""
+    """A joint that is pushed off its target and comes back settles, though 2 % of 0 is 0."""
     pushed = np.where((T > 1.0) & (T < 2.5), 0.1, 0.5 * RESOLUTION)
     assert settling_time(pushed, 0.0) == pytest.approx(2.5)
     assert settling_time(0.0 * T, 0.0) == 0.0
@@ -43,7 +46,7 @@ def test_a_joint_that_begins_at_its_target_settles() -> None:
 
 
 def test_a_joint_must_stay_at_its_target() -> None:
-    """A joint that comes within 2 % in the last tenth of the run has not settled, one that comes before has."""
+    """A joint within 2 % only in the last tenth of the run has not settled, one before has."""
     late, early = (np.where(T < at, 0.021, 0.019) for at in (9.96, 10.0 * (1.0 - STAY)))
     assert settling_time(late, 1.0) is None
     assert settling_time(early, 1.0) == pytest.approx(9.0)
@@ -73,7 +76,7 @@ def test_the_largest_error_of_the_balance_is_kept() -> None:
 
 
 def test_looking_at_a_run_does_not_change_its_metrics() -> None:
-    """A plant whose summary is read several times ends with the metrics of `simulate`, to the last bit."""
+    """A plant whose summary is read midway ends with the metrics of `simulate`, to the last bit."""
     scene = load_scene("knuckle_setpoint", {"duration": 1.0})
     law, plant = scene.law, Plant(scene)
     assert law is not None
@@ -87,7 +90,7 @@ def test_looking_at_a_run_does_not_change_its_metrics() -> None:
 
 
 def test_efforts_are_any_numbers() -> None:
-    """Integers, a list, an array and NumPy's numbers are efforts as floats are, in compiled code too."""
+    """Integers, a list, an array, NumPy's numbers are efforts, as floats are, compiled, too."""
     plant, hashes = Plant(load_scene("knuckle_setpoint")), set()
     for efforts in ((1.0, 0.0, 2.0, 9.5), (1, 0, 2, 9.5), [1, 0.0, np.int64(2), 9.5], np.array([1.0, 0.0, 2.0, 9.5])):
         plant.reset()
@@ -97,7 +100,7 @@ def test_efforts_are_any_numbers() -> None:
 
 
 def test_many_events_are_listed_by_kind() -> None:
-    """Of many events the summary has each kind once, in the order of its first time, with number and times."""
+    """Of many events the summary has each kind once, by first time, with number and times."""
     events = [(0.1 * k, ("sticks", "slips")[k % 2]) for k in range(5)]
     kinds = list_kinds(events)
     assert [(kind["what"], kind["count"]) for kind in kinds] == [("sticks", 3), ("slips", 2)]
@@ -106,7 +109,10 @@ def test_many_events_are_listed_by_kind() -> None:
 
 @pytest.mark.parametrize("instants", [None, [0.1, 0.2]])
 def test_a_payload_that_changes_as_the_run_ends_is_in_the_audit(instants: list[float] | None) -> None:
-    """A payload taken up in the period in which the run fails counts in the energy audit, as it does of a `Plant`."""
+    """A payload taken up in the period in which the run fails counts in the energy audit.
+
+    It counts as it does of a `Plant`.
+    """
     scene = load_scene(PUSHED | {"faults": {"heavy": {"kind": "payload", "mass": 40.0, "at": 0.60}}})
     with pytest.raises(SimulationError, match="t = 0.605.* s: the trolley reached its travel limit") as caught:
         simulate(scene, sample_times=instants)
@@ -138,7 +144,10 @@ def test_a_run_that_fails_within_a_period_ends_with_the_energy_of_its_start(dime
 
 
 def test_a_plant_goes_on_from_the_start_of_its_period() -> None:
-    """Efforts in place of open-loop inputs act from then on, beside sensors, too, and after a failure with a load."""
+    """Efforts in place of open-loop inputs act from then on.
+
+    They do beside sensors, too, and after a failure with a load.
+    """
     sensed = {"sensors": {"all": {"noise": [0.01, 0.01]}}}
     bare, beside = (Plant(load_scene(PUSHED | group)) for group in ({}, sensed))
     for plant in (bare, beside):
@@ -156,7 +165,9 @@ def test_a_plant_goes_on_from_the_start_of_its_period() -> None:
 
 
 def test_events_beyond_the_end_are_not_of_the_run() -> None:
-    """A run that ends before the trolley reaches its limit at 0.605 s lists no event, however far its last step went.
+    """A run that ends before the trolley reaches its limit at 0.605 s lists no event.
+
+    It does not however far its last step went.
 
     Nor does the summary of a `Plant` under way.
     """
@@ -169,7 +180,10 @@ def test_events_beyond_the_end_are_not_of_the_run() -> None:
 
 
 def test_a_plant_lists_the_event_that_ended_its_run() -> None:
-    """The summary of a `Plant` that cannot go on has the events of `simulate`, until other efforts let it go on."""
+    """The summary of a `Plant` that fails has the events of `simulate`.
+
+    They stay until other efforts let it go on.
+    """
     with pytest.raises(SimulationError) as caught:
         simulate(PUSHED)
     expected, plant = caught.value.run, Plant(load_scene(PUSHED))
@@ -188,7 +202,9 @@ def test_a_plant_lists_the_event_that_ended_its_run() -> None:
 
 
 def test_brakes_do_not_change_what_counts_as_near() -> None:
-    """A joint that began 10 m away, by a reset, settles within 0.2 m of its target, with brakes on the way or without.
+    """A joint reset to 10 m away settles within 0.2 m of its target, with brakes or without.
+
+    The brakes act on the way.
 
     2 % of the scene's own start would be 0.01 m, where the joint does not arrive.
     """

@@ -1,4 +1,4 @@
-"""Whole runs without ROS: reference trajectories, conservation, repeatability, what a run returns."""
+"""Whole runs without ROS: reference trajectories, conservation, repeatability, results."""
 
 import json
 from pathlib import Path
@@ -48,7 +48,7 @@ def scene_of(case: dict[str, Any]) -> crane_sim.Scene:
 
 @pytest.mark.parametrize("case", REFERENCE, ids=[case["name"] for case in REFERENCE])
 def test_reference_trajectories(case: dict[str, Any]) -> None:
-    """Replayed with the default settings, published 40-digit trajectories are met to 1e-9 for 20 s."""
+    """With default settings, published 40-digit trajectories are met to 1e-9 for 20 s."""
     times = [sample["t"] for sample in case["samples"]]
     run = simulate(scene_of(case), sample_times=times)
     assert np.allclose(run.q, [sample["q"] for sample in case["samples"]], rtol=0, atol=1e-9)
@@ -59,7 +59,7 @@ def test_reference_trajectories(case: dict[str, Any]) -> None:
 
 
 def test_springs_conserve_energy() -> None:
-    """With springs and no losses the total energy stays what it was, to the integrator's tolerance."""
+    """With springs and no losses the total energy is constant to the integrator's tolerance."""
     run = simulate("knuckle_springs", duration=5.0)
     scale = np.ptp(run.derived.potential)
     assert np.max(np.abs(run.energy - run.energy[0])) < 1e-10 * scale  # 1e-11 relative a step, some 100 steps
@@ -67,7 +67,10 @@ def test_springs_conserve_energy() -> None:
 
 @pytest.mark.slow
 def test_the_payload_passes_the_pole() -> None:
-    """A payload that loops through theta2 = 90 degrees keeps its rope length and energy; angles stay finite."""
+    """A payload that loops through theta2 = 90 degrees keeps rope length and energy.
+
+    Angles stay finite.
+    """
     run = simulate("knuckle_pole")
     assert np.max(np.abs(run.q[:, 5])) > np.radians(89.0)  # it gets there
     assert np.ptp(np.unwrap(2.0 * np.arctan2(*_plane(run).T)) / 2.0) > 2.0 * np.pi  # and goes round
@@ -95,7 +98,7 @@ def test_exactly_at_the_pole_everything_is_finite() -> None:
 
 @pytest.mark.parametrize("name", ["knuckle_setpoint", "knuckle_losses"])
 def test_compiled_and_python_loops_agree_bit_for_bit(name: str) -> None:
-    """The law called from Python every period and the law inside the loop over periods give the same bits."""
+    """A law called from Python every period and the compiled loop give the same bits."""
     scene = crane_sim.load_scene(name, {"duration": 2.0})
     law = scene.law
     assert law is not None
@@ -109,7 +112,7 @@ def test_compiled_and_python_loops_agree_bit_for_bit(name: str) -> None:
 
 
 def test_sample_times_do_not_change_the_steps() -> None:
-    """Asking for other instants leaves steps and states as they are; instants of the grid return the grid's states."""
+    """Other instants leave steps and states as they are; instants of the grid have its states."""
     plain = simulate("knuckle_setpoint", duration=3.0)
     sampled = simulate("knuckle_setpoint", duration=3.0, sample_times=[0.0, 1.0, 1.2345, 3.0])
     assert sampled.summary == plain.summary
@@ -127,7 +130,10 @@ def test_impossible_sample_times_are_rejected(times: list[float]) -> None:
 
 
 def test_fixed_steps_span_periods() -> None:
-    """Without control a step spans as many periods as fit; a plant, period by period, passes the same states."""
+    """Without control a step spans as many periods as fit; a plant passes the same states.
+
+    The plant steps period by period.
+    """
     changes = {"duration": 0.45, "integrator": {"method": "rk8", "step": 0.125}}
     scene = crane_sim.load_scene("overhead_swing", changes)
     run, plant = simulate(scene), Plant(scene)
@@ -141,7 +147,7 @@ def test_fixed_steps_span_periods() -> None:
 
 
 def test_efforts_after_steps_that_span_periods() -> None:
-    """Efforts that are given in the middle of a step act from their period on, as they do with shorter steps."""
+    """Efforts given in the middle of a step act from their period on, as with shorter steps."""
     ends = []
     for step in (0.05, 0.01):
         plant = Plant(crane_sim.load_scene("overhead_swing", {"integrator": {"method": "rk8", "step": step}}))
@@ -153,7 +159,10 @@ def test_efforts_after_steps_that_span_periods() -> None:
 
 @pytest.mark.parametrize("braking", [False, True], ids=["effort", "brakes"])
 def test_a_step_that_went_on_to_a_limit_ends_no_run(braking: bool) -> None:
-    """Efforts and brakes before a limit that a step of the scene's own source has reached act as after short steps."""
+    """Efforts and brakes before a limit that a step has reached act as after short steps.
+
+    The step is one of the scene's own source.
+    """
     ends = []
     for method in ({"method": "auto"}, {"method": "rk8", "step": 0.01}):  # steps of 0.01 s end with their period
         plant = Plant(crane_sim.load_scene(LIMITED | {"integrator": method}))
@@ -167,7 +176,10 @@ def test_a_step_that_went_on_to_a_limit_ends_no_run(braking: bool) -> None:
 
 
 def test_events_that_did_not_happen_are_not_listed() -> None:
-    """What a step found beyond the time at which brakes began is no event: under them the trolley does not slip."""
+    """What a step found after brakes began is no event.
+
+    Under the brakes the trolley does not slip.
+    """
     friction, source = {"trolley": {"coulomb": 20.0, "static": 30.0}}, {"kind": "sine", "amplitude": 60, "frequency": 3}
     changes = {"trolley": {"drive": "force", "mass": 20.0}, "inputs": {"trolley": source}, "friction": friction}
     plant = Plant(crane_sim.load_scene(LIMITED | changes))
@@ -181,7 +193,10 @@ def test_events_that_did_not_happen_are_not_listed() -> None:
 
 
 def test_a_rope_cannot_push() -> None:
-    """A demanded negative tension is applied as a slack rope and counted; the equations themselves take any effort."""
+    """A negative tension that is demanded is applied as a slack rope and counted.
+
+    The equations themselves take any effort.
+    """
     carry = {"slew": 0.0, "boom": 190.0, "jib": 90.0}
     pushed = simulate("knuckle_setpoint", law=lambda t, q, v: (*carry.values(), 25.0), duration=0.5)
     assert pushed.summary["saturated_steps"] == 50 and pushed.summary["min_rope_tension"] == 0.0
@@ -220,7 +235,10 @@ def test_inputs_follow_their_functions() -> None:
 
 
 def test_the_published_manoeuvre() -> None:
-    """The paper's manoeuvre has the peak and residual swing, settling times and efforts known for the corrected law."""
+    """The paper's manoeuvre has the values known for the corrected law.
+
+    They are peak and residual swing, settling times and efforts.
+    """
     run = simulate("knuckle_setpoint")
     degrees = np.degrees(np.abs(run.q[:, 4:]).max(axis=0))
     assert degrees == pytest.approx([9.07, 3.80], abs=0.03)  # known to 3 digits for the continuous law, here 10 ms
@@ -231,7 +249,7 @@ def test_the_published_manoeuvre() -> None:
 
 
 def test_a_run_that_fails_says_where() -> None:
-    """A step too coarse for the scene ends in one line with the time, not in numbers that mean nothing."""
+    """A step too coarse for the scene ends in one line with the time."""
     coarse = {"integrator": {"method": "rk4", "step": 0.01}, "springs.boom.stiffness": 1e9}
     stiff = crane_sim.load_scene("knuckle_springs", coarse)
     with pytest.raises(crane_sim.SimulationError, match=r"t = .* s: the state is not finite"):
@@ -240,7 +258,7 @@ def test_a_run_that_fails_says_where() -> None:
 
 @pytest.mark.parametrize("groups", [{}, {"sensors": {"all": {"delay": 0.02}}}], ids=["plain", "hardware"])
 def test_a_failed_run_of_a_law_in_python_is_kept(groups: dict[str, Any]) -> None:
-    """The error of a run whose law is Python has the run up to there, the states of a plant bit for bit."""
+    """The error of a run whose law is Python has the run so far, with a plant's bits."""
     push = {"inputs": {"trolley": {"kind": "constant", "value": 100.0}}, "duration": 3.0} | groups
     scene = crane_sim.load_scene(LIMITED | push).with_external_commands()
     with pytest.raises(SimulationError, match="t = .* s: the trolley reached its travel limit") as stopped:
@@ -258,6 +276,6 @@ def test_a_failed_run_of_a_law_in_python_is_kept(groups: dict[str, Any]) -> None
 
 @pytest.mark.slow
 def test_a_law_that_blows_up_ends_the_run() -> None:
-    """Under an effort that no step can follow a run ends with one line: it does not go on for ever."""
+    """Under an effort that no step can follow a run ends with one line."""
     with pytest.raises(SimulationError, match="too fast or too stiff"):
         simulate("offshore_resonant", lambda t, q, v: (1e60, 0.0))

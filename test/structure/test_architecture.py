@@ -1,4 +1,4 @@
-"""The structure: folders are layers whose imports point one way, functions stay small, the code is typed and clean."""
+"""The structure: layers with imports one way, small functions, and code that is typed and clean."""
 
 import ast
 import re
@@ -127,7 +127,10 @@ def imports_in(tree: ast.Module) -> Iterator[str]:
 
 
 def names_in_strings(tree: ast.Module) -> Iterator[str]:
-    """Yield the dotted names of this project in strings and parts of f-strings, not in strings that are statements."""
+    """Yield the project's dotted names in strings and parts of f-strings.
+
+    Strings that are statements do not count.
+    """
     prose = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
     for node in ast.walk(tree):
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in prose:
@@ -142,7 +145,7 @@ def dependencies(name: str) -> frozenset[str]:
 
 
 def module_of(name: str) -> str | None:
-    """Return the module that a dotted name is or belongs to, None where it is not of this project."""
+    """Return the module of a dotted name, None where it is not of this project."""
     while name:
         for module in (name, f"{name}.__init__"):
             if module in SOURCES:
@@ -186,7 +189,10 @@ def test_no_import_cycles() -> None:
 
 
 def test_the_page_names_every_layer() -> None:
-    """ARCHITECTURE.md is one page, and names each folder and module at the top of the packages, bottom up."""
+    """ARCHITECTURE.md is one page that names all folders and modules at the packages' top.
+
+    Their order is bottom up.
+    """
     page = (ROOT / "ARCHITECTURE.md").read_text()
     tops = {name.split(".")[1] for name in SOURCES if name.startswith("crane_sim.")} - {"__init__"}
     assert {top for top in tops if not re.search(rf"`{top}(/|\.py)", page)} == set()
@@ -194,7 +200,7 @@ def test_the_page_names_every_layer() -> None:
 
 
 def test_one_command_counts_the_lines() -> None:
-    """The command of ARCHITECTURE.md counts the lines of the product, the laboratory and the tests."""
+    """The command of ARCHITECTURE.md counts lines of product, laboratory and tests."""
     found = re.search(r"^```sh title=\"lines.*?\n(.*?)^```$", (ROOT / "ARCHITECTURE.md").read_text(), re.M | re.S)
     assert found is not None
     counted = run_to_completion(["sh", "-c", found[1]], cwd=ROOT, check=True).stdout.splitlines()
@@ -209,7 +215,10 @@ def test_few_loose_modules() -> None:
 
 
 def test_a_name_in_a_string_is_an_import() -> None:
-    """What a function imports counts, and so does what a string names, as `import_module` takes it; prose does not."""
+    """What a function imports counts, and so does what a string names; prose does not.
+
+    The string is as `import_module` takes it.
+    """
     text = """
         "crane_sim.cli"
         def load(name):
@@ -223,7 +232,7 @@ def test_a_name_in_a_string_is_an_import() -> None:
 
 
 def test_the_product_imports_no_laboratory() -> None:
-    """Neither the simulator nor the laws import or name `crane_bench`: its commands are entry points."""
+    """Neither simulator nor laws import or name `crane_bench`: its commands are entry points."""
     names = {name for name in SOURCES if any(each.startswith("crane_bench") for each in dependencies(name))}
     assert names and all(name.startswith("crane_bench.") for name in names)
 
@@ -250,7 +259,10 @@ def test_packages_stay_in_their_folders(packages: tuple[str, ...], folders: tupl
 
 
 def test_undigested_folders_have_no_compiled_code() -> None:
-    """Folders that the digest of compiled code leaves out compile nothing, and no module that does imports them."""
+    """Folders that the digest of compiled code leaves out compile nothing.
+
+    No module that does imports them.
+    """
     packages = "crane_sim", "crane_control"
     undigested = tuple(f"{package}.{name.replace('/', '.')}" for name in UNDIGESTED for package in packages)
     compiled = importers(*(f"crane_sim.numerics.jit.{name}" for name in COMPILED))
@@ -260,7 +272,7 @@ def test_undigested_folders_have_no_compiled_code() -> None:
 
 @pytest.mark.parametrize("name", SOURCES)
 def test_sizes(name: str) -> None:
-    """A function has at most 25 lines and a compiled or registered one 40, docstring not counted."""
+    """A function has at most 25 lines, a compiled or registered one 40, without its docstring."""
     for node in ast.walk(tree_of(name)):
         if isinstance(node, ast.FunctionDef):
             documented = ast.get_docstring(node) is not None
@@ -288,7 +300,10 @@ _HARMLESS = {"isinstance", "issubclass", "callable", "hasattr", "len", "all", "a
 
 @pytest.mark.parametrize("name", SOURCES)
 def test_assertions_have_no_effect(name: str) -> None:
-    """No assertion binds a name, or calls what may have an effect: with PYTHONOPTIMIZE there are no assertions."""
+    """No assertion binds a name or calls what may have an effect.
+
+    With PYTHONOPTIMIZE there are no assertions.
+    """
     for statement in ast.walk(tree_of(name)):
         if isinstance(statement, ast.Assert):
             for part in ast.walk(statement.test):

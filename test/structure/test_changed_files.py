@@ -42,7 +42,10 @@ def tree(tmp_path: Path) -> Path:
     ],
 )
 def test_files_of_a_change_are_chosen(tree: Path, changed: str | None, expected: list[str]) -> None:
-    """Tests of a module are those that import it, also by a helper; of another file those that name it."""
+    """Tests of a module are those that import it, also by a helper.
+
+    Of another file those that name it.
+    """
     if changed:
         (tree / changed).write_text("# changed\n")
     files = ChangedFiles(tree)

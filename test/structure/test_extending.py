@@ -31,7 +31,7 @@ def build(settings, scene):
 
 
 def test_a_law_of_another_package_is_found_by_its_name(tmp_path: Path) -> None:
-    """A package that names its law in the entry-point group runs it by name, with its own settings checked."""
+    """A package with its law in the entry-point group runs it by name, its settings checked."""
     (tmp_path / "holding.py").write_text(LAW)
     folder = tmp_path / "holding-1.0.dist-info"
     folder.mkdir()

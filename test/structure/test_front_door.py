@@ -1,4 +1,4 @@
-"""The package as one meets it in an interpreter: what it shows of itself, and what it costs to import."""
+"""The package in an interpreter: what it shows of itself, and what it costs to import."""
 
 import pydoc
 import subprocess
@@ -10,14 +10,20 @@ from crane_sim.simulation.rollout import simulate
 
 
 def test_the_front_door_stays_open() -> None:
-    """Every public name of the package can be taken from it again and again, whatever was imported meanwhile."""
+    """Every public name of the package can be taken again and again.
+
+    That holds whatever was imported meanwhile.
+    """
     for _ in range(2):
         for name in crane_sim.__all__:
             assert callable(getattr(crane_sim, name)), name
 
 
 def test_the_public_names_are_shown() -> None:
-    """Completion and `dir` show the public names and nothing else without underscores; help shows the functions."""
+    """Completion and `dir` show the public names, and no other without underscores.
+
+    Help shows the functions.
+    """
     assert [name for name in dir(crane_sim) if not name.startswith("_")] == sorted(crane_sim.__all__)
     text = pydoc.plain(pydoc.render_doc(crane_sim))
     assert all(f"    {name}(" in text or f"class {name}(" in text for name in crane_sim.__all__)

@@ -40,13 +40,19 @@ def run_pytest(folder: Path, *options: str) -> str:
 
 
 def collect(folder: Path, *options: str) -> tuple[list[str], str]:
-    """Return the ids of the long tests in `folder` that a session with these options would run, and its output."""
+    """Return the ids of long tests in `folder` that a session would run, and its output.
+
+    The session has these options.
+    """
     output = run_pytest(folder, "--collect-only", "-n", "0", *options)
     return [line for line in output.splitlines() if "::" in line], output
 
 
 def test_the_parts_cover_every_long_test_once(tmp_path: Path) -> None:
-    """Each long test is in one part, whichever file it is in; what runs is printed, and how to run the others."""
+    """Each long test is in one part, whichever file it is in.
+
+    What runs is printed, and how to run the others.
+    """
     (tmp_path / "test_nested.py").write_text(NESTED)
     parts = [collect(tmp_path, "--part", str(part)) for part in range(PARTS)]
     assert sorted(test for tests, _ in parts for test in tests) == sorted(LONG)
@@ -55,7 +61,7 @@ def test_the_parts_cover_every_long_test_once(tmp_path: Path) -> None:
 
 
 def test_workers_run_the_part_that_is_due(tmp_path: Path) -> None:
-    """`--part auto` is the same part in a worker as without one: that of the session, here part 0."""
+    """`--part auto` is the session's part in a worker as without one, here part 0."""
     (tmp_path / "test_nested.py").write_text(NESTED)
     number = [part_of(test) for test in LONG].count("0")
     assert 0 < number < len(LONG)
@@ -81,7 +87,10 @@ def test_consecutive_commits_run_all_parts(tmp_path: Path) -> None:
 
 
 def test_commits_of_shallow_clones_run_several_parts(tmp_path: Path) -> None:
-    """A clone that has one commit only, as in many services, does not run one part for ever: its hash decides."""
+    """A clone of one commit does not run one part for ever: its hash decides.
+
+    Many services have such clones.
+    """
     git(tmp_path, "init", "-q", "whole")
     due = set()
     for number in range(40):  # all of one part: once in 4^39

@@ -1,4 +1,4 @@
-"""Without optional packages, as after `pip install .`: what needs one says in one line which, and its extra."""
+"""Without optional packages, as after `pip install .`, what needs one names it and its extra."""
 
 import json
 import os
@@ -50,7 +50,10 @@ EXPRESSIONS = {
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """Return what commands, nodes and expressions do without optional packages, all in one process."""
+    """Return what commands, nodes and expressions do without optional packages.
+
+    All are in one process.
+    """
     folder = tmp_path_factory.mktemp("without_packages")
     for name in ("run.rrd", "run.mcap", "study/study.json", "study/table.parquet"):
         (folder / name).parent.mkdir(exist_ok=True)
@@ -69,14 +72,20 @@ def as_pattern(text: str) -> str:
 
 
 def test_a_command_names_the_extra_that_it_needs(found: dict[str, Any]) -> None:
-    """Each command ends with exit code 2 and one line: the package and the command that installs it, or bad input."""
+    """Each command ends with exit code 2 and a line: a package to install, or bad input.
+
+    The line has the package and the command that installs it.
+    """
     for (words, line), (code, errors) in zip(COMMANDS.items(), found["commands"], strict=True):
         assert code == 2 and len(errors) == 1, (words, errors)
         assert re.match(f"crane: .*{as_pattern(line)}", errors[0]), (words, errors)
 
 
 def test_a_node_names_the_extra_that_it_needs(found: dict[str, Any]) -> None:
-    """A node without ROS exits with one line, and so with code 1: the package and the command that installs it."""
+    """A node without ROS exits with code 1 and one line.
+
+    The line has the package and the command that installs it.
+    """
     line = "crane: a node needs the Python package rclpy, which is not installed (pip install 'crane_sim[ros]')"
     assert found["nodes"] == [line] * len(NODES)
 
@@ -88,7 +97,10 @@ def test_python_names_the_extra_that_it_needs(found: dict[str, Any]) -> None:
 
 
 def test_every_optional_package_is_an_extra() -> None:
-    """Each optional package names an extra of this package; the extra `ros` has the pins of ./crane's environment."""
+    """Each optional package names an extra of this package.
+
+    The extra `ros` has the pins of ./crane's environment.
+    """
     extras = set(metadata("crane_sim").get_all("Provides-Extra") or ())
     assert {package.extra for package in PACKAGES.values()} <= extras
     required = metadata("crane_sim").get_all("Requires-Dist") or ()

@@ -26,7 +26,7 @@ def test_the_manifest_is_an_ament_python_package() -> None:
 
 
 def test_colcon_builds_an_installable_tree(tmp_path: Path) -> None:
-    """`colcon build` installs package, scenes, profile, marker and programs, and the package works from there."""
+    """`colcon build` installs a working package with scenes, profile, marker and programs."""
     bases = ["--build-base", str(tmp_path / "build"), "--install-base", str(tmp_path / "install")]
     command = [sys.executable, "-m", "colcon", "--log-base", str(tmp_path / "log"), "build", *bases]
     command += ["--base-paths", str(ROOT), "--packages-select", "crane_sim", "--event-handlers", "console_direct+"]
@@ -51,7 +51,10 @@ def test_colcon_builds_an_installable_tree(tmp_path: Path) -> None:
 
 
 def test_the_launch_file_names_parameters_of_the_nodes() -> None:
-    """What launch file and parameter file set, the nodes declare; what the launch file starts, the package installs."""
+    """What launch and parameter files set, the nodes declare.
+
+    What the launch file starts, the package installs.
+    """
     declared = {*MANAGED, *plant_node.PARAMETERS, *controller_node.PARAMETERS, *recorder_node.PARAMETERS}
     tree = ast.parse((ROOT / "launch" / "crane.launch.py").read_text())
     calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]

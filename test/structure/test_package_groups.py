@@ -32,7 +32,7 @@ def pins_of(group: str) -> set[str]:
 
 
 def make_environment(folder: Path, monkeypatch: pytest.MonkeyPatch, code: int = 0) -> Path:
-    """Make a fake environment of this tree the running one; return the file of what its Python was called with."""
+    """Make a fake environment of this tree the running one; return its log of Python's calls."""
     (folder / "crane.stamp").write_text(f"0 0\n{REQUIREMENTS.parent}\n")
     python, calls = folder / "python", folder / "calls"
     python.write_text(FAKE_PYTHON.format(log=calls, code=code))
@@ -58,7 +58,7 @@ def test_every_group_agrees_with_a_run() -> None:
 
 
 def test_a_group_is_installed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The first call installs the group's lock file, the second nothing, one with another lock file again."""
+    """The first call installs the group's lock file, the second nothing, a new file again."""
     calls = make_environment(tmp_path, monkeypatch)
     install_groups("gym")
     install_groups("gym")
@@ -70,7 +70,10 @@ def test_a_group_is_installed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 @pytest.mark.parametrize(("answer", "installed"), [("n", False), ("y", True), ("", True)])
 def test_a_terminal_is_asked(answer: str, installed: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing is installed that the user of a terminal refuses; one line says what is missing. Yes is the default."""
+    """Nothing is installed that the user refuses; one line says what is missing.
+
+    Yes is the default.
+    """
     calls, screen = make_environment(tmp_path, monkeypatch), Terminal()
     monkeypatch.setattr(sys, "stdin", Terminal(f"{answer}\n"))
     monkeypatch.setattr(sys, "stderr", screen)
@@ -114,7 +117,10 @@ def test_input_is_checked_first(command: str, tmp_path: Path, monkeypatch: pytes
 
 
 def test_other_environments_are_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """In an environment that ./crane did not make for this tree, nothing is installed, and `crane install` says so."""
+    """Where ./crane did not make the environment for this tree, nothing is installed.
+
+    `crane install` says so.
+    """
     calls = make_environment(tmp_path, monkeypatch)
     (tmp_path / "crane.stamp").write_text("0 0\n/another/tree\n")
     install_groups("plots")
@@ -124,7 +130,7 @@ def test_other_environments_are_left_alone(tmp_path: Path, monkeypatch: pytest.M
 
 
 def test_the_command_that_installs_is_one_that_is_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Messages name `./crane install` where that script made the environment, pip and an extra elsewhere."""
+    """Messages name `./crane install` where it made the environment, pip and an extra elsewhere."""
     make_environment(tmp_path, monkeypatch)
     assert how_to_install("study", "pandas") == "./crane install study"
     (tmp_path / "crane.stamp").unlink()

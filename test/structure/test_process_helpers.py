@@ -1,4 +1,4 @@
-"""The guards of the tests: their programs end with them in any case, and a hanging test fails alone."""
+"""The guards of the tests: their programs always end with them; a hanging test fails alone."""
 
 import os
 import signal
@@ -38,7 +38,7 @@ def test_behind_it():
 
 
 def test_a_program_ends_with_its_block() -> None:
-    """One that ignores SIGTERM, and the child it has started, are gone behind the block, whatever is raised there."""
+    """One that ignores SIGTERM and its child are gone after the block, whatever is raised."""
     with (
         pytest.raises(ZeroDivisionError),
         started_program([sys.executable, "-c", IGNORES_SIGTERM], grace=0.2, stdout=subprocess.PIPE) as process,
@@ -62,7 +62,7 @@ def test_a_wait_for_a_program_that_hangs_ends() -> None:
 
 
 def nested(folder: Path, test: str, *options: str) -> list[str]:
-    """Return a command that runs a test in a session of its own, with this suite's guards and limits."""
+    """Return a command that runs a test in its own session, with this suite's guards and limits."""
     (folder / "test_nested.py").write_text(test)
     usual = ["-p", "conftest", "-c", str(TEST.parent / "pyproject.toml"), "--rootdir", str(folder)]
     return [sys.executable, "-m", "pytest", *usual, *options, str(folder / "test_nested.py")]
@@ -77,7 +77,10 @@ def environment() -> dict[str, str]:
 
 @pytest.mark.parametrize("workers", ["0", "1"])
 def test_nothing_outlives_a_session_that_is_killed(workers: str, tmp_path: Path) -> None:
-    """When pytest is killed in a test, its workers end, and so do their programs, even in a session of their own."""
+    """When pytest is killed in a test, its workers and programs end.
+
+    That holds even for programs in a session of their own.
+    """
     pid_file = tmp_path / "pid_file"
     with started_program(nested(tmp_path, OTHER_SESSION, "-n", workers), env=environment(), cwd=tmp_path) as session:
         wait_until(
@@ -109,7 +112,10 @@ def test_nothing_outlives_a_session_that_is_killed(workers: str, tmp_path: Path)
     ids=["in Python", "in compiled code", "a crash"],
 )
 def test_a_test_that_hangs_or_crashes_fails_alone(hang: str, message: str, tmp_path: Path) -> None:
-    """It fails at its limit, or with its process in compiled code and in a crash; later tests are run."""
+    """It fails at its limit, or with its process in compiled code and in a crash.
+
+    Later tests are run.
+    """
     limits = ["-n", "1", "-o", "test_limit=8", "-o", "faulthandler_timeout=25"]  # setup starts a process
     result = run_to_completion(nested(tmp_path, HANGING.format(hang=hang), *limits), env=environment(), cwd=tmp_path)
     assert message in result.stdout and "1 failed, 1 passed" in result.stdout, result.stdout + result.stderr

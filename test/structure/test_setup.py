@@ -34,7 +34,7 @@ def run_setup_script(folder: Path, pip_code: int) -> subprocess.CompletedProcess
 
 
 def test_setup_prints_one_line(tmp_path: Path) -> None:
-    """After a successful installation pip's warnings are only in the log, and the command is called."""
+    """After an installation pip's warnings are only in the log, and the command is called."""
     result = run_setup_script(tmp_path, 0)
     assert (result.returncode, result.stdout) == (0, "crane was called with scenes\n")
     assert len(result.stderr.splitlines()) == 1 and "making the environment" in result.stderr
@@ -59,7 +59,7 @@ def test_an_unfinished_environment_is_recreated(tmp_path: Path, pip_code: int) -
 
 
 def test_a_tree_may_have_any_name_in_any_locale(tmp_path: Path) -> None:
-    """With LC_ALL=C, or the home of another Python, the command starts in a folder whose name is not ASCII."""
+    """With LC_ALL=C, or another Python's home, the command starts in a non-ASCII folder."""
     tree = tmp_path / "Kräne"
     tree.mkdir()
     run_setup_script(tree, 0)

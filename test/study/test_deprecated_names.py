@@ -34,7 +34,10 @@ def metric(tmp_path: Path) -> str:
 
 
 def test_the_deprecated_key_works(metric: str, tmp_path: Path) -> None:
-    """The key `figures` works as `metrics` does, with a warning, also in a file; both together are refused."""
+    """The key `figures` works as `metrics`, with a warning; both together are refused.
+
+    That holds for a study's file as well.
+    """
     with pytest.warns(FutureWarning, match="study: figures is now called metrics"):
         deprecated = studies.load_study(STUDY | {"figures": metric})
     assert deprecated == studies.load_study(STUDY | {"metrics": metric})
@@ -61,7 +64,10 @@ def test_a_finished_folder_of_the_previous_release_is_read(metric: str, tmp_path
 
 
 def test_deprecated_names_in_python_work(metric: str, tmp_path: Path) -> None:
-    """`figure` and `own_figures` of a study's result and `figures` of a batch warn and give what the new names give."""
+    """The old names in a study's result and in a batch warn and give what the new ones give.
+
+    They are `figure` and `own_figures` of a result, and `figures` of a batch.
+    """
     result = studies.run(STUDY | {"metrics": metric}, tmp_path / "study", workers=1)
     with pytest.warns(DeprecationWarning, match="StudyResult.figure is now StudyResult.metric"):
         assert np.array_equal(result.figure("furthest", "scene"), result.metric("furthest", "scene"))

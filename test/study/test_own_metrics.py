@@ -1,4 +1,4 @@
-"""Metrics of one's own in studies: columns by a function that a study's file names, and what it may return."""
+"""Metrics of one's own in studies: columns by a function that a study's file names."""
 
 import io
 import json
@@ -62,7 +62,7 @@ def run_with(metrics: str, folder: Path, **changes: Any) -> list[dict[str, Any]]
 
 
 def test_a_study_has_metrics_of_ones_own(own: Path, tmp_path: Path) -> None:
-    """A function of a run that the file names gives further columns, beside the rows of the study without it.
+    """A function that the file names adds columns to the rows of the study without it.
 
     A function or module that is not there is one line.
     """
@@ -99,7 +99,10 @@ def test_a_study_has_metrics_of_ones_own(own: Path, tmp_path: Path) -> None:
     ],
 )
 def test_what_can_be_no_column_is_refused_after_one_run(returned: Any, line: str, own: Path, tmp_path: Path) -> None:
-    """Names that the table has, and what are no numbers by name: one line says what is possible, nothing is written."""
+    """What can be no column is refused in one line that says what is possible.
+
+    These are names that the table has, and what are no numbers by name; nothing is written.
+    """
     text = returned if returned == "Table()" else repr(returned)
     own.write_text(OWN.replace('{"metric": {}}', f'{{"metric": {text}}}'))
     with pytest.raises(SceneError, match=line) as error:
@@ -110,7 +113,7 @@ def test_what_can_be_no_column_is_refused_after_one_run(returned: Any, line: str
 
 @pytest.mark.parametrize("content", [b"", b"\xff\xfe", b'{"study": 5}'])
 def test_a_damaged_identity_is_one_line(content: bytes, tmp_path: Path) -> None:
-    """A damaged study.json is named in one line by a study that finds it, and by the reader of its result."""
+    """A damaged study.json is named in one line by a study that finds it, and by its reader."""
     for name in ("study.json", "table.parquet"):
         (tmp_path / name).write_bytes(content)
     with pytest.raises(SceneError, match=r"^\S*study\.json: is damaged; name another folder[^\n]*$"):
@@ -120,14 +123,17 @@ def test_a_damaged_identity_is_one_line(content: bytes, tmp_path: Path) -> None:
 
 
 def test_values_of_several_types_are_text(tmp_path: Path) -> None:
-    """Numbers, text and a refused flag as values of one parameter, each in a block of its own, make one column."""
+    """Numbers, text and a refused flag as values of one parameter make one column.
+
+    Each is in a block of its own.
+    """
     found = studies.run(STUDY | {"parameters": {"initial.angles": [0.1, "10 deg", 1, True]}}, tmp_path, 1)
     assert found.column("parameter.initial.angles").tolist()[::2] == ["0.1", "10 deg", "1", "True"]
     assert found.column("status").tolist()[::2] == ["ok", "ok", "ok", "refused"]
 
 
 def test_the_worst_runs_are_those_without_a_value(own: Path, tmp_path: Path) -> None:
-    """Runs that end without the metric are recorded before that with the largest value, failed ones are not."""
+    """Runs without the metric are recorded before that with the largest value, failed ones not."""
     values = {8.0: 1.0, 9.0: None, 10.0: 2.0}  # by mass; another one is an error, and so a failed run
     look_up = f"{values}[run.scene.document['cable']['node_masses'][0]]"
     own.write_text(f"def late(run):\n    return {{'late': {look_up}}}\n")
@@ -139,7 +145,10 @@ def test_the_worst_runs_are_those_without_a_value(own: Path, tmp_path: Path) -> 
 
 
 def test_recordings_without_a_recorder_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A study, or a search, with recordings is refused in one line before anything runs where rerun-sdk is missing."""
+    """A study or search with recordings is refused in one line if rerun-sdk is missing.
+
+    That comes before anything runs.
+    """
     monkeypatch.setitem(sys.modules, "rerun", None)
     monkeypatch.setattr("crane_sim.study.execution.check_cases", pytest.fail)
     monkeypatch.setattr("crane_sim.study.tuning_checks.check_cases", pytest.fail)
@@ -151,7 +160,7 @@ def test_recordings_without_a_recorder_are_refused(tmp_path: Path, monkeypatch: 
 
 
 def test_a_metric_that_fails_is_a_row_that_failed(own: Path, tmp_path: Path) -> None:
-    """Where the function raises, its row is `failed` and names function and error; the other rows are as they were.
+    """Where the function raises, its row is `failed` with function and error; others stay.
 
     Also where all fail, the study reaches its end, with the metrics of every run's summary.
     """
@@ -172,7 +181,7 @@ def test_a_metric_that_fails_is_a_row_that_failed(own: Path, tmp_path: Path) -> 
 
 
 def test_recordings_of_a_finished_study_may_be_asked_for_later(own: Path, tmp_path: Path) -> None:
-    """Which runs are recorded is no part of a study: its folder takes other recordings, and no row is run again."""
+    """Recordings are no part of a study: its folder takes others, and no row is run again."""
     study, folder = STUDY | {"metrics": f"{own}:furthest"}, tmp_path / "folder"
     with pytest.raises(SceneError, match="unknown metric 'further'.*did you mean 'furthest'"):
         studies.run(study | {"recordings": {"worst": {"metric": "further"}}}, folder, 1)
@@ -199,7 +208,9 @@ NAMED: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("place", NAMED)
 def test_a_study_goes_on_with_the_functions_that_began_it(place: str, own: Path, tmp_path: Path) -> None:
-    """Where the file of a study's metrics, or of a law, was edited, its folder is refused in one line, as it is.
+    """After an edit of a file of metrics or of a law, its folder is refused in one line.
+
+    The folder stays as it is.
 
     With the content that began the study, its folder is taken again.
     """
@@ -220,7 +231,10 @@ def test_a_study_goes_on_with_the_functions_that_began_it(place: str, own: Path,
 
 
 def test_a_function_that_is_edited_meanwhile_ends_the_study(own: Path, tmp_path: Path) -> None:
-    """Rows by two functions never meet: the next block names the file. Another study takes what the file has now."""
+    """Rows by two functions never mix: the next block names the file.
+
+    Another study takes what the file has now.
+    """
 
     def edit(*_: int) -> None:
         own.write_text(OWN.replace(".max()", ".min()"))
@@ -234,7 +248,9 @@ def test_a_function_that_is_edited_meanwhile_ends_the_study(own: Path, tmp_path:
 
 
 def test_own_metrics_are_in_the_summary(own: Path, tmp_path: Path) -> None:
-    """Summary, terminal and page show a study's own metrics behind those of every run, also where first rows lack them.
+    """Summary, terminal and page show a study's own metrics, also where first rows lack them.
+
+    They are behind those of every run.
 
     In a narrow terminal names break, and no number is cut.
     """
@@ -259,7 +275,7 @@ def late(run):
 
 
 def test_what_a_killed_write_has_left_is_removed_and_a_damaged_block_is_named(own: Path, tmp_path: Path) -> None:
-    """A study goes on beside the unfinished files of a process that was killed; a damaged block is one line."""
+    """A study resumes beside a killed process's unfinished files; a damaged block is one line."""
     folder = tmp_path / "study"
     with pytest.raises(RuntimeError, match="stop"):
         studies.run(STUDY, folder, workers=1, on_progress=raise_after_two)
@@ -284,7 +300,10 @@ def raise_after_two(done: int, _: int) -> None:
 def test_a_module_that_is_edited_in_a_living_process_is_loaded_anew(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The hash of a study's identity is that of the functions that made its numbers, in one Python process too."""
+    """An edited module gives another hash of the study's identity, in one Python process too.
+
+    The hash is that of the functions that made the numbers.
+    """
     monkeypatch.syspath_prepend(tmp_path)
     module = tmp_path / "edited_metrics.py"
     for value in (1.0, 22.0):  # of unlike length: byte code is told from older one by time in seconds and by size

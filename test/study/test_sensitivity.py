@@ -32,7 +32,10 @@ def study_of(design: str, samples: int) -> dict[str, Any]:
 
 
 def result_of(folder: Path, design: str, samples: int, function: Any) -> StudyResult:
-    """Return the result of a study in a folder whose metric `y` is a function of probabilities (runs, parameters)."""
+    """Return the result of a study whose metric `y` is a function of the probabilities.
+
+    These are (runs, parameters).
+    """
     study = load_study(study_of(design, samples))
     y = function(draw_probabilities(study))
     table = pa.table({"variant": ["scene"] * len(y), "status": ["ok"] * len(y), "y": y.tolist()})
@@ -41,7 +44,10 @@ def result_of(folder: Path, design: str, samples: int, function: Any) -> StudyRe
 
 
 def test_elementary_effects_of_a_linear_function_are_its_changes(tmp_path: Path) -> None:
-    """Of a linear function Morris' mean magnitudes are slope times range, without interaction, the strongest first."""
+    """Morris' mean magnitudes of a linear function are slope times range, strongest first.
+
+    There is no interaction.
+    """
     found = sensitivities(result_of(tmp_path, "morris", 4, lambda x: x @ [2.0, -5.0, 0.0]), "y", "scene")
     assert [row.parameter for row in found] == [KEYS[1], KEYS[0], KEYS[2]]
     # rounding of sums and of differences by 2/3
@@ -51,7 +57,7 @@ def test_elementary_effects_of_a_linear_function_are_its_changes(tmp_path: Path)
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("design", ["morris", "saltelli"])
 def test_rounding_depends_on_nothing(design: str, tmp_path: Path) -> None:
-    """A metric that is constant but for its last bits depends on no parameter, and an infinite one is missing."""
+    """A metric constant up to rounding depends on no parameter; an infinite one is missing."""
     rounded = result_of(tmp_path, design, 8, lambda x: 0.3 + 1e-15 * np.sin(1e3 * x[:, 0]))
     assert [row[1:] for row in sensitivities(rounded, "y", "scene")] == [(0.0, 0.0, 0.0)] * 3
     infinite = result_of(tmp_path, design, 8, lambda x: np.where(np.arange(len(x)) == 3, np.inf, x[:, 0]))
@@ -72,7 +78,10 @@ def test_total_indices_of_a_product_are_those_of_theory(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("design", "samples", "count"), [("morris", 3, 12), ("saltelli", 4, 20)])
 def test_designs_change_what_they_should(design: str, samples: int, count: int) -> None:
-    """Values lie inside their distributions, all runs have one seed, and Morris' paths change one value at a time."""
+    """Values lie in their distributions, and all runs have one seed.
+
+    Morris' paths change one value at a time.
+    """
     listed = cases(load_study(study_of(design, samples)))
     values = np.array([list(case.parameters.values()) for case in listed])
     assert len(listed) == count and len({case.changes["seed"] for case in listed}) == 1
@@ -84,7 +93,11 @@ def test_designs_change_what_they_should(design: str, samples: int, count: int) 
 
 
 def test_studies_without_indices(tmp_path: Path) -> None:
-    """Other designs, metrics that some runs lack, and a number of samples that is no power of two are refused."""
+    """Designs, metrics and numbers of samples without sensitivities are refused.
+
+    These are other designs, metrics that some runs lack, and numbers of samples that are no power
+    of two.
+    """
     drawn = result_of(tmp_path, "morris", 2, lambda x: x[:, 0])
     with pytest.raises(SceneError, match="sensitivities need morris or saltelli"):
         sensitivities(StudyResult(load_study(study_of("sobol", 8)), drawn.folder), "y", "scene")

@@ -15,7 +15,7 @@ from crane_sim.study.statistics import (
 
 
 def test_a_known_offset_is_found() -> None:
-    """Differences that do not vary have their value as mean and interval; missing values are left out."""
+    """Constant differences are their own mean and interval; missing values are left out."""
     first = np.array([1.0, 2.0, np.nan, 4.0, 5.0])
     found = compare_pairs(first, first + np.array([0.5, 0.5, 0.5, np.nan, 0.5]))
     assert (found.pairs, found.mean, found.low, found.high, found.share) == (3, 0.5, 0.5, 0.5, 0.0)
@@ -27,7 +27,10 @@ def test_a_known_offset_is_found() -> None:
 
 @pytest.mark.filterwarnings("error")
 def test_differences_that_vary_by_rounding_do_not_vary() -> None:
-    """An offset of 0.05 but for the last bits has its mean as interval, and the p-value of equal differences."""
+    """An offset of 0.05 but for the last bits is its own interval.
+
+    The p-value is that of equal differences.
+    """
     first = np.linspace(0.1, 0.5, 12)
     found, exact = compare_pairs(first, first + 0.05), compare_pairs(np.zeros(12), np.full(12, 0.05))
     assert np.ptp(first + 0.05 - first) > 0.0
@@ -39,14 +42,20 @@ def test_differences_that_vary_by_rounding_do_not_vary() -> None:
 
 
 def test_wilcoxon_of_one_sided_differences_is_its_closed_form() -> None:
-    """Of n differences of one sign the exact two-sided test has p = 2 / 2^n: only one assignment is as extreme."""
+    """Of n differences of one sign the exact two-sided test has p = 2 / 2^n.
+
+    Only one assignment is as extreme.
+    """
     n = 10
     found = compare_pairs(np.zeros(n), np.arange(1.0, n + 1.0))
     assert found.p_value == pytest.approx(2.0 / 2**n, rel=1e-12)  # rounding of the sum of ranks' probabilities
 
 
 def test_the_interval_covers() -> None:
-    """Of 100 samples of 40 differences 95 % of intervals have the true mean inside, within four standard errors."""
+    """95 % of intervals hold the true mean, within four standard errors.
+
+    There are 100 samples of 40 differences.
+    """
     rng, trials = np.random.default_rng(5), 100
     inside = 0
     for i in range(trials):
@@ -57,7 +66,10 @@ def test_the_interval_covers() -> None:
 
 @pytest.mark.parametrize("n", [2, 8])
 def test_the_interval_of_few_pairs_covers(n: int) -> None:
-    """Of 400 samples of few normal differences 95 % of intervals have the mean inside, within four standard errors."""
+    """95 % of intervals of few pairs hold the true mean, within four standard errors.
+
+    There are 400 samples of normal differences.
+    """
     rng, trials = np.random.default_rng(n), 400
     found = [compare_pairs(np.zeros(n), rng.normal(0.3, 1.0, n)) for _ in range(trials)]
     inside = sum(each.low <= 0.3 <= each.high for each in found)
@@ -65,7 +77,10 @@ def test_the_interval_of_few_pairs_covers(n: int) -> None:
 
 
 def test_mcnemar_is_the_binomial_test_of_discordant_samples() -> None:
-    """Of 6 samples that only one variant fails p = 2 / 2^6; samples in which both fail say nothing."""
+    """Of 6 samples that only one variant fails p = 2 / 2^6.
+
+    Samples in which both fail say nothing.
+    """
     first = np.array([True] * 6 + [True] * 3 + [False] * 3)
     second = np.array([False] * 6 + [True] * 3 + [False] * 3)
     found = compare_failures(first, second)
@@ -75,7 +90,9 @@ def test_mcnemar_is_the_binomial_test_of_discordant_samples() -> None:
 
 
 def test_the_interval_of_a_median_covers() -> None:
-    """Of 200 samples of 41 normal values about 95 % of intervals have the true median inside, infinite ones count.
+    """About 95 % of the intervals hold the true median; infinite values count.
+
+    There are 200 samples of 41 normal values.
 
     The percentiles' own error is about 1 % at this size; four standard errors of the count beside it.
     """
@@ -89,19 +106,28 @@ def test_the_interval_of_a_median_covers() -> None:
 
 
 def test_the_bootstrap_of_a_median_of_three_is_its_closed_form() -> None:
-    """Of three values the bootstrapped median is the least one with probability 7/27, so both ends are extremes."""
+    """The bootstrapped median of three values is the least one with probability 7/27.
+
+    So both ends of the interval are extremes.
+    """
     assert estimate_median(np.array([1.0, 2.0, 5.0])) == (2.0, 1.0, 5.0)
     assert estimate_median(np.array([4.0])) == (4.0, 4.0, 4.0)
 
 
 def test_shares_have_wilsons_interval() -> None:
-    """Of 8 of 10 the score interval is 0.4902 to 0.9433; without a success it begins at 0 and ends at z² / (n + z²)."""
+    """The score interval of 8 of 10 is 0.4902 to 0.9433.
+
+    Without a success it begins at 0 and ends at z² / (n + z²).
+    """
     assert estimate_share(8, 10) == pytest.approx((0.8, 0.490162, 0.943318), abs=1e-6)  # digits that are written
     z2 = 1.959963984540054**2
     assert estimate_share(0, 10) == pytest.approx((0.0, 0.0, z2 / (10.0 + z2)), abs=1e-12)
 
 
 def test_p_values_are_adjusted_by_holm() -> None:
-    """The smallest of m is multiplied by m, the next by m - 1, none falls below the one before (Holm 1979)."""
+    """The least of m p-values is multiplied by m, the next by m - 1, and so on (Holm 1979).
+
+    None falls below the one before.
+    """
     assert adjust_p_values([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02], rel=1e-12)
     assert adjust_p_values([]) == []

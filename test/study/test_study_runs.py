@@ -61,7 +61,10 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> studies.StudyResult:
 
 
 def test_rows_are_single_runs(whole: studies.StudyResult) -> None:
-    """A row has the state's hash and the metrics of `simulate` with the row's parameters, to the last bit."""
+    """A row has the state's hash and the metrics of `simulate`, to the last bit.
+
+    The parameters are those of the row.
+    """
     rows = whole.table.to_pylist()
     assert [row["case"] for row in rows] == list(range(16)) and {row["status"] for row in rows} == {"ok"}
     for row in (rows[0], rows[7], rows[-1]):
@@ -74,7 +77,10 @@ def test_rows_are_single_runs(whole: studies.StudyResult) -> None:
 
 
 def test_a_cluster_writes_the_same_table(whole: studies.StudyResult, tmp_path: Path) -> None:
-    """The workers of a Dask cluster write the table of plain processes; an address without a scheduler is one line."""
+    """Workers of a Dask cluster write the table of plain processes.
+
+    An address without a scheduler is an error of one line.
+    """
     found = studies.run(STUDY, tmp_path / "cluster", workers=1, scheduler="local")
     assert without_times(found.table) == without_times(whole.table)
 
@@ -95,7 +101,10 @@ def failing(tmp_path_factory: pytest.TempPathFactory) -> studies.StudyResult:
 
 
 def test_a_run_that_fails_is_a_row(failing: studies.StudyResult) -> None:
-    """Failed and impossible runs are rows with status and reason; metrics stand there up to where it failed."""
+    """Failed and impossible runs are rows with status and reason.
+
+    Metrics stand there up to where the run failed.
+    """
     rows = failing.table.to_pylist()
     assert [row["status"] for row in rows] == ["ok", "failed", "refused", "refused"]
     assert "travel limit" in rows[1]["error"] and 0.0 < rows[1]["sim_time"] < 5.0
@@ -104,14 +113,14 @@ def test_a_run_that_fails_is_a_row(failing: studies.StudyResult) -> None:
 
 
 def test_failures_are_recorded(failing: studies.StudyResult) -> None:
-    """Of the run that failed there is a recording, with the bits of its row; a refused scene has none."""
+    """The failed run has a recording, with the bits of its row; a refused scene has none."""
     (file,) = (failing.folder / "recordings").iterdir()
     assert file.name == "000001.rrd"
     assert crane_sim.read_recording(file).summary["state_sha256"] == failing.table["state_sha256"][1].as_py()
 
 
 def test_a_recording_that_a_killed_study_left_is_made_anew(failing: studies.StudyResult, tmp_path: Path) -> None:
-    """The half of a recording is removed, not recovered beside the whole one, which has the same bits."""
+    """Half a recording is removed, not recovered beside the whole one, which has the same bits."""
     folder = Path(shutil.copytree(failing.folder, tmp_path / "study"))
     (file,) = (folder / "recordings").iterdir()
     file.rename(unfinished_name(file))
@@ -129,7 +138,9 @@ if __name__ == "__main__":
 
 @pytest.mark.parametrize("kills", [2, pytest.param(20, marks=pytest.mark.long)])
 def test_a_killed_study_goes_on(whole: studies.StudyResult, tmp_path: Path, kills: int) -> None:
-    """Killed at random instants, its processes with it, and begun again: the table is that of the undisturbed study.
+    """A study killed at random instants and begun again has the undisturbed one's table.
+
+    Its processes are killed with it.
 
     Blocks that are on disk when it is killed are not touched again. Two processes run it, one the undisturbed one.
     """
@@ -158,7 +169,10 @@ def test_a_killed_study_goes_on(whole: studies.StudyResult, tmp_path: Path, kill
     "send", [pytest.param(os.kill, id="process"), pytest.param(os.killpg, id="terminal", marks=pytest.mark.long)]
 )
 def test_an_interrupted_sweep_ends_in_one_line(send: Callable[[int, int], None], tmp_path: Path) -> None:
-    """SIGINT to `crane sweep`, or as a terminal sends it to its workers, too: one line, and no process remains."""
+    """SIGINT to `crane sweep` gives one line, and no process remains.
+
+    It goes to the workers, too, as a terminal sends it.
+    """
     file, rows = tmp_path / "study.yaml", tmp_path / "folder" / "rows"
     file.write_text(yaml.safe_dump(STUDY | {"samples": 65536}))
     command = [CRANE, "sweep", str(file), "-o", str(tmp_path / "folder"), "--workers", "2"]
@@ -175,7 +189,7 @@ def test_an_interrupted_sweep_ends_in_one_line(send: Callable[[int, int], None],
 
 @pytest.mark.long
 def test_workers_of_a_cluster_that_are_killed_lose_nothing(tmp_path: Path) -> None:
-    """Up to twenty workers of a Dask cluster are killed during a study: the table is that of the undisturbed one."""
+    """Up to twenty killed workers of a Dask cluster do not change the table of a study."""
     dask, distributed = pytest.importorskip("dask"), pytest.importorskip("distributed")
     # a local cluster gives a worker up that is not there 15 s after one of its name ended: it may just start again
     patience = {"distributed.deploy.lost-worker-timeout": "1h"}
@@ -206,7 +220,9 @@ def test_workers_of_a_cluster_that_are_killed_lose_nothing(tmp_path: Path) -> No
 
 
 def test_a_study_has_a_page(failing: studies.StudyResult, tmp_path: Path) -> None:
-    """`crane report FOLDER` writes one file without requests: failures first, each variant's metrics, links to runs.
+    """`crane report FOLDER` writes one file without requests.
+
+    It has failures first, then each variant's metrics and links to runs.
 
     Folders without a finished study are refused in one line.
     """

@@ -29,7 +29,7 @@ def sampled(design: str, samples: int, **changes: Any) -> list[Case]:
 
 
 def test_a_grid_has_every_combination_under_every_variant() -> None:
-    """Cases are the product of the values, the last one fastest, each sample under all variants in turn."""
+    """Cases are the product of the values, last one fastest, each sample under all variants."""
     listed = list(cases(study(parameters={MASS: [5.0, 10.0], "trolley.mass": [15.0, 20.0, 25.0]}, variants=TWO)))
     assert [case.number for case in listed] == list(range(12))
     assert [(case.sample, case.variant) for case in listed] == [(i, name) for i in range(6) for name in TWO]
@@ -40,7 +40,10 @@ def test_a_grid_has_every_combination_under_every_variant() -> None:
 
 @pytest.mark.parametrize("design", ["latin_hypercube", "sobol"])
 def test_samples_are_stratified(design: str) -> None:
-    """Of n samples one lies in each n-th of a parameter's probability: both designs have that by their definition."""
+    """In both designs one of n samples lies in each n-th of a parameter's probability.
+
+    That is so by their definition.
+    """
     n = 16
     masses = np.array([case.parameters[MASS] for case in sampled(design, n)])
     assert sorted(((masses - 5.0) / 15.0 * n).astype(int)) == list(range(n))
@@ -56,7 +59,10 @@ def test_monte_carlo_has_the_moments_of_its_distributions() -> None:
 
 
 def test_variants_share_their_random_numbers() -> None:
-    """All variants of a sample have its parameters and its seed; samples differ; a second list is the same."""
+    """All variants of a sample have its parameters and its seed; samples differ.
+
+    A second list of cases is the same.
+    """
     first, second = (sampled("monte_carlo", 8, variants=TWO, seed=3) for _ in range(2))
     assert first == second
     for plain, other in zip(first[::2], first[1::2], strict=True):
@@ -66,14 +72,17 @@ def test_variants_share_their_random_numbers() -> None:
 
 
 def test_a_study_is_what_it_writes() -> None:
-    """A study read back from its own JSON is the same, infinite limits and lists of values included."""
+    """A study read back from its JSON is the same, infinite limits and value lists included."""
     parameters = {MASS: {"distribution": "normal", "deviation": 1.0}, "initial.angles.0": [0.1, "20 deg"]}
     first = study(design="sobol", samples=4, parameters=parameters, variants=TWO)
     assert load_study(first.model_dump(mode="json")) == first
 
 
 def test_parameters_vary_the_scene_with_the_changes_of_the_study() -> None:
-    """A relative distribution has factors of what `changes` set, also in a group that only they have."""
+    """A relative distribution has factors of what `changes` set.
+
+    That holds also in a group that only the changes have.
+    """
     third = {"distribution": "uniform", "low": 1.0, "high": 1.5, "relative": True}
     parameters = {MASS: third, "friction.trolley.coulomb": third, "trolley.mass": third}
     changes = {"cable.node_masses": [100.0], "friction": {"trolley": {"coulomb": 4.0}}, "trolley.mass": 60.0}
@@ -95,7 +104,10 @@ def test_a_key_that_stands_twice_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("values", [["mylaw.py:build", "lqr"], {"values": ["mylaw.py:build", "lqr"]}])
 def test_laws_of_files_are_beside_the_study(tmp_path: Path, values: Any) -> None:
-    """The file of a law in the changes that are tuned, or among a parameter's values, is one of the study's folder."""
+    """The file of a law in a study, also in what is tuned, is one of the study's folder.
+
+    It is in the changes that are tuned, or among a parameter's values.
+    """
     tune = {"gains": {"control.kp": {"low": 1, "high": 2}}, "objectives": ["x"]}
     document = {
         "scene": SCENE,

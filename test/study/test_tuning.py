@@ -53,7 +53,10 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> tuning.TuningResult:
 
 @pytest.mark.long
 def test_a_search_that_goes_on_is_the_undisturbed_one(whole: tuning.TuningResult, tmp_path: Path) -> None:
-    """Five trials, the last not finished by its process, then the others: as all at once, with two workers or one."""
+    """A search interrupted in its fifth trial ends like one that runs all at once.
+
+    The other trials have two workers or one.
+    """
     tuning.tune(with_tune(trials=5), tmp_path, workers=2)
     journal = tmp_path / "trials.log"
     journal.write_bytes(journal.read_bytes()[:-20])  # in the middle of the line that ends the fifth
@@ -63,7 +66,10 @@ def test_a_search_that_goes_on_is_the_undisturbed_one(whole: tuning.TuningResult
 
 
 def test_the_values_of_a_trial_are_means_of_runs(whole: tuning.TuningResult) -> None:
-    """A candidate's values are the means of the metrics of `simulate` with its gains over the training samples."""
+    """A candidate's values are the means of the metrics of `simulate` over training samples.
+
+    The gains are those of the candidate.
+    """
     best = whole.front[0]
     changes = {"control.kp": [best.gains[KP]], "control.kd": [best.gains[KD]]}
     runs = []
@@ -76,7 +82,7 @@ def test_the_values_of_a_trial_are_means_of_runs(whole: tuning.TuningResult) -> 
 
 
 def test_no_trial_beats_one_of_the_front(whole: tuning.TuningResult) -> None:
-    """The front is in the order of its first objective, and so in the opposite one of the second."""
+    """The front is in the order of its first objective, and so the reverse of the second's."""
     swing, effort = zip(*(each.values for each in whole.front), strict=True)
     assert len(whole.front) > 1 and list(swing) == sorted(swing) and list(effort) == sorted(effort, reverse=True)
     assert whole.chosen["least_residual_swing_deg"] == whole.front[0]
@@ -84,7 +90,10 @@ def test_no_trial_beats_one_of_the_front(whole: tuning.TuningResult) -> None:
 
 
 def test_gains_that_lose_the_crane_are_no_candidates() -> None:
-    """A trial ends with the first sample that fails or has no such metric; how far it came is its violation."""
+    """A trial ends with the first sample that fails or lacks the metric.
+
+    How far it came is its violation.
+    """
     study = load_study(STUDY | {"tune": None, "changes": {"trolley.limits": [-9.0, 2.0]}})
     with start_workers(1, None) as pool:
         weak = {"control.kp": [10.0], "control.kd": [20.0], "control.apparent_mass": 2.5}
@@ -137,7 +146,10 @@ def test_a_folder_of_another_search_stays_as_it_is(whole: tuning.TuningResult) -
 
 
 def test_a_search_with_all_of_its_trials_is_judged_once(whole: tuning.TuningResult) -> None:
-    """Asked for fewer trials than its folder has, a search is the whole one, judged by the study that is there."""
+    """A search with fewer trials than its folder has returns the whole one.
+
+    It is judged by the study that is there.
+    """
     folder = whole.held_out.folder.parent
     again = tuning.tune(with_tune(trials=5), folder, workers=1)
     assert again.trials == whole.trials and again.chosen == whole.chosen
@@ -148,7 +160,7 @@ def test_a_search_with_all_of_its_trials_is_judged_once(whole: tuning.TuningResu
 
 
 def test_the_command_prints_gains_and_judgement(whole: tuning.TuningResult, tmp_path: Path) -> None:
-    """`crane tune` goes on with the search in its folder; `crane sweep` refuses the file in one line."""
+    """`crane tune` resumes the search in its folder; `crane sweep` refuses the file in one line."""
     file = tmp_path / "gains.yaml"
     file.write_text(yaml.safe_dump(STUDY))
     shown = crane("tune", str(file), "-o", str(whole.held_out.folder.parent), "--workers", "1", "--json")
@@ -161,7 +173,9 @@ def test_the_command_prints_gains_and_judgement(whole: tuning.TuningResult, tmp_
 
 
 def test_intervals_decide() -> None:
-    """An interval of a difference on one side of zero is an improvement, or not; one that has zero in it shows none.
+    """An interval on one side of zero shows an improvement or its opposite.
+
+    One that has zero in it shows none.
 
     Of few pairs, nothing is claimed; without an interval the test decides; gains that fail more often are no better.
     """
@@ -217,7 +231,7 @@ def test_the_first_trial_has_the_gains_of_the_scene(tmp_path: Path) -> None:
 
 
 def test_an_error_with_a_sign_counts_by_its_magnitude(tmp_path: Path) -> None:
-    """Objectives, comparisons and the worst runs take the magnitude of errors that are negative in the table."""
+    """Objectives, comparisons and worst runs take the magnitude of errors that are negative."""
     behind = {"reference.q.0": {"distribution": "uniform", "low": -3.0, "high": -1.0}}
     found = tuning.tune(quick({"parameters": behind}, objectives=["final_error"]), tmp_path, workers=1)
     ((mean,),) = [each.values for each in found.front]
@@ -231,7 +245,9 @@ def test_an_error_with_a_sign_counts_by_its_magnitude(tmp_path: Path) -> None:
 
 
 def test_gains_can_be_pasted(tmp_path: Path) -> None:
-    """An entry of gains.yaml is a variant, and its lines are those of `--set`, though the scene has no such list.
+    """An entry of gains.yaml is a variant, and its lines are those of `--set`.
+
+    That holds though the scene has no such list.
 
     `crane report` of the folder names the folder of the study.
     """

@@ -1,4 +1,4 @@
-"""Functions of time that begin late or last short are not stepped over, however large the steps of a crane at rest."""
+"""Functions of time that begin late or last short are not stepped over by a crane at rest."""
 
 from typing import Any
 
@@ -26,7 +26,7 @@ def late_motion(method: str, start: float = 6.0) -> dict[str, Any]:
 
 @pytest.mark.parametrize("method", ["dop853", "dopri5", "gauss16"])
 def test_a_motion_after_a_rest_takes_place(method: str) -> None:
-    """A crane that has rested for 6 s follows its prescribed trolley, and rests in every row before."""
+    """A crane that rested for 6 s follows its prescribed trolley, and rests in every row before."""
     run = simulate(late_motion(method))
     before, after = run.t <= 6.0, run.t >= 6.2
     assert np.all(run.q[before] == 0.0)
@@ -35,7 +35,7 @@ def test_a_motion_after_a_rest_takes_place(method: str) -> None:
 
 
 def test_a_short_pulse_has_its_impulse() -> None:
-    """After a pulse of force the crane has the momentum of its integral, to the tolerance of the steps."""
+    """After a pulse of force the crane's momentum is its integral, to the steps' tolerance."""
     run = simulate(scene(trolley={"drive": "force", "mass": TROLLEY}, inputs={"trolley": PULSE}))
     (speed, rate), angle = run.v[-1], run.q[-1, 1]
     momentum = (TROLLEY + PAYLOAD) * speed + PAYLOAD * ROPE * np.cos(angle) * rate
@@ -43,7 +43,10 @@ def test_a_short_pulse_has_its_impulse() -> None:
 
 
 def test_a_motion_that_jumps_in_acceleration_costs_no_search() -> None:
-    """Steps up to a spline's first instant do not see its acceleration, for which they searched in 3300 evaluations."""
+    """Steps up to a spline's first instant do not see its acceleration.
+
+    If they did, they would search for it in 3300 evaluations.
+    """
     motion = {"kind": "table", "times": [6.0, 6.2, 6.4], "values": [0.0, 0.1, 0.0]}
     run = simulate(scene(trolley={"drive": "prescribed", "motion": motion}))
     assert run.q[-1, 0] == pytest.approx(0.0, abs=1e-12) and run.summary["rhs_evaluations"] < 1000
@@ -63,7 +66,7 @@ def test_brakes_that_are_released_give_the_inputs_back() -> None:
 
 
 def test_plant_and_batch_take_the_same_steps() -> None:
-    """A plant that advances period by period, and cranes in a batch, end in the states of `simulate` bit for bit."""
+    """A plant by periods and cranes in a batch end in the states of `simulate` bit for bit."""
     document = late_motion("dop853")
     run, plant = simulate(document), Plant(load_scene(document))
     for _ in range(load_scene(document).steps):

@@ -1,4 +1,4 @@
-"""Wind: spectra of the standards, gusts that have them, seeds, the mean by height, the grid in time."""
+"""Wind: standard spectra, gusts that have them, seeds, the mean by height, the grid in time."""
 
 from math import log, pi
 from typing import Any
@@ -16,7 +16,10 @@ SPEED, LENGTH, SIGMA = 11.0, 70.0, 1.7
 
 
 def printed(name: str, component: int, f: Any) -> Any:
-    """Return the one-sided spectrum [m²/s] as the standards print it: IEC (B.14); MIL by Ω [rad/m], its area in f."""
+    """Return the one-sided spectrum [m²/s] as the standards print it.
+
+    IEC (B.14); MIL by Ω [rad/m], its area in f.
+    """
     if name == "kaimal":
         return SIGMA**2 / f * (4.0 * f * LENGTH / SPEED) / (1.0 + 6.0 * f * LENGTH / SPEED) ** (5.0 / 3.0)
     omega = 2.0 * pi * f / SPEED
@@ -58,7 +61,7 @@ def test_spectra_are_those_of_the_standards(name: str, component: int) -> None:
 
 @pytest.mark.parametrize(("name", "component"), CASES)
 def test_gusts_have_the_variance_and_the_spectrum(name: str, component: int) -> None:
-    """The variance is σ² exactly, and each decade has the energy of the printed spectrum within 1 %."""
+    """The variance is σ² exactly, and each decade's energy the printed spectrum's within 1 %."""
     gust, period = gust_of(name, component)
     g = gust.nodes[:, 0]
     assert np.var(g) == pytest.approx(SIGMA**2, rel=1e-13) and abs(np.mean(g)) < 1e-13  # rounding of some 1e5 values
@@ -74,7 +77,10 @@ def test_gusts_have_the_variance_and_the_spectrum(name: str, component: int) -> 
 
 
 def test_interpolation_keeps_the_spectrum() -> None:
-    """Between its nodes the function has the lines' energies within 1e-6, and no more than 1e-7 of it in others."""
+    """Between nodes the function has the lines' energies within 1e-6.
+
+    No more than 1e-7 of the energy is in others.
+    """
     gust, period = gust_of("dryden", 0)
     n = len(gust.nodes)
     fine = np.array([gust_at(gust, (k + 0.5) / gust.rate) for k in range(n)])
@@ -88,7 +94,7 @@ def test_interpolation_keeps_the_spectrum() -> None:
 
 
 def test_gusts_are_smooth_and_periodic() -> None:
-    """At nodes value, slope and curvature are continuous, also from the last node to the first one."""
+    """At nodes value, slope and curvature are continuous, from the last node to the first, too."""
     gust, period = gust_of("dryden", 1)
     h, n = 1e-3 / gust.rate, len(gust.nodes)
     for k in (0, 5, n - 1):
@@ -123,7 +129,10 @@ def nodes_of(scene: crane_sim.Scene) -> list[Any]:
 
 
 def test_a_seed_is_a_wind() -> None:
-    """The same seed gives the same gusts, the scene's own unless they have one; others, and components, differ."""
+    """The same seed, by default the scene's, gives the same gusts; others and components differ.
+
+    Gusts may have a seed of their own.
+    """
     own, same, other = (nodes_of(scene_of(GUSTS | more)) for more in ({}, {"seed": 7}, {"seed": 8}))
     assert all(map(np.array_equal, own, nodes_of(scene_of(GUSTS, duration=45.0))))  # half a second, or 45
     assert all(np.array_equal(a, b) for a, b in zip(own, same, strict=True))
@@ -133,7 +142,7 @@ def test_a_seed_is_a_wind() -> None:
 
 
 def test_no_step_size_changes_the_wind() -> None:
-    """The gusts are the same arrays for every step, and solutions converge with the method's order, 4, to one run."""
+    """The gusts are the same arrays for every step; solutions converge with order 4 to one run."""
     steps = [0.01, 0.005, 0.0025]  # a period is 10 ms
     exact = crane_sim.simulate(scene_of(GUSTS, integrator={"method": "dop853", "rtol": 1e-12, "atol": 1e-13}))
     errors = []
@@ -146,7 +155,10 @@ def test_no_step_size_changes_the_wind() -> None:
 
 
 def test_the_summary_has_what_was_drawn() -> None:
-    """The summary has seed, realised deviations in the standard's ratio, and a warning of what a low cut-off moves."""
+    """The summary has the seed and realised deviations in the standard's ratio.
+
+    It warns of what a low cut-off moves.
+    """
     scene = scene_of(GUSTS, duration=0.1)
     drawn = scene.notes["wind"]["gusts"]
     assert drawn["seed"] == 7

@@ -34,7 +34,7 @@ def way(profile: str, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarr
 @pytest.mark.parametrize("profile", ["sine", "smooth"])
 @pytest.mark.parametrize("turn", [-0.5 * pi, 9.0])
 def test_arcs_are_their_formulas(profile: Any, turn: float) -> None:
-    """Position, velocity and acceleration on an arc are those of R e^(i a(t)), at rest before and after."""
+    """Motion on an arc, up to acceleration, is that of R e^(i a(t)), with rest before and after."""
     arc = Arc((0.2, -0.1), 1.35, 0.3, 0.3 + turn, 40.0, 10.0, profile)
     t = np.linspace(0.0, 60.0, 1201)
     actual = sample_trajectory(compile_trajectory(arc.to_polynomials()), t)
@@ -48,7 +48,7 @@ def test_arcs_are_their_formulas(profile: Any, turn: float) -> None:
 
 @pytest.mark.parametrize("profile", ["sine", "smooth"])
 def test_lines_are_their_formulas(profile: Any) -> None:
-    """A straight line has the profile's own position, velocity and acceleration in every coordinate."""
+    """A straight line has the profile's position, velocity, acceleration in every coordinate."""
     t, ends = np.linspace(0.0, 6.0, 301), np.array([[1.0, 2.0, 3.0], [0.0, 5.0, 3.0]])
     polynomials = Line(tuple(ends[0]), tuple(ends[1]), 4.0, 1.0, profile).to_polynomials()
     s, ds, dds = way(profile, np.clip((t - 1.0) / 4.0, 0.0, 1.0))
@@ -84,7 +84,7 @@ LIMITS = [
 
 @pytest.mark.parametrize("limits", LIMITS)
 def test_point_to_point_keeps_its_limits_and_wastes_none(limits: tuple[float, float, float | None]) -> None:
-    """No coordinate exceeds a limit, all arrive together where they should, and at every time a limit is reached."""
+    """No coordinate exceeds a limit, all arrive together, and at every time a limit is reached."""
     velocity, acceleration, jerk = limits
     of_axes = (acceleration, 0.9 * acceleration, acceleration)
     polynomials = PointToPoint((0.0, 1.0, 2.0), (3.0, 0.0, 2.0), velocity, of_axes, jerk, 0.5).to_polynomials()
@@ -104,7 +104,7 @@ def test_point_to_point_keeps_its_limits_and_wastes_none(limits: tuple[float, fl
 
 @pytest.mark.parametrize("jerk", [None, 1.0])
 def test_a_displacement_of_rounding_is_none(jerk: float | None) -> None:
-    """A path from 0.3 to 0.1 + 0.2 rests; one coordinate of rounding beside one that moves changes nothing."""
+    """A path from 0.3 to 0.1 + 0.2 rests; rounding beside a moving coordinate changes nothing."""
     end = 0.1 + 0.2
     assert end != 0.3
     polynomials = PointToPoint((0.3, 1e6), (end, 1e6 + 1e-9), 1.0, 1.0, jerk).to_polynomials()
@@ -116,7 +116,10 @@ def test_a_displacement_of_rounding_is_none(jerk: float | None) -> None:
 
 
 def smoothness(polynomials: PiecewisePolynomial, tolerance: float = 1e-8) -> int:
-    """Return how many derivatives are continuous, jumps below the tolerance times the derivative's size are none."""
+    """Return how many derivatives are continuous; smaller jumps than the tolerance are none.
+
+    The tolerance is relative to the derivative's size.
+    """
     inner = polynomials.starts[1:]
     for k in range(5):
         row = evaluate(polynomials, inner, k)
@@ -140,7 +143,7 @@ def test_minimum_jerk_of_two_points_is_the_quintic() -> None:
 
 
 def test_minimum_jerk_passes_its_waypoints_smoothly() -> None:
-    """Four derivatives are continuous at inner waypoints, and velocity and acceleration vanish at the ends."""
+    """Four derivatives are continuous at inner waypoints; velocity, acceleration end at zero."""
     polynomials = MinimumJerk(POINTS, TIMES).to_polynomials()
     assert np.max(np.abs(evaluate(polynomials, np.array(TIMES)) - POINTS)) < ROUNDING
     assert smoothness(polynomials) == 2  # rest begins and ends with a jump of the jerk
@@ -152,7 +155,10 @@ def test_minimum_jerk_passes_its_waypoints_smoothly() -> None:
 
 
 def test_minimum_jerk_cannot_be_improved() -> None:
-    """No admissible variation changes the squared jerk to first order: its inner product with the jerk vanishes."""
+    """No admissible variation changes the squared jerk to first order.
+
+    Its inner product with the jerk vanishes.
+    """
     polynomials, t0 = MinimumJerk(POINTS, TIMES).to_polynomials(), TIMES[0]
     vanishing = np.polynomial.Polynomial.fromroots([(t - t0) / 40.0 for t in TIMES])
     at_rest = np.polynomial.Polynomial.fromroots([0.0, 0.0, 1.0, 1.0])
@@ -199,7 +205,7 @@ def test_the_way_around_an_obstacle_keeps_its_distance(side: Any) -> None:
 
 @pytest.mark.parametrize(("side", "is_straight"), [("left", False), ("right", True)])
 def test_the_side_holds_where_the_straight_way_is_free(side: Side, is_straight: bool) -> None:
-    """An obstacle to the left of the straight way is passed on the right by it, on the left by a detour beyond it."""
+    """An obstacle left of the straight way is passed on the right by it, on the left by detour."""
     polynomials = ObstacleDetour((0.0, 0.0), (2.0, 0.0), (1.0, 1.0), 0.5, 0.4, 5.0, side=side).to_polynomials()
     y = evaluate(polynomials, np.linspace(0.0, 5.0, 51))[:, 1]
     assert np.max(np.abs(y)) < ROUNDING if is_straight else y.max() > 1.9
@@ -208,7 +214,10 @@ def test_the_side_holds_where_the_straight_way_is_free(side: Side, is_straight: 
 
 @pytest.mark.parametrize("side", SIDES)
 def test_distances_are_kept_at_every_instant(side: Side) -> None:
-    """Motions around random obstacles, one in ten with an end near the circle, are never within radius + clearance."""
+    """Motions around random obstacles are never within radius + clearance.
+
+    One in ten has an end near the circle.
+    """
     rng = np.random.default_rng(0)
     for i in range(60):
         ends, (radius, clearance) = rng.uniform(-5.0, 5.0, (2, 2)), rng.uniform((0.2, 0.0), (2.0, 0.5))
@@ -228,7 +237,10 @@ DETOURS: dict[str, tuple[tuple[float, ...], float, float]] = {
 
 @pytest.mark.parametrize("case", DETOURS)
 def test_a_way_is_found_beside_the_circle(case: str) -> None:
-    """Where the spline overshoots more the larger the circle, closer waypoints keep clearance and a moderate speed."""
+    """Closer waypoints keep clearance and a moderate speed beside the circle.
+
+    Here the spline overshoots more the larger the circle.
+    """
     (a, b, x, y), radius, clearance = DETOURS[case]
     for side in SIDES:
         detour = ObstacleDetour((a, b), (x, y), (0.0, 0.0), radius, clearance, 10.0, side=side)
@@ -240,7 +252,10 @@ def test_a_way_is_found_beside_the_circle(case: str) -> None:
 
 
 def test_a_detour_that_is_not_possible_says_why() -> None:
-    """An end too near for any path, and a duration too short for its pieces, are named; limits are not, without any."""
+    """An end too near for any path, and a duration too short for its pieces, are named.
+
+    Limits are not named where none are given.
+    """
     near = ObstacleDetour((1.0, 0.0), (-3.0, 0.0), (0.0, 0.0), 0.9, 0.1, 10.0)
     with pytest.raises(ValueError, match=r"no path was found that keeps clearance = 0.1 m: take less of it, or from"):
         near.to_polynomials()

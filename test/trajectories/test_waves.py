@@ -1,4 +1,4 @@
-"""Seas and recorded motions: spectra, the sums of sinusoids that stand for them, responses, files."""
+"""Seas and recorded motions: spectra, their sums of sinusoids, responses, files."""
 
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,10 @@ GAMMAS = [1.0, 3.3, 7.0]
 
 @pytest.mark.parametrize("gamma", GAMMAS)
 def test_a_spectrum_has_its_height_and_its_peak(gamma: float) -> None:
-    """The integral is Hs²/16, the peak at the peak period; gamma = 1 is the closed form of Pierson and Moskowitz."""
+    """The integral is Hs²/16, the peak at the peak period; gamma = 1 is Pierson and Moskowitz.
+
+    That one is a closed form.
+    """
     sea, w = Sea(2.5, 9.0, gamma), np.linspace(0.1, 60.0, 400_000)
     s, peak = density(sea, w), 2.0 * np.pi / 9.0
     assert np.trapezoid(s, w) == pytest.approx(2.5**2 / 16.0, rel=1e-5)  # the rule's error at this step, and the ends
@@ -30,7 +33,10 @@ def test_a_spectrum_has_its_height_and_its_peak(gamma: float) -> None:
 
 @pytest.mark.parametrize("gamma", GAMMAS)
 def test_a_sampled_sea_has_the_spectrums_energy_where_the_spectrum_has_it(gamma: float) -> None:
-    """The sum's variance over time is Hs²/16, and its energy up to any frequency is the spectrum's within a share."""
+    """The sum's variance over time is Hs²/16, its energy up to any frequency the spectrum's.
+
+    It is so within some 1.5 of the sinusoids' shares.
+    """
     sea, n = Sea(2.0, 8.0, gamma), 80
     waves = sample_sea(sea, n, 5)
     assert np.sum(waves.amplitudes**2) / 2.0 == pytest.approx(0.25, rel=1e-12)  # rounding
@@ -45,7 +51,10 @@ def test_a_sampled_sea_has_the_spectrums_energy_where_the_spectrum_has_it(gamma:
 
 
 def test_a_sea_does_not_repeat() -> None:
-    """No time up to an hour brings the sea back to how it began, as equal steps in frequency would."""
+    """Within an hour the sea does not return to how it began.
+
+    With equal steps in frequency it would.
+    """
     waves = sample_sea(Sea(2.0, 8.0, 3.3), 60, 3)
     t = np.arange(10.0, 3600.0, 0.25)
     likeness = np.mean(np.cos(np.outer(t, waves.frequencies)), axis=1)  # its autocorrelation
@@ -53,7 +62,7 @@ def test_a_sea_does_not_repeat() -> None:
 
 
 def test_a_response_is_interpolated_and_its_ends_are_held() -> None:
-    """Amplitudes go straight between the table's rows, phases the short way round; beyond the ends both are held."""
+    """Amplitudes are linear between rows, phases the short way round; both are held beyond."""
     waves = SineSum(np.full(4, 2.0), np.array([0.1, 0.5, 0.75, 3.0]), np.zeros(4))
     table = ResponseAmplitudeOperator((0.5, 1.0), (1.0, 0.5), (np.deg2rad(170.0), np.deg2rad(-170.0)))
     actual = apply_response(waves, table)
@@ -80,7 +89,10 @@ SEA = {"significant_height": 2.0, "peak_period": 8.0}
 
 
 def test_a_sea_takes_the_scenes_seed_unless_it_has_its_own() -> None:
-    """A sea with the scene's seed moves the base as the scene's own seed does; without a response the base heaves."""
+    """A sea with the scene's seed moves the base as by the scene's own seed.
+
+    Without a response the base heaves.
+    """
     scenes = (scene_of(sea=SEA), scene_of(sea=SEA | {"seed": 7}), scene_of(sea=SEA | {"seed": 8}))
     own, same, other = (scene.model.base for scene in scenes)
     assert all(np.array_equal(a, b) for a, b in zip(own, same, strict=True))
@@ -108,7 +120,10 @@ def motion(base, times, out):
 
 
 def test_a_recorded_motion_is_the_motion(tmp_path: Path) -> None:
-    """A file's spline goes through its rows; between them it has the motion's values and derivatives; others rest."""
+    """A file's spline meets its rows, and between them the motion and its derivatives.
+
+    Axes that it does not name rest.
+    """
     t = np.linspace(-0.5, 2.5, 121)
     rows = np.stack([t, np.sin(2.0 * t), 0.3 * np.cos(3.0 * t)], axis=1)
     file = tmp_path / "motion.csv"
@@ -174,7 +189,10 @@ def test_angles_of_a_file_have_the_unit_of_their_column(unit: str, factor: float
 
 
 def test_a_file_lies_beside_its_scene(tmp_path: Path) -> None:
-    """A scene file names a motion relative to its own folder, and says so in the document that it becomes."""
+    """A scene file names a motion relative to its own folder.
+
+    The document that it becomes says so.
+    """
     (tmp_path / "motion.csv").write_text("time,sway\n" + "".join(f"{k},{k}\n" for k in range(8)))
     scene_of(surge={"amplitude": 0.0, "frequency": 0.0}).dump(tmp_path / "scene.yaml")
     document = yaml.safe_load((tmp_path / "scene.yaml").read_text()) | {"base_motion": {"file": "motion.csv"}}

@@ -1,4 +1,4 @@
-"""Mass matrix, Coriolis matrix and potential forces of a trolley with N links of varying length, for any N.
+"""Mass matrix, Coriolis matrix and potential forces of a trolley with N links of varying length.
 
 The nodes A_0 (the trolley) .. A_N are Cartesian points, so that with A = ∂(positions)/∂q from (9)
 
@@ -26,7 +26,7 @@ class LumpedCrane(NamedTuple):
 
 
 def directions(q: Array) -> tuple[Array, Array]:
-    """Return unit vectors (N, 2) in (x, z): along each link downwards, and across it towards growing angles."""
+    """Return unit vectors (N, 2) in (x, z): down each link, and across it to growing angles."""
     alpha = absolute(unpack(q)[1])
     s, c = np.sin(alpha), np.cos(alpha)
     return np.stack([s, -c], axis=1), np.stack([c, s], axis=1)
@@ -40,7 +40,10 @@ def node_positions(q: Array) -> Array:
 
 
 def _relative_coordinates(trolley: float, angles: Array, lengths: Array) -> Array:
-    """Return the array (N+1, 2, 2N+1) in relative angles, given what each link adds to the nodes below it."""
+    """Return the array (N+1, 2, 2N+1) in relative angles, from each link's contributions.
+
+    A link contributes to the nodes below it.
+    """
     n = len(angles)
     below = np.tri(n + 1, n, -1)  # node i hangs below links 1 .. i
     columns = np.zeros((n + 1, 2, 2 * n + 1), dtype=angles.dtype)
@@ -103,7 +106,7 @@ def bias(crane: LumpedCrane, q: Array, v: Array) -> Array:
 
 
 def free_coordinates(n: int, lengths: Sequence[int] = ()) -> Array:
-    """Return the indices in q of the trolley, the angles, and the links (counted from 1) whose lengths are free.
+    """Return the indices in q of trolley, angles, and links (from 1) of free length.
 
     Fixing a length drops its row and its column (Remark 16). All are free in (93); (1,) is the crane of 6.2.2, whose
     hoist is the first link; () is the rigid crane.
@@ -112,7 +115,7 @@ def free_coordinates(n: int, lengths: Sequence[int] = ()) -> Array:
 
 
 def chain_acceleration(crane: LumpedCrane, q: Array, v: Array, forces: Array, lengths: Sequence[int] = ()) -> Array:
-    """Return q̈ (2N+1,) under generalised forces (2N+1,), with the lengths of all links fixed but the named ones.
+    """Return q̈ (2N+1,) under generalised forces (2N+1,), with all unnamed links' lengths fixed.
 
     The force on a length is the one that lengthens the link: the tension is its negative. Rates of fixed lengths
     must be zero in v.

@@ -1,4 +1,4 @@
-"""The coordinates of a planar chain of N links, the maps between them, and where each of them fails.
+"""The coordinates of a planar chain of N links, maps between them, and where each one fails.
 
 | coordinates                                         | in the report | fail where                                     |
 |-----------------------------------------------------|---------------|------------------------------------------------|
@@ -29,7 +29,10 @@ def relative(alpha: Array) -> Array:
 
 
 def absolute_map(n: int) -> Array:
-    """Return the matrix T (2n+1, 2n+1) that takes relative into absolute angles in q and its rates, equation (155)."""
+    """Return the matrix T (2n+1, 2n+1) from relative to absolute angles, equation (155).
+
+    It applies to q and its rates.
+    """
     matrix = np.eye(2 * n + 1)
     matrix[1 : n + 1, 1 : n + 1] = np.tri(n)
     return matrix
@@ -52,13 +55,15 @@ def transform_mass(mass: Array, jacobian: Array) -> Array:
 
 
 def to_horizontal(q: Array) -> Array:
-    """Return q_x = (x, θ, x_1 .. x_N) of section 6.2.3: horizontal positions of the nodes in place of lengths."""
+    """Return q_x = (x, θ, x_1 .. x_N) of section 6.2.3: nodes' horizontal positions, no lengths."""
     x, theta, lengths = unpack(q)
     return np.concatenate([[x], theta, x + np.cumsum(lengths * np.sin(absolute(theta)))])
 
 
 def horizontal_jacobian(q: Array) -> Array:
-    """Return ∂q_x/∂q (2N+1, 2N+1), equation (187) without its small angles; its determinant is Π sin α_k, as (189).
+    """Return ∂q_x/∂q (2N+1, 2N+1), equation (187) without its small angles.
+
+    Its determinant is Π sin α_k, as (189).
 
     Rates follow as q̇_x = ∂q_x/∂q q̇, and back by solving for q̇ where no link is vertical.
     """

@@ -1,4 +1,4 @@
-"""The report's own sums for the mass matrix and the gravity of N links, entry by entry; right as printed.
+"""The report's sums for the mass matrix and the gravity of N links, by entry; right as printed.
 
 Slow, and a derivation of its own beside `crane_bench.reproduce.lagrange.chain`. Nodes and links are counted
 from 1, as there.
@@ -80,6 +80,6 @@ def gravity(crane: LumpedCrane, q: Array) -> Array:
 
 
 def _absolute_links(q: Array) -> tuple[list[float], list[float], int]:
-    """Return (absolute angles, lengths, N + 1), the lists with an unused first entry so that links count from 1."""
+    """Return (absolute angles, lengths, N + 1), with unused first entries: links count from 1."""
     _, theta, lengths = unpack(q)
     return [0.0, *absolute(theta)], [0.0, *lengths], len(theta) + 1

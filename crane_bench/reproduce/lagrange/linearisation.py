@@ -1,4 +1,4 @@
-"""Spong's collocated partial feedback linearisation of the crane with a hoist, equations (175)-(179)."""
+"""Spong's collocated partial feedback linearisation of a crane with a hoist, (175)-(179)."""
 
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ from crane_bench.reproduce.lagrange.coordinates import Array
 
 
 class Collocated(NamedTuple):
-    """The dynamics of section 6.2.2, unactuated angles eliminated: 𝓜 (ẍ, l̈_1) + bias = (F, F_1)."""
+    """The dynamics of section 6.2.2 without unactuated angles: 𝓜 (ẍ, l̈_1) + bias = (F, F_1)."""
 
     mass: Array  # 𝓜, (2, 2), equation (178)
     bias: Array  # (2,), the rest of the left sides of (176) and (177)
@@ -18,16 +18,16 @@ class Collocated(NamedTuple):
     angle_bias: Array  # NL_θ, (N,)
 
     def forces(self, accelerations: Array) -> Array:
-        """Return (F, F_1) that give the trolley and the hoist the accelerations wanted (2,): (176) and (177)."""
+        """Return (F, F_1) for the wanted accelerations (2,) of trolley and hoist: (176), (177)."""
         return self.mass @ accelerations + self.bias
 
     def angles(self, actuated: Array) -> Array:
-        """Return θ̈ (N,) under accelerations (ẍ, l̈_1) of the actuated coordinates, equation (179)."""
+        """Return θ̈ (N,) under accelerations (ẍ, l̈_1) of actuated coordinates, equation (179)."""
         return -np.linalg.solve(self.angle_mass, self.coupling @ actuated + self.angle_bias)
 
 
 def collocate(crane: LumpedCrane, q: Array, v: Array) -> Collocated:
-    """Return the crane with trolley and first length actuated, l_2 .. l_N fixed, at q and v (2N+1,)."""
+    """Return the crane with trolley and l_1 actuated, l_2 .. l_N fixed, at q and v (2N+1,)."""
     n = len(crane.masses)
     mass, load = mass_matrix(crane, q), bias(crane, q, v)
     driven, swinging = [0, n + 1], list(range(1, n + 1))

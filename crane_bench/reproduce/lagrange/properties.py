@@ -1,4 +1,4 @@
-"""Properties of the report's matrices, as numbers: symmetry, definiteness, skew-symmetry, rank, condition.
+"""Properties of the report's matrices: symmetry, definiteness, skew-symmetry, rank, condition.
 
 Derivatives are complex steps: Im f(q + i h d) / h has no difference of close numbers and is exact to rounding.
 """
@@ -20,7 +20,7 @@ def derivative_along(function: Callable[[Array], Any], q: Array, direction: Arra
 
 
 def gradient(function: Callable[[Array], Any], q: Array) -> Array:
-    """Return the derivatives of an analytic function with respect to each entry of q, in the first axis."""
+    """Return the derivatives of an analytic function by each entry of q, in the first axis."""
     return np.array([derivative_along(function, q, direction) for direction in np.eye(len(q))])
 
 
@@ -30,7 +30,10 @@ def asymmetry(matrix: Array) -> float:
 
 
 def smallest_eigenvalue(matrix: Array) -> float:
-    """Return the smallest eigenvalue of a symmetric matrix: positive where M is positive definite, as below (2)."""
+    """Return the least eigenvalue of a symmetric matrix.
+
+    It is positive where M is positive definite, as below (2).
+    """
     return float(np.linalg.eigvalsh(matrix)[0])
 
 
@@ -40,12 +43,12 @@ def mass_rate(crane: LumpedCrane, q: Array, v: Array) -> Array:
 
 
 def skewness_error(rate: Array, c: Array) -> float:
-    """Return the largest entry of Ṁ - C - Cᵀ relative to the largest of Ṁ: 0 by Property 1, equation (3)."""
+    """Return the largest entry of Ṁ - C - Cᵀ over that of Ṁ: 0 by Property 1, equation (3)."""
     return float(np.max(np.abs(rate - c - c.T)) / np.max(np.abs(rate)))
 
 
 def christoffel(crane: LumpedCrane, q: Array) -> Array:
-    """Return the symbols Γ_ijk (2N+1, 2N+1, 2N+1) of Remark 1, by differentiating M: C_ij = Σ_k Γ_ijk v_k."""
+    """Return Γ_ijk (2N+1, 2N+1, 2N+1) of Remark 1, by differentiating M: C_ij = Σ_k Γ_ijk v_k."""
     d = gradient(lambda at: mass_matrix(crane, at), q)  # [k, i, j]: derivative of m_ij by q_k
     return 0.5 * (np.einsum("kij->ijk", d) + np.einsum("jik->ijk", d) - np.einsum("ikj->ijk", d))
 
@@ -56,7 +59,9 @@ def rank(matrix: Array) -> int:
 
 
 def conditions(mass: Array, free: Array) -> tuple[float, float]:
-    """Return the condition numbers of M (2N+1, 2N+1) in (absolute, relative) angles, fixed lengths dropped.
+    """Return M's condition numbers in (absolute, relative) angles, fixed lengths dropped.
+
+    M is (2N+1, 2N+1).
 
     The coordinates that stay are `free`, as `free_coordinates` gives them (Lemma 1.8, equation (157)).
     """

@@ -14,7 +14,10 @@ GENERAL = ("Pinocchio", "MuJoCo")
 
 
 def engines(every: bool) -> tuple[list[Engine], dict[str, str]]:
-    """Return (available engines, reasons of the unavailable ones by name); only the hand-written C unless `every`."""
+    """Return (available engines, reasons of the others by name).
+
+    Only the hand-written C is included unless `every`.
+    """
     available: list[Engine] = []
     unavailable: dict[str, str] = {}
     for kind in PEERS if every else HAND_C:

@@ -1,4 +1,4 @@
-"""CasADi: the equations derived symbolically, written to C by CasADi, and integrated by the hand-written C's loops.
+"""CasADi: symbolic equations, written to C by CasADi, integrated by the hand-written C's loops.
 
 Coordinates are absolute angles, and Cartesian ones of a payload on a spring. CasADi differentiates the energies and
 solves with the mass matrix symbolically; chains are also written with their tridiagonal system of tensions, and the
@@ -71,7 +71,7 @@ class CasadiC:
         return [self._chain_by_angles(problem), *tensions] if len(problem.masses) <= MAX_DENSE_LINKS else tensions
 
     def _loops(self, model: Model, hand_c: CLoopInput) -> Loops:
-        """Write the C and compile the loops around it; frequency and duration are those of `hand_c`."""
+        """Write the C and compile loops around it, with frequency and duration of `hand_c`."""
         x = self._ca.vertcat(model.q, model.v)
         rhs = self._ca.Function("rhs", [x], [self._ca.vertcat(model.v, model.acceleration)], {"cse": True})
         generator = self._ca.CodeGenerator("casadi_rhs.c")
@@ -92,7 +92,7 @@ class CasadiC:
         return ca.ldl_solve(force, *ca.ldl(ca.jacobian(momentum, v)))
 
     def _chain_coordinates(self, p: Chain) -> tuple[Any, Any, Array, OutputFunction]:
-        """Return (coordinates, rates, initial coordinates, output function): trolley first, then angles."""
+        """Return (coordinates, rates, initial coordinates, outputs): trolley first, then angles."""
         n = len(p.masses)
 
         def outputs(x: Array) -> tuple[Array, None]:

@@ -1,4 +1,4 @@
-"""Hand-written C of the benchmark's cranes, as fast as we can make it: the baseline of all engines."""
+"""Hand-written C of the benchmark's cranes, as fast as possible: the baseline of all engines."""
 
 import tempfile
 from pathlib import Path

@@ -57,7 +57,7 @@ class Heyoka:
         return None
 
     def runs(self, problem: Problem) -> list[Run]:
-        """Return the sweep of tolerances, with the recurrences written out and, of chains, in compact mode."""
+        """Return the sweep of tolerances, recurrences written out; chains in compact mode."""
         equations, (start, outputs) = state_equations(self._hy, problem, float), start_and_outputs(problem)
         links = len(problem.masses) if isinstance(problem, Chain) else 1
         modes = [False] * (links <= MAX_UNROLLED) + [True] * (links > 1)

@@ -1,4 +1,4 @@
-"""The benchmark's cranes as a serial chain of joints for multibody engines, and the step sizes of their sweeps.
+"""The benchmark's cranes as serial chains of joints for multibody engines, and their step sizes.
 
 Every joint is prismatic along or revolute about an axis of its parent frame; every linear spring becomes the spring of
 one joint. So the payload of the knuckle crane is the child of two swing angles and a prismatic joint below the jib's
@@ -27,7 +27,7 @@ class JointSpring(NamedTuple):
 
 
 class Joint(NamedTuple):
-    """A joint and its child body, whose frame is the joint's; z is up in all frames while the angles are zero."""
+    """A joint and its child body in its frame; z is up in all frames at zero angles."""
 
     prismatic: bool  # else revolute
     axis: int  # 0, 1, 2: x, y, z of its own frame
@@ -67,7 +67,10 @@ def tension(joints: list[Joint], q: Array) -> float | None:
 
 
 def step_sizes(problem: Problem, first: float, last: float, per_decade: int = 6) -> list[float]:
-    """Return step sizes [s] that divide the duration, from `first` to `last`, relative to 1 / highest frequency."""
+    """Return step sizes [s] that divide the duration, `first` to `last`.
+
+    These are relative to 1 / highest frequency.
+    """
     frequency = highest_frequency(problem)
     counts = np.ceil(problem.duration / np.array(sweep_values(first / frequency, last / frequency, per_decade)))
     return [problem.duration / count for count in counts]

@@ -133,7 +133,7 @@ def initial_state(mechanism: Mechanism) -> tuple[Array, Array]:
 
 
 def load_pose(mechanism: Mechanism, q: Array) -> tuple[Array, Array]:
-    """Return the compared point (3,) [m] and the load's rotation matrix (3, 3) at joint coordinates q (n,)."""
+    """Return the compared point (3,) [m] and the load's rotation (3, 3) at joints q (n,)."""
     poses = [(np.zeros(3), np.eye(3))]  # of the ground, at index -1 of the others
     for body, value in zip(mechanism.bodies, q, strict=True):
         at, turn = poses[body.parent + 1]
@@ -183,7 +183,10 @@ def _turns(matrix: Array) -> Array:
 
 
 def _spin(angles: Array, omega: Array) -> Array:
-    """Return the rates of those angles at an angular velocity (3,) [rad/s] relative to the parent, in body axes."""
+    """Return those angles' rates at an angular velocity (3,) [rad/s], in body axes.
+
+    The velocity is relative to the parent.
+    """
     _, b, c = angles
     own = rotation(2, -c)
     axes = np.column_stack([own @ rotation(1, -b)[:, 0], own[:, 1], (0.0, 0.0, 1.0)])
@@ -191,7 +194,7 @@ def _spin(angles: Array, omega: Array) -> Array:
 
 
 def _angular_velocity(q: Any, v: Any) -> Array:
-    """Return the angular velocity ω = 2 q* ⊗ q' (3,) [rad/s], in body axes, of the last four of q and v."""
+    """Return ω = 2 q* ⊗ q' (3,) [rad/s], in body axes, of the last four of q and v."""
     w, vector, rate = q[-4], np.array(q[-3:]), np.array(v[-3:])
     return 2.0 * (w * rate - v[-4] * vector - np.cross(vector, rate))
 

@@ -55,7 +55,7 @@ _SWEEPS = (
 
 
 class MuJoCo:
-    """The engine: models every Problem class; of the benchmark's scenes, `unsupported_scenes` are left out."""
+    """The engine: models every Problem class; `unsupported_scenes` are left out."""
 
     name = NAME
     unsupported_scenes: ClassVar[dict[str, str]] = {
@@ -158,7 +158,10 @@ def batch(problem: Problem, starts: Array | int, step: float, threads: int) -> t
 
 
 def _roll_out(pool: Any, model: Any, data: list[Any], state: Array, count: int, piece: int = 50) -> Array:
-    """Return the states after `count` steps; a rollout keeps all intermediate states, so it is done in pieces."""
+    """Return the states after `count` steps.
+
+    A rollout keeps all intermediate states, so it is done in pieces.
+    """
     while count:
         states, _ = pool.rollout(model, data, state, nstep=min(piece, count))
         state, count = states[:, -1], count - states.shape[1]
@@ -178,7 +181,7 @@ def compile_model(mechanism: Mechanism, method: str) -> Any:
 
 
 def _tree(mechanism: Mechanism) -> str:
-    """Return the bodies; joints without a mass move the next body, in the frame of the last of them."""
+    """Return the bodies; massless joints move the next body, in the frame of the last one."""
     text, moving, open_bodies = "", list[int](), 0
     for i, body in enumerate(mechanism.bodies):
         if body.parent == -1:
@@ -227,7 +230,9 @@ def _numbers(values: Iterable[float]) -> str:
 
 
 def find_package() -> Any:
-    """Return the package, its log switched off: a run that diverges stays in the table, not in a file.
+    """Return the package, its log switched off.
+
+    A run that diverges stays in the table, not in a file.
 
     Raises:
         EngineUnavailable: it is not installed.

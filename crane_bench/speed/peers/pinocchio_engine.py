@@ -1,4 +1,4 @@
-"""Pinocchio: a small C++ loop around its articulated-body algorithm, compiled against its installed headers.
+"""Pinocchio: a small C++ loop around its articulated-body algorithm, using installed headers.
 
 Pinocchio has no integrators; the loop's methods take their tableaus from this simulator's. The compiled loop is kept
 beside this simulator's compiled code.
@@ -38,7 +38,7 @@ _POINTER, _REAL, _LONG = ctypes.c_void_p, ctypes.c_double, ctypes.c_long
 
 
 class Pinocchio:
-    """The engine: models every Problem class; of the benchmark's scenes, `unsupported_scenes` are left out."""
+    """The engine: models every Problem class; `unsupported_scenes` are left out."""
 
     name = "Pinocchio"
     unsupported_scenes: ClassVar[dict[str, str]] = {

@@ -62,7 +62,10 @@ def _slope(problem: Problem) -> Rhs:
 
 
 def _chain_slope(p: Chain) -> Rhs:
-    """Return the slope of (trolley, angles, rates) by its tensions: a positive definite tridiagonal system."""
+    """Return the slope of (trolley, angles, rates) by tensions.
+
+    Their system is tridiagonal and positive definite.
+    """
     n, m, lengths, g = len(p.masses), p.masses, p.lengths, p.gravity
     (solve,) = get_lapack_funcs(("ptsv",))
     diagonal = 1.0 / m + np.array([0.0, *(1.0 / m[:-1])])

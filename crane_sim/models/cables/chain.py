@@ -49,7 +49,7 @@ def make_chain(masses, lengths):
 
 
 class Rods(NamedTuple):
-    """Moments of inertia of the links about their ends' line, (N,): they turn with the links (Brogliato, 8.1)."""
+    """Moments of inertia of links about their ends' line, (N,), as they turn (Brogliato, 8.1)."""
 
     inertia: Any  # kg m²
 
@@ -68,7 +68,7 @@ BEND_COS, BEND_SIN = 11, 12  # 1/kg, cosine and sine of the bend from link k to 
 
 @routine
 def work_array(masses, lengths):
-    """Return a work array with what does not change; zeros in the last column, where there is no link."""
+    """Return a work array with what does not change; the last column, without a link, is zero."""
     n = len(masses)
     w = np.zeros((ROWS, n + 1))
     for k in range(n):
@@ -87,7 +87,7 @@ def copy_constants(work, w):
 
 
 def add_node_acceleration(w, node, x, z):
-    """Add an acceleration (x, z) [m/s²] of a node, from 1, to what it means for the links that end there."""
+    """Add an acceleration (x, z) [m/s²] of a node, from 1, to the links that end there."""
     k = node - 1
     w[RHS_ALONG, k] += w[SIN, k] * x - w[COS, k] * z
     w[RHS_ACROSS, k] += w[COS, k] * x + w[SIN, k] * z
@@ -97,7 +97,7 @@ def add_node_acceleration(w, node, x, z):
 
 
 def add_couple(w, k, force):
-    """Add what a couple on link k does to its nodes: a force [N] across it on the lower one, and back on the upper."""
+    """Add a couple on link k: a force [N] across it on the lower node, and back on the upper."""
     if k > 0:
         acc = -force * w[INV_MASS, k - 1]
         add_node_acceleration(w, k, acc * w[COS, k], acc * w[SIN, k])
@@ -141,7 +141,10 @@ def fill_sines(angle):
 
 
 def fill_known_sines(n, angles, readable, w):
-    """Fill sines and cosines of n angles, a known number, in whole vectors where so many numbers can be read."""
+    """Fill sines and cosines of n angles, a known number.
+
+    Whole vectors are computed where so many numbers can be read.
+    """
     lanes = (n + 7) // 8 * 8
     if lanes > readable:
         for k in range(n):
@@ -163,7 +166,7 @@ def fill_sines_of_lanes(angles, out):
 
 @elementwise
 def fill_bends(s, c, s_below, c_below, inv_mass):
-    """Fill cosines and sines of bends, over the mass between, from sines and cosines of a link and the one below."""
+    """Fill cosines and sines of bends, over the mass between a link and the one below."""
     return (s * s_below + c * c_below) * inv_mass, (c * s_below - s * c_below) * inv_mass
 
 
@@ -185,7 +188,9 @@ def assemble_diagonal(w, top):
 
 
 def eliminate_row(w, k, off_diagonal, less, more):
-    """Eliminate row k of the system; return the changes of the next row's pivot (to subtract) and right-hand side.
+    """Eliminate row k of the system; return the changes of the next row.
+
+    The changes are those of its pivot, to subtract, and of its right-hand side.
 
     Args:
         w: work array.
@@ -228,7 +233,7 @@ def solve_tensions(w, top):
 
 
 def angular_accelerations(w, top):
-    """Fill the angular accelerations; no difference of large numbers, so that a heavy payload does no harm."""
+    """Fill the angular accelerations, without differences that a heavy payload makes large."""
     n, (axis_inv_mass, _, _, rate) = w.shape[1] - 1, top
     first = w[COS, 0] * axis_inv_mass * w[TENSION, 0] * w[SIN, 0] + 2.0 * rate * w[RATE, 0]
     w[TURNING, 0] = (w[RHS_ACROSS, 0] + w[BEND_SIN, 0] * w[TENSION, 1] - first) / w[LENGTH, 0]
@@ -238,7 +243,10 @@ def angular_accelerations(w, top):
 
 
 def massless_hoist_acceleration(w, axis_inv_mass, rhs_along):
-    """Return the acceleration of the first length behind a massless winch; `rhs_along` was the first link's."""
+    """Return the acceleration of the first length behind a massless winch.
+
+    `rhs_along` was the first link's.
+    """
     inv_mass = w[INV_MASS, 0] + w[SIN, 0] * w[SIN, 0] * axis_inv_mass
     return rhs_along - inv_mass * w[TENSION, 0] + w[BEND_COS, 0] * w[TENSION, 1]
 
@@ -253,7 +261,10 @@ def rod_energy(rods, rates):
 
 
 def coupling(w, inertia, k, j):
-    """Return the 2 x 2 block, by rows, by which (tension, turning) of link j act on link k across the node between."""
+    """Return the 2 x 2 block, by rows, of the effect of link j's (tension, turning) on link k.
+
+    It acts across the node between them.
+    """
     node = min(k, j)
     along, across, arm = w[BEND_COS, node], w[BEND_SIN, node], inertia[j] / w[LENGTH, j]
     across = across if j > k else -across
@@ -308,14 +319,17 @@ def solve_pairs(inertia, w, top):
 
 
 class Joints(NamedTuple):
-    """Stiffness and damping between links, (N,) arrays; the first one is between the trolley and link 1."""
+    """Stiffness and damping between links, (N,) arrays; the first is between trolley and link 1."""
 
     stiffness: Any  # N m/rad
     damping: Any  # N m s/rad
 
 
 def add_joints(joints, w, x, first):
-    """Add the moments of joints to the links' right-hand sides, angles from x[first] on; return the trolley's force."""
+    """Add moments of joints to the right-hand sides; return the trolley's force.
+
+    The links' angles begin at x[first].
+    """
     if joints is None:
         return 0.0
     n = len(joints.stiffness)

@@ -1,4 +1,4 @@
-"""Rigid links with lumped masses in space: unit vectors down the links, their tensions and second derivatives.
+"""Rigid links with lumped masses in space: unit vectors down the links, tensions, accelerations.
 
 There is no angle, and so no singularity. The tensions solve the same tridiagonal, positive definite system as in the
 plane, with scalar products of neighbouring unit vectors in place of cosines.
@@ -29,12 +29,12 @@ class SupportEnd(NamedTuple):
     rate: float  # m/s, of the length
 
     def first_inv_mass(self, links):
-        """Return the inverse mass [1/kg] of the first link along its direction, without that of the hoist."""
+        """Return the inverse mass [1/kg] of the first link along itself, without the hoist's."""
         return links.inv_masses[0] + self.mobility
 
 
 def align(x, unit, rate):
-    """Return (unit vector, rate perpendicular to it) nearest to the ones that begin at x[unit] and x[rate]."""
+    """Return (unit vector, rate across it) nearest to those that begin at x[unit] and x[rate]."""
     n, v = (x[unit], x[unit + 1], x[unit + 2]), (x[rate], x[rate + 1], x[rate + 2])
     n = scale(1.0 / sqrt(dot(n, n)), n)
     return n, subtract(v, scale(dot(n, v), n))
@@ -56,7 +56,7 @@ def relative_end_acceleration(acc, k):
 
 
 def constraint_acceleration(links, acc, k):
-    """Return the relative acceleration [m/s²] of link k's ends, along it, that its tension has to balance."""
+    """Return the relative acceleration [m/s²] along link k that its tension has to balance."""
     along = dot(row_of(links.units, k), relative_end_acceleration(acc, k))
     return links.lengths[k] * links.squared_rates[k] + along
 
@@ -100,13 +100,18 @@ def project_across(unit, vector):
 
 
 def add_pull_across(units, k, j, pull, total):
-    """Return the vector `total` with the part across link k of a pull along link j: exact where both nearly agree."""
+    """Return `total` with the part across link k of a pull along link j.
+
+    It is exact where both links nearly agree.
+    """
     unit = row_of(units, k)
     return add(total, scale(pull, project_across(unit, subtract(row_of(units, j), unit))))
 
 
 def direction_accelerations(links, top, acc, tension, out, at):
-    """Write the unit vectors' second derivatives [1/s²] into out[at : at + 3 N], arguments of `solve_tensions`.
+    """Write the unit vectors' second derivatives [1/s²] into out[at : at + 3 N].
+
+    Other arguments as in `solve_tensions`.
 
     `acc` has the first link's pull on its upper end, which does not move along the link alone.
     The pulls of a link's neighbours are projected across it one by one, which avoids cancellation under a heavy

@@ -28,7 +28,7 @@ class ForceRope(NamedTuple):
     spring: RopeSpring | None = None
 
     def tension(self, p, pose, rope_state, tau, force, reaction):
-        """Return the tension: that of a rope which keeps its length where friction holds the winch."""
+        """Return the tension; that of a rope of constant length where friction holds the winch."""
         if p.friction is None or pose.free[WINCH]:
             return winch_pull(self, tau, rope_state)
         return imposed_tension(p, pose, rope_state, tau, force, reaction, 0.0)
@@ -39,7 +39,7 @@ class ForceRope(NamedTuple):
 
 
 class MotionRope(NamedTuple):
-    """A winch that imposes the rope's motion: its input is an acceleration [m/s²], or a velocity [m/s] with a lag."""
+    """A winch that imposes the rope's acceleration [m/s²], or its velocity [m/s] with a lag."""
 
     time_constant: Positive | None = None  # s, of the lag; None: the input is the acceleration
 
@@ -85,7 +85,7 @@ def rope_kinematics(pose, xc):
 
 
 def swing_angles(rope_state):
-    """Return (sin θ1, cos θ1, cos θ2, cos θ2 θ1', θ2') of RopeKinematics; θ1 = 0 where θ2 = ±90 deg."""
+    """Return (sin θ1, cos θ1, cos θ2, cos θ2 θ1', θ2') of a rope; θ1 = 0 where θ2 = ±90 deg."""
     nx, ny, nz = rope_state.n
     vx, vy, vz = rope_state.velocity
     c2 = sqrt(ny * ny + nz * nz)
@@ -94,7 +94,10 @@ def swing_angles(rope_state):
 
 
 def winch_pull(rope, tau, rope_state):
-    """Return the tension [N] at which the efforts on a winch without inertia balance; 0 of one without an effort."""
+    """Return the tension [N] that balances the efforts on a winch without inertia.
+
+    It is 0 where the winch takes no effort.
+    """
     return -add_spring(rope.spring, tau[3], rope_state.length) if isinstance(rope, ForceRope) else 0.0
 
 
@@ -134,7 +137,7 @@ def add_rope_energy(rope, energy, length):
 
 
 def limit_winch(p, u):
-    """Return the efforts u on crane p with the winch's command replaced by what a rope can transmit: tension."""
+    """Return the efforts u on crane p, the winch's limited to what a rope transmits: tension."""
     if not isinstance(p.cable, ForceRope) or (p.friction is not None and p.friction.rope is not None):
         return u  # a winch with friction overcomes it to pay out, while the rope pulls
     return (u[0], u[1], u[2], min(u[3], 0.0))
@@ -146,7 +149,7 @@ def without_rate(rope_state, xc):
 
 
 def project_to_rope(rope, pose, xc):
-    """Return the payload state put back on the rope: what the drive holds exactly, rounding must not undo."""
+    """Return the payload state on the rope: no rounding where the drive holds exactly."""
     if not isinstance(rope, LockedRope):
         return xc
     rope_state = rope_kinematics(pose, xc)

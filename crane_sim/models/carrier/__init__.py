@@ -1,1 +1,1 @@
-"""What carries a load: a support and a winch; where things stand in the state of a crane, and exchanges of its load."""
+"""What carries a load, a support and a winch: layout of a crane's state, exchanges of its load."""

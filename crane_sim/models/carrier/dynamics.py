@@ -1,4 +1,4 @@
-"""What carries the load of a crane: a support and a winch. Their accelerations, power, energies and guards."""
+"""What carries the load, a support and a winch: accelerations, power, energies and guards."""
 
 from typing import Any, NamedTuple
 
@@ -81,12 +81,12 @@ def winch_response(p, t, x, tau):
 
 
 def winch_guard(p, best, x, tau, pull):
-    """Return the smaller one of `best` and the guard of the winch's stick and slip under a pull [N] on the length."""
+    """Return the smaller one of `best` and the guard of the winch's friction under a pull [N]."""
     return hoist_guard(p.hoist, best, tau, mode_of_winch(p, x), rope_length(p, x), pull, p.gravity)
 
 
 def fall_guard(p, best, x, acceleration, tension):
-    """Return the smaller one of `best` and the smallest tension of falls and lead line, if the hoist has some.
+    """Return the smaller one of `best` and the least tension of falls and lead line, if any.
 
     Args:
         p, best, x: the crane, the smallest of the other guards, and the state.
@@ -104,7 +104,7 @@ def fall_guard(p, best, x, acceleration, tension):
 
 
 def write_common_rates(p, x, solved, out):
-    """Write rates of coordinates, accelerations of support, its drives and the hoist, and rates of modes into `out`.
+    """Write rates of coordinates and modes, and accelerations but those of the load, into `out`.
 
     `solved` has the SupportMotion `support` and the acceleration `length` [m/s²] of the hoist's length.
     """
@@ -131,7 +131,7 @@ def support_power(p, solved):
 
 
 def winch_power(p, x, solved):
-    """Return the power [W] that the winch supplies, its losses taken off, where `solved.paid` [N] pulls on it."""
+    """Return the power [W] of the winch less its losses, where `solved.paid` [N] pulls on it."""
     if p.hoist is None:
         return 0.0
     motion = (*rope_length(p, x), solved.length)
@@ -154,14 +154,14 @@ def carrier_energies(p, base, x, pose):
 
 
 def node_energies(base, mass, node, gravity):
-    """Return the energies [J] of a mass at a node (position, velocity), as `carrier_energies` does."""
+    """Return energies [J] of a mass at a node (position, velocity) as `carrier_energies` does."""
     position, velocity = node
     added = (0.0, 0.0) if base is None else added_energy(base, gravity, mass, position, velocity)
     return 0.5 * mass * dot(velocity, velocity), mass * gravity * position[2], *added
 
 
 def support_limits_guard(p, x):
-    """Return the smallest guard of what ends a run, and of the support's joints that slip and drives with play."""
+    """Return the smallest guard of what ends a run, slipping joints, and drives with play."""
     best = 1e300, encode(Guard.LENGTH, LOWER)
     if p.stops is None:
         return best
@@ -170,7 +170,7 @@ def support_limits_guard(p, x):
 
 
 def write_polyline(pose, base, out):
-    """Write the support's polyline in the world into the first rows of `out`, and return their number."""
+    """Write the support's polyline in the world into the rows of `out`; return their number."""
     points = polyline(pose)
     for i, point in enumerate(points):
         out[i, 0], out[i, 1], out[i, 2] = to_world(base, point)

@@ -1,4 +1,4 @@
-"""Pick-up and release of loads in a run: the loads of its schedule, and how one of them passes into the next.
+"""Pick-up and release of loads: the loads of a run's schedule, and the passage to the next one.
 
 What is let go leaves with the motion that it has and takes its momentum along, so nothing jumps. What is taken up
 joins the load by a perfectly inelastic impact: the two have their momentum and their angular momentum about the
@@ -82,7 +82,10 @@ def load_of(p, x) -> Any:
 
 
 def body_of_coordinates(p, x, state):
-    """Return the BodyState of the load in state x, from that of its coordinates: the first load's centre of mass."""
+    """Return the BodyState of the load in state x, from that of its coordinates.
+
+    The coordinates are those of the first load's centre of mass.
+    """
     if p.exchange is None:
         return state
     k = int(x[exchange_index(p)])
@@ -138,7 +141,9 @@ def join_bodies(load, after, state, velocity):
 
 
 def carried_energy(load, after, state):
-    """Return the energy [J] of a part that moves with the load, or is let go: no velocity of what stays jumps.
+    """Return the energy [J] of a part that moves with the load, or is let go.
+
+    No velocity of what stays jumps.
 
     It is kinetic, less that of the load before.
     """
@@ -151,7 +156,9 @@ def carried_energy(load, after, state):
 
 
 def describe_exchange(exchange: Exchange, k: int, outcome: int, forbidden: tuple[str, str]) -> tuple[str, str]:
-    """Return texts (meaning of exchange k, what a user can change); the outcome is DONE, or it ended the run.
+    """Return texts (meaning of exchange k, what a user can change).
+
+    The outcome is DONE, or it ended the run.
 
     Args:
         exchange, k, outcome: of the payload, number and outcome of the event.

@@ -1,4 +1,4 @@
-"""Where things stand in the state of a crane whose load hangs below a support, with a hoist or without.
+"""Layout of the state of a crane whose load hangs below a support, with a hoist or without.
 
 A state is one array [support, (length), what hangs, and their rates, (energy supplied), modes]. The modes are those of
 falls or links, that of the winch, where it has friction, the number of exchanges of the load, where it has any, then
@@ -13,14 +13,17 @@ from crane_sim.models.supports.support import coordinate_count, drive_count, fri
 
 
 def layout_of(p):
-    """Return (number nq of coordinates, index of the first one below the hoist, index of the first mode)."""
+    """Return (number nq of coordinates, index of the first below the hoist, of the first mode)."""
     first = coordinate_count(p.support) + hoist_coordinates(p.hoist)
     nq = first + p.hanging_coordinates()
     return nq, first, 2 * nq + meter_size(p.energy_meter)
 
 
 def rope_length(p, x):
-    """Return (length [m], its rate [m/s]) that the hoist changes: of the first link, or unstretched of all falls."""
+    """Return (length [m], its rate [m/s]) that the hoist changes.
+
+    It is that of the first link, or the unstretched one of all falls.
+    """
     if p.hoist is None:
         return p.fixed_length(), 0.0
     nq, first, _ = layout_of(p)
@@ -38,7 +41,7 @@ def exchange_index(p):
 
 
 def contact_index(p):
-    """Return the index of the first mode of contact, where the load has any, or else of what stands behind."""
+    """Return the index of the load's first mode of contact, or, without any, of what follows."""
     return exchange_index(p) + (0 if p.exchange is None else 1)
 
 

@@ -34,13 +34,16 @@ def after_impulse(load, state, wrench):
 
 
 def mobility(load, state, lever, direction):
-    """Return the mobility [1/kg] of a point of the load along a unit vector, both in the axes of the base."""
+    """Return the mobility [1/kg] of a load's point along a unit vector, both in base axes."""
     arm = cross(lever, direction)
     return 1.0 / load.mass + dot(arm, turn_of(load, state, arm))
 
 
 def relax_point(contact, load, point, state, impulses, i, least):
-    """Correct the impulses (n, 3) of one point for its velocity; return (their change (3,), change of velocity)."""
+    """Correct the impulses (n, 3) of one point for its velocity; return the changes of both.
+
+    They are the change (3,) of the impulses, and that of the velocity.
+    """
     normal = mobility(load, state, point.lever, (0.0, 0.0, 1.0))
     along = mobility(load, state, point.lever, (1.0, 0.0, 0.0)) + mobility(load, state, point.lever, (0.0, 1.0, 0.0))
     (x, y, z), (vx, vy, vz) = (impulses[i, 0], impulses[i, 1], impulses[i, 2]), point.velocity
@@ -115,7 +118,7 @@ def collide(contact, load, moved, state, touching):
 
 @routine
 def settle(contact, load, x, first, moved, state):
-    """Return (BodyState, Wrench of impulses) after what is left of closed points' velocities is taken."""
+    """Return (BodyState, Wrench of impulses) after the closed points' velocities are taken away."""
     if closed_count(contact, x, first) == 0:
         return state, NONE
     omega = multiply(state.rows, state.omega)

@@ -1,4 +1,4 @@
-"""Normal forces of a rigid contact: what keeps closed points on the surface, and holds a load that sticks.
+"""Normal forces of a rigid contact: they keep closed points on the surface, or hold the load.
 
 The closed points' normal forces λ are unilateral, and more than three of them are statically indeterminate. Of all that
 hold the load those with the least sum of squares are taken. They are linear in the position, λ_i = y₀ + y₁ r_y - y₂
@@ -50,14 +50,17 @@ def closed_count(contact, x, first):
 
 
 def shares(count, place, lever):
-    """Return the factors (3,) of the unknowns in the normal force of a closed point, the one with number `place`."""
+    """Return the factors (3,) of the unknowns in the normal force of closed point `place`."""
     if count > 2:
         return 1.0, lever[1], -lever[0]
     return (1.0, 0.0, 0.0) if place == 0 else (0.0, 1.0, 0.0)
 
 
 def unit_wrenches(contact, x, first, scene, count, rough):
-    """Return the wrenches (3) of the unknowns, each 1; arguments of `slipping_forces`, rough: 1 with friction."""
+    """Return the wrenches (3) of the unknowns, each 1.
+
+    Arguments of `slipping_forces`; rough: 1 with friction.
+    """
     (moved, state), place, wrenches = scene, 0, (NONE, NONE, NONE)
     for i in range(len(contact.points)):
         if is_closed(x, first, i):
@@ -81,7 +84,10 @@ def turn_of(load, state, moment):
 
 
 def required_changes(contact, x, first, scene, count, lift, smooth):
-    """Return (rows (3) that act on (z'', α_x, α_y), what they must give (3,)); arguments of `closing_forces`."""
+    """Return (rows (3) that act on (z'', α_x, α_y), what they must give (3,)).
+
+    Arguments of `closing_forces`.
+    """
     (moved, state), place = scene, 0
     if count > 2:
         back = add(lift, scale(smooth, correction(contact, x, first, scene)))
@@ -103,7 +109,10 @@ def required_changes(contact, x, first, scene, count, lift, smooth):
 
 
 def correction(contact, x, first, scene):
-    """Return 2 γ g' + γ² g (3,) of the gap's plane g₀ + g₁ r_y - g₂ r_x through three or more closed points."""
+    """Return 2 γ g' + γ² g (3,) of the gap's plane g₀ + g₁ r_y - g₂ r_x.
+
+    It is the plane through three or more closed points.
+    """
     sums, (moved, state) = ZERO, scene
     for i in range(len(contact.points)):
         if is_closed(x, first, i):
@@ -114,7 +123,10 @@ def correction(contact, x, first, scene):
 
 
 def plane_through(contact, x, first, scene, sums):
-    """Return y (3,) of the plane y₀ + y₁ r_y - y₂ r_x whose sums over closed points with (1, r_y, -r_x) are given."""
+    """Return y (3,) of the plane y₀ + y₁ r_y - y₂ r_x with given sums over closed points.
+
+    The sums are those of its products with (1, r_y, -r_x).
+    """
     columns = ZERO, ZERO, ZERO
     for i in range(len(contact.points)):
         if is_closed(x, first, i):
@@ -132,7 +144,7 @@ def solve_three(columns, right):
 
 
 def solve_unknowns(count, rows, columns, b):
-    """Return y (3,) with rows · columns y = b, of which `count` (3 where there are more) are unknown."""
+    """Return y (3,) with rows · columns y = b, of which `count`, at most 3, are unknown."""
     p, q, _ = products = [multiply(rows, column) for column in columns]
     if count == 1:
         return b[0] / p[0], 0.0, 0.0
@@ -164,7 +176,10 @@ def closing_forces(contact, load, x, first, scene, lift, smooth):
 
 @routine
 def holding_accelerations(contact, x, first, scene):
-    """Return the accelerations of a load that moves as the surface: (centre (3,), α (3,)), in the axes of the base."""
+    """Return the accelerations (centre (3,), α (3,)) of a load that moves as the surface.
+
+    They are in the axes of the base.
+    """
     moved, state = scene
     back, omega = correction(contact, x, first, scene), multiply(state.rows, state.omega)
     slip, damping = subtract(state.velocity, moved.velocity), 2.0 * RATE
@@ -180,7 +195,10 @@ def surface_level(contact, scene):
 
 @routine
 def holding_forces(contact, load, x, first, scene, free):
-    """Return the NormalForces that hold the load; three or more points are closed, free: as in `add_contact`."""
+    """Return the NormalForces that hold the load.
+
+    Three or more points are closed; free: as in `add_contact`.
+    """
     state, (centre, alpha) = scene[1], holding_accelerations(contact, x, first, scene)
     force = scale(load.mass, subtract(centre, free[0]))
     turn = multiply(load.inertia, subtract(rotate_to_base(state.rows, alpha), free[1]))
@@ -220,7 +238,10 @@ def normal_force_moments(contact, x, first, scene, normal_forces):
 
 @routine
 def required_friction(contact, x, first, scene, normal_forces):
-    """Return the coefficient of friction that is needed to hold the load by these NormalForces, 1e300 if they pull."""
+    """Return the coefficient of friction needed to hold the load by these NormalForces.
+
+    It is 1e300 if they pull.
+    """
     total, sx, sy, polar = normal_force_moments(contact, x, first, scene, normal_forces)
     if not total > 0.0:
         return 1e300

@@ -70,14 +70,17 @@ class ContactPoint(NamedTuple):
 
 
 class Wrench(NamedTuple):
-    """Force, and moment about the load's centre of mass, in the axes of the base; or impulses of both."""
+    """Force, and moment about the load's centre of mass, in base axes; or impulses of both."""
 
     force: Vector  # N
     moment: Vector  # N m
 
 
 def count_contact_modes(contact):
-    """Return the number of floats of the contact's modes: one for each point, and of a rigid one that for stick."""
+    """Return the number of floats of the contact's modes.
+
+    Each point has one, and a rigid contact one more for stick.
+    """
     if contact is None:
         return 0
     return len(contact.points) + (1 if isinstance(contact, RigidContact) else 0)
@@ -92,7 +95,7 @@ def displacement_at(motion, t):
 
 
 def place_of(contact, i, state):
-    """Return (point number i of a load from its centre of mass (3,), in its axes; height of the surface)."""
+    """Return (load's point i from its centre of mass (3,), in its axes; height of the surface)."""
     if contact.changes is None:
         return (contact.points[i, 0], contact.points[i, 1], contact.points[i, 2]), contact.surface.height
     points, k = contact.changes.points, state.number
@@ -100,7 +103,7 @@ def place_of(contact, i, state):
 
 
 def contact_point(contact, i, moved, state):
-    """Return point number i of a load; moved: Displacement of the surface, state: BodyState of the load."""
+    """Return point i of a load; moved: the surface's Displacement, state: the load's BodyState."""
     own, height = place_of(contact, i, state)
     lever = multiply(state.rows, own)
     velocity = add(state.velocity, multiply(state.rows, cross(state.omega, own)))

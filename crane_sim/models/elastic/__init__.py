@@ -1,1 +1,1 @@
-"""Cranes whose cable is a chain of springs and dampers, below any support, or in the plane below a trolley."""
+"""Cranes whose cable is a chain of springs and dampers below any support, or a planar trolley."""

@@ -51,7 +51,7 @@ def compute_bands(p, t, x, u):
 
 @routine
 def bands_at(p, t, x, tau):
-    """Return (the bands at a state, the derivative in time); efforts tau are taken as functions of time alone."""
+    """Return (the bands at a state, the derivative in time); efforts tau depend on time alone."""
     (nq, _, modes), width = layout_of(p), band_width(p)
     metered = modes > 2 * nq  # the power depends on all coordinates
     period = nq if metered else 2 * width + 1
@@ -79,7 +79,7 @@ def direction_of(j, nq, period):
 
 
 def mark_columns(seeds, nq, period, first, mark):
-    """Write a mark where a coordinate or velocity is moved in one of the directions from number `first` on."""
+    """Write a mark where a direction, from number `first` on, moves a coordinate or velocity."""
     for j in range(2 * nq):
         k = direction_of(j, nq, period) - first
         if 0 <= k < DIRECTIONS:
@@ -87,7 +87,7 @@ def mark_columns(seeds, nq, period, first, mark):
 
 
 def take_column(bands, rows, j, k):
-    """Take the derivatives by coordinate or velocity j over from direction k of those of the state's derivative."""
+    """Copy the derivatives by coordinate or velocity j from direction k of `rows`."""
     nq, width = len(bands.positions), bands.positions.shape[1] // 2
     column = j if j < nq else j - nq
     for i in range(max(0, column - width), min(nq, column + width + 1)):

@@ -1,4 +1,4 @@
-"""A crane whose cable is a chain of springs and dampers below a support, in space or in the vertical plane.
+"""A crane with a cable of springs and dampers below a support, in space or a vertical plane.
 
 State: one array [support, (l1), r_1 .. r_N, and their rates, (energy supplied), modes] with the nodes' positions r_k on
 the base: (x, z) each in the plane, (x, y, z) in space. Link k pulls with T = k e + c e', e its length beyond the rest
@@ -127,7 +127,9 @@ def vector_at(x, i, d):
 
 
 def stretch_of(upper, lower, rest, paid):
-    """Return (unit vector (3,), elongation [m], its rate [m/s]) of a link between two nodes (position, velocity).
+    """Return (unit vector (3,), elongation [m], its rate [m/s]) of a link between two nodes.
+
+    A node is (position, velocity).
 
     Args:
         upper, lower: its ends.
@@ -140,7 +142,7 @@ def stretch_of(upper, lower, rest, paid):
 
 
 def first_stretch(p, x, tip):
-    """Return the result of `stretch_of` for the first link; tip: (position, velocity) of its upper end."""
+    """Return the `stretch_of` the first link; tip: (position, velocity) of its upper end."""
     return stretch_of(tip, node_at(p, x, 1), *rope_length(p, x))
 
 
@@ -172,7 +174,10 @@ def payload_state(p, x):
 
 
 def write_node(p, base, x, k, force, mass, out):
-    """Write the acceleration of node k, of a mass [kg] under a force (3,) [N]; return the power [W] of the base."""
+    """Write the acceleration of node k of a mass [kg] under a force (3,) [N].
+
+    Return the power [W] of the base.
+    """
     (nq, first, _), d = layout_of(p), p.dimensions()
     i, acc, power = nq + first + d * (k - 1), scale(1.0 / mass, force), 0
     if base is not None:
@@ -214,7 +219,10 @@ def write_nodes(p, t, x, base, given, first, out):
 
 @routine
 def solve_dynamics(p, t, x, tau, out):
-    """Return motion and forces at time t in state x under efforts tau; write the nodes' accelerations into `out`."""
+    """Return motion and forces at time t in state x under efforts tau.
+
+    The nodes' accelerations are written into `out`.
+    """
     pose, base = posture_of(p, x), base_kinematics_at(p.base, p.gravity, t)
     first = pull_of(p, x, 0, first_stretch(p, x, bare_tip(pose)))
     flow = airflow_at(p.wind, p.base, t, 0.0)

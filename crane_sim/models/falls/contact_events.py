@@ -1,4 +1,4 @@
-"""Events of a load on falls that touches a surface: its points touch, bounce and lift off, the load sticks and slips.
+"""Contact events of a load on falls: points touch, bounce, lift off; the load sticks and slips.
 
 A point of a rigid contact touches where it is below the surface and comes nearer, by a little more than rounding: one
 that has just lifted off, or bounced, is there without coming nearer. A compliant one touches where its normal force
@@ -66,7 +66,7 @@ def fill_contact(p, t, x):
 
 
 def is_touching(contact, point):
-    """Return whether a point of a load that is given touches: a rigid one where it rests on the surface."""
+    """Return whether a load's point touches at its start; a rigid one rests on the surface."""
     if isinstance(contact, RigidContact):
         return point.gap <= NEAR and abs(point.velocity[2]) <= AT_REST
     return min(-point.gap, compliant_normal_force(contact, point)) > 0.0
@@ -81,7 +81,10 @@ def total_normal_force(p, t, x):
 
 
 def contact_guard(p, t, x, best):
-    """Return (value, number, evaluations) of the smaller guard: `best` (value, number), or that of contact."""
+    """Return (value, number, evaluations) of the smaller one of `best` and the contact's guard.
+
+    `best` is (value, number).
+    """
     contact, first = p.contact, contact_index(p)
     if contact is None:
         return best[0], best[1], 0
@@ -150,7 +153,10 @@ def switch_contact(p, t, x, number):
 
 
 def switch_rigid(p, t, x, y, i):
-    """Change y, a copy of state x, by the event of a rigid point i or of the slip, and return the outcome."""
+    """Change y, a copy of state x, by the event of rigid point i or of the slip.
+
+    Return the outcome.
+    """
     first, n = contact_index(p), len(p.contact.points)
     if i == n:
         outcome = LEAVES if is_closed(x, first, n) else TOUCHES
@@ -198,7 +204,7 @@ def strike(p, t, x, y):
 
 @routine
 def write_jump(p, y, before, after, impulse):
-    """Write the load's velocities after a jump into state y, and the work of its impulses into the meter."""
+    """Write the load's velocities after a jump into y, and the impulses' work into the meter."""
     nq, first, modes = layout_of(p)
     i = nq + first
     y[i], y[i + 1], y[i + 2] = coordinate_velocity(after)

@@ -243,7 +243,9 @@ def solve_dynamics(p, t, x, tau):
 
 
 def load_acceleration(p, body, base, load, pull, given):
-    """Return the load's accelerations without contact: (centre (3,) in the base's axes, α (3,) in its own).
+    """Return the load's accelerations without contact.
+
+    They are (centre (3,) in the base's axes, α (3,) in the load's own).
 
     `given` is by `load_force`.
     """

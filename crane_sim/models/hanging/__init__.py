@@ -1,1 +1,1 @@
-"""Functions of `crane_sim.system` that cranes share whose load hangs below any support: links, springs or falls."""
+"""Functions of `crane_sim.system` shared by cranes whose load hangs on links, springs or falls."""

@@ -1,4 +1,4 @@
-"""Events of cranes whose load hangs below a support: how their equations switch, what changes, and texts."""
+"""Events of cranes whose load hangs below a support: switching, changes of state, and texts."""
 
 from typing import Any
 
@@ -52,7 +52,7 @@ SEAT = 1e-6  # m: no deeper than this a point may be below the surface when its 
 
 @system.switching.register(*HANGING)
 def switching(p):
-    """Return how the equations switch: by what hangs, the support, exchanges of the load and the kink of a wind."""
+    """Return how the equations switch: by cable, support, exchanges and the kink of a wind."""
     of_support = with_support_switching(p.support, rope_switching(p))
     return with_kink_switching(p.wind, with_exchange_switching(p.exchange, of_support))
 
@@ -83,7 +83,7 @@ def switch(p, t, x, u, number):
 
 
 def after_friction_guard(p, t, x, tau, joint):
-    """Return the result of `switch` after the guard of the friction of a joint or of the winch has failed."""
+    """Return the result of `switch` after the guard of a joint's or the winch's friction failed."""
     if hoist_modes(p.hoist) > 0 and joint == WINCH:
         return after_winch_guard(p, t, x, tau)
     return after_joint_guard(p, t, x, tau, joint)
@@ -91,7 +91,7 @@ def after_friction_guard(p, t, x, tau, joint):
 
 @routine
 def after_joint_guard(p, t, x, tau, joint):
-    """Return the result of `switch` after the guard of the friction of a support's joint has failed."""
+    """Return the result of `switch` after the guard of the friction of a support's joint failed."""
     nq, _, _ = layout_of(p)
     x, k = x.copy(), friction_state_index(p.support, x, joint)
     mode_before = stop(x, nq + joint, k)
@@ -111,7 +111,7 @@ def after_winch_guard(p, t, x, tau):
 
 
 def stop(x, rate, mode):
-    """Return the mode x[mode] of what friction held or slowed down, and set its rate and mode to those of rest."""
+    """Return the mode x[mode] of a friction, and set its rate and mode to those of rest."""
     mode_before = x[mode]
     x[rate], x[mode] = (0.0 if mode_before != 0.0 else x[rate]), 0.0
     return mode_before
@@ -119,7 +119,7 @@ def stop(x, rate, mode):
 
 @routine
 def switch_cable(p, x, number):
-    """Return (the state with the other mode of a fall or link, the event, whether the run goes on)."""
+    """Return (state with a fall's or link's other mode, the event, whether the run goes on)."""
     (nq, _, modes), (_, i, _) = layout_of(p), decode(number)
     y = x.copy()
     y[modes + i] = 1.0 - x[modes + i]
@@ -130,7 +130,7 @@ def switch_cable(p, x, number):
 
 @routine
 def exchange_on_springs(p, t, x):
-    """Return (state after the next exchange on springs or falls, its event, whether the run goes on).
+    """Return (state after the next exchange on springs or falls, event, whether the run goes on).
 
     They pull as before in no time and transmit no impulse, so that the momentum of what hangs is that of its parts.
     """
@@ -159,7 +159,7 @@ def kinematics_of_load(p, x):
 
 
 def write_joined_velocity(p, y, state, joined):
-    """Write the velocity of a load that has joined what it takes up into state y; state: its kinematics before."""
+    """Write the velocity of a load joined with what it takes up into y; state: before it."""
     nq, first, _ = layout_of(p)
     if isinstance(p, FallsCrane):
         turned = multiply(state.rows, cross(subtract(joined.omega, state.omega), p.load.attachment))
@@ -217,7 +217,7 @@ def is_of_winch(kind: int, i: int) -> bool:
 
 
 def describe_slack_link(p: SuspendedCrane, i: int) -> tuple[str, str]:
-    """Return texts (what went slack, what a user can change) of a rigid link or a fall of its reeving."""
+    """Return texts (what went slack, what a user can change) of a link or a reeving's fall."""
     if system.fall_count(p) > 0:
         what = f"link {i + 1}" if i else "the rope over the sheaves"
         what = "a fall of the reeving" if i >= len(p.cable.masses) else what

@@ -1,4 +1,4 @@
-"""Functions of `crane_sim.system` that cranes share whose load hangs below a support, by links, springs or falls.
+"""Functions of `crane_sim.system` shared by cranes whose load hangs by links, springs or falls.
 
 They differ in what hangs between support and load: its energies, its forces, and guards that follow from them.
 """
@@ -102,7 +102,10 @@ def with_meter(p, held):
 
 
 def works_between_samples(p: Any) -> bool:
-    """Return whether work is done besides that of held efforts at samples: by motions, losses, forces and exchanges."""
+    """Return whether anything but efforts held at samples does work.
+
+    These are motions, losses, forces and exchanges.
+    """
     imposed = isinstance(p.hoist, PrescribedHoist | MotionHoist | ReevedHoist)
     imposed = imposed or moves_by_itself(p.support.structure) or hoist_modes(p.hoist) > 0
     damped = isinstance(p, FallsCrane) and bool(np.any(p.falls.relaxation))
@@ -202,7 +205,10 @@ def limit_efforts(p, u):
 @system.guard.register(*HANGING)
 @routine
 def smallest_guard(p, t, x, u, work):
-    """Return (the smallest guard, its number, evaluations): limits, exchanges, cable, friction, contact."""
+    """Return (the smallest guard, its number, evaluations) of all that ends a step.
+
+    Guards are of limits, exchanges, cable, friction and contact.
+    """
     state, tau, pull = read_state(p.support, x, layout_of(p)[0]), system.effort(u, p, t, x), 0.0
     best = cable_guard(p, exchange_guard(p, support_limits_guard(p, x), t, x), x, work)
     forces = must_stay_taut(p) or winch_sticks(p, x) or any_joint_sticks(p.support, state)
@@ -220,7 +226,7 @@ def smallest_guard(p, t, x, u, work):
 
 
 def cable_guard(p, best, x, work):
-    """Return the smaller one of `best` and the guards of falls, links and twist, which depend on the state alone."""
+    """Return the smaller one of `best` and the guards of the state: falls, links and twist."""
     if isinstance(p, FallsCrane):
         return falls_guard(p, best, x)
     return links_guard(p, best, x) if isinstance(p, ElasticCrane) else twist_guard(p, best, x, work.links)

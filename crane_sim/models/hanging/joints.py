@@ -1,4 +1,6 @@
-"""Joint coordinates of a crane whose load hangs below a support: the simple crane's, further links, load's attitude.
+"""Joint coordinates of a crane whose load hangs below a support: its own, links, the attitude.
+
+They are those of the simple crane, then those of further links, then the load's attitude.
 
 A support that turns gives those of `single_rope`: its own coordinates, the first link's length and its two swing
 angles in the turning frame,
@@ -33,7 +35,7 @@ from crane_sim.numerics.jit import routine
 
 
 def has_swing_angles(p):
-    """Return whether the first link is given by its length and swing angles; otherwise by its unit vector."""
+    """Return whether length and swing angles give the first link, and not its unit vector."""
     return isinstance(p, SuspendedCrane) and p.overhead is None and not isinstance(p.support.structure, DrivenPoint)
 
 
@@ -43,7 +45,7 @@ def swing_start(p):
 
 
 def with_swing(p, row, swing):
-    """Return a row in the order of joints, with (length, θ1, θ2) in place of the first link's coordinates."""
+    """Return a row in the order of joints with (length, θ1, θ2) for the first link."""
     start, taken = swing_start(p), hoist_coordinates(p.hoist) + 3
     out = np.empty(len(row) + 3 - taken)
     for i in range(start):
@@ -55,7 +57,10 @@ def with_swing(p, row, swing):
 
 
 def without_swing(p, row):
-    """Return a row in the order of joints with the length, where a hoist changes it, and 0 for the unit vector."""
+    """Return a row in the order of joints with 0 for the first link's unit vector.
+
+    The length is kept where a hoist changes it.
+    """
     start, taken = swing_start(p), hoist_coordinates(p.hoist) + 3
     out = np.zeros(len(row) + taken - 3)
     for i in range(start + hoist_coordinates(p.hoist)):
@@ -93,7 +98,10 @@ def in_turning_frame(p, x):
 
 
 def yaw_entry(support, row, i):
-    """Return the entry of a row of rates or accelerations, which begin at i, of the angle about the vertical."""
+    """Return the entry of the angle about the vertical in a row of rates that begins at i.
+
+    The row may be one of accelerations.
+    """
     return sum((row[i + k] for k in support.structure.mechanism().yaw), 0.0)
 
 
@@ -126,7 +134,7 @@ def fill_coordinates(p, x, q, v):
 
 
 def write_direction(p, x, direction, rates):
-    """Write the first link's unit vector and its rates, given in the support's frame, into state x."""
+    """Write the first link's unit vector and rates, given in the support's frame, into state x."""
     nq, first, _ = layout_of(p)
     s, c = sincos(yaw(p.support, read_state(p.support, x, nq).q))
     w = yaw_entry(p.support, x, nq)
@@ -137,7 +145,7 @@ def write_direction(p, x, direction, rates):
 
 @routine
 def accelerations_of_joints(p, x, rates):
-    """Return the second derivatives (nj,) of the joint coordinates; rates: derivative of the state x."""
+    """Return the joint coordinates' second derivatives (nj,); rates: derivative of the state x."""
     nq, first, _ = layout_of(p)
     out = to_joint_order(p.support, rates[nq : 2 * nq])
     if not has_swing_angles(p):

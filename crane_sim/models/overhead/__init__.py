@@ -1,4 +1,4 @@
-"""Closed forms of overhead cranes in the plane: a trolley on rails, a hoist, and a cable of links with lumped masses.
+"""Closed forms of overhead cranes in the plane: a trolley, a hoist, links with lumped masses.
 
 Equations: Brogliato, "Lagrange dynamics of lumped-mass multibody models of overhead cranes", written in link tensions.
 
@@ -11,7 +11,7 @@ from crane_sim.models.supports.hoist import hoist_coordinates
 
 
 def layout_of(p):
-    """Return (number nq of coordinates, index of the first link's or node's, index of the first mode)."""
+    """Return (number nq of coordinates, index of the first one of the cable, of the first mode)."""
     first = 1 + hoist_coordinates(p.hoist)
     nq = first + p.cable_coordinates()
     return nq, first, 2 * nq + meter_size(p.energy_meter)
@@ -26,5 +26,5 @@ def first_link(p, x):
 
 
 def hoist_mode(x):
-    """Return the mode of the hoist's friction in state x: it stands before the number of payload changes."""
+    """Return the friction mode of the hoist in state x, ahead of the number of payload changes."""
     return x[len(x) - 2]

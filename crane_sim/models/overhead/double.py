@@ -15,7 +15,7 @@ from crane_sim.numerics.elementary import sincos
 
 
 class TwoLinks(NamedTuple):
-    """Masses [kg] and lengths [m] of the upper and the lower link; the second mass is the payload."""
+    """Masses [kg] and lengths [m] of the upper and lower link; the second mass is the payload."""
 
     mass1: float
     mass2: float
@@ -43,7 +43,7 @@ class DoubleCrane(NamedTuple):
 
 
 def double_dynamics(p, t, x, tau):
-    """Return (accelerations of trolley and both angles, tensions of the upper and the lower link, sin α_1)."""
+    """Return (accelerations of trolley and both angles, tensions of upper, lower link, sin α_1)."""
     (s1, c1), (s2, c2) = sincos(x[1]), sincos(x[2])
     cable, g = p.cable, p.gravity
     inv_mass, bias_acc = p.trolley.response(t, tau, 0, x[3], 0.0)

@@ -1,4 +1,4 @@
-"""Discrete modes and events of an overhead crane: friction, limits, a slack link, changes of the payload.
+"""Discrete modes and events of an overhead crane: friction, limits, slack links, payload changes.
 
 A mode is a float at the end of the state that says which of several smooth equations hold; events change it. The modes
 of a crane with rigid links and events, in this order (a crane without events has none):
@@ -52,7 +52,10 @@ def switching_of(p):
 
 
 def trolley_mode(limits, x, first):
-    """Return the trolley's friction state in state x, whose modes begin at index `first`; 0 of a crane without any."""
+    """Return the trolley's friction state in state x; 0 of a crane without any.
+
+    The modes in x begin at index `first`.
+    """
     return 0.0 if limits is None else x[first]
 
 
@@ -81,7 +84,10 @@ def initial_modes(p, t, v):
 
 
 def get_payload_mass(limits, x, last, mass):
-    """Return the payload's mass [kg] in state x, whose last index is `last`; `mass` for a crane without events."""
+    """Return the payload's mass [kg] in state x; `mass` for a crane without events.
+
+    `last` is the last index of the state.
+    """
     return mass if limits is None else limits.masses[int(x[last])]
 
 
@@ -92,7 +98,7 @@ def drive_sticks(drive, mode):
 
 
 def needs_forces(p, x):
-    """Return whether a guard depends on forces: of a drive that sticks, or of links that must stay taut."""
+    """Return whether a guard depends on forces: a drive sticks, or links must stay taut."""
     _, _, modes = layout_of(p)
     sticks = drive_sticks(p.trolley, x[modes]) or drive_sticks(p.hoist, hoist_mode(x))
     return p.event_limits.stops.taut > 0.0 or sticks
@@ -116,20 +122,23 @@ def smallest_drive_guard(p, t, x, tau, tension, pull, length):
 
 
 def mode_of_stopped_drive(p, joint, mode, tau, tension, pull):
-    """Return the new mode of trolley or hoist at rest, after the guard of its friction has failed in `mode`."""
+    """Return the mode of trolley or hoist at rest, after its friction's guard failed in `mode`."""
     if joint == HOIST:
         return mode_after_stop(p.hoist, mode, tau, -1, tension)
     return mode_after_stop(p.trolley, mode, tau, 0, pull)
 
 
 def mode_after_stop(drive, mode, tau, i, pull):
-    """Return the mode of a trolley or a hoist at rest after its guard has failed in `mode`, see `breakaway_mode`."""
+    """Return the mode of a drive at rest after its guard failed in `mode`.
+
+    See `breakaway_mode`.
+    """
     friction = friction_of(drive)
     return friction.breakaway_mode(mode, tau[i] + pull) if isinstance(friction, Friction) else 0.0
 
 
 def drives_power(p, x, tau, tension, pull, rate):
-    """Return the power [W] of trolley and hoist, and of their friction; rate: of the first link's length [m/s]."""
+    """Return the power [W] of trolley and hoist and of friction; rate: of the length [m/s]."""
     nq, _, modes = layout_of(p)
     power, friction = p.trolley.power(tau, 0, x[nq], pull), friction_of(p.trolley)
     if p.hoist is not None:

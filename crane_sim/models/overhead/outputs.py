@@ -99,7 +99,7 @@ def efforts_from_row(p, row):
 
 
 def actuated_entries(p, row, trolley, hoist):
-    """Return those of two entries of a row, by their indices, that are of joints which take an effort."""
+    """Return those of two entries of a row, by index, whose joints take an effort."""
     first = (row[trolley],) if isinstance(p.trolley, ForceAxis) else ()
     return (*first, *hoist_entry(p.hoist, row, hoist))
 

@@ -1,4 +1,4 @@
-"""An overhead crane in the vertical plane: a trolley and a chain of N rigid links, with a hoist or without.
+"""An overhead crane in the vertical plane: a trolley, N rigid links, with a hoist or without.
 
 State: one array [x, (l1), α_1 .. α_N, x', (l1'), α_1' .. α_N', (energy supplied), (modes)]. On a moving base energies
 are those relative to it. What it adds, mass by mass, leaves out an axis with prescribed motion, which has no mass, and
@@ -104,7 +104,10 @@ class PlanarCrane(NamedTuple):
         return self.find_motion(t, x, tau, w)
 
     def find_motion(self, t, x, tau, w):
-        """Return accelerations and forces at time t in state x under joint efforts tau; those of links are in w."""
+        """Return accelerations and forces at t in state x under efforts tau.
+
+        Those of links are written into w.
+        """
         use_wide_vectors()
         nq, first, modes = layout_of(self)
         self.fill_links(x, w)
@@ -291,7 +294,7 @@ def write_points(p, t, x, out):
 @system.base_energy.register(PlanarCrane)
 @routine
 def base_energy(p, t, x):
-    """Return what a moving base adds to the energies of trolley, nodes, and links that rotate as rods."""
+    """Return what a moving base adds to the energies of trolley, nodes, and rotating rods."""
     base, w = base_state(p.base, t, 0.0), system.workspace(p)
     if base is None:
         return 0.0, 0.0
@@ -324,7 +327,7 @@ def smallest_guard(p, t, x, u, work):
 @system.apply_reset_map.register(PlanarCrane)
 @routine
 def switch(p, t, x, u, number):
-    """Return the state after a change of the payload or of a drive's friction; all other guards end a run."""
+    """Return the state after a change of payload or of a drive's friction; others end a run."""
     (nq, first, modes), (kind, joint, _) = layout_of(p), decode(number)
     tau, x = system.effort(u, p, t, x), x.copy()
     if kind == Guard.PAYLOAD:

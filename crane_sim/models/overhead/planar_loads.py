@@ -1,4 +1,4 @@
-"""Loads on a chain in the plane: inertial forces of a moving base, and those on the payload, its last node.
+"""Loads on a chain in the plane: inertial forces of a moving base, and those on the payload.
 
 States are relative to the base, which is that of `moving_base.base_kinematics_at`, None at rest. A crane in the plane
 takes the part of these forces in its plane; what holds it there carries the rest.
@@ -46,12 +46,15 @@ def trolley_motion(p, x):
 
 
 def imposed_gradient(base, r, v):
-    """Return the change (3,) [m/s²] of the imposed acceleration for a change of position by r [m], of velocity by v."""
+    """Return the change (3,) [m/s²] of the imposed acceleration.
+
+    It is that for a change of position by r [m] and of velocity by v [m/s].
+    """
     return imposed_acceleration(base._replace(imposed=ZERO), r, v)
 
 
 def add_links_load(base, p, x, w):
-    """Add the accelerations imposed on the nodes of a chain in the plane to the work array w of `chain`.
+    """Add the accelerations imposed on the nodes of a planar chain to the work array w.
 
     Returns:
         The Load of trolley and links; its force along the rail is still to be added.
@@ -77,7 +80,7 @@ def add_links_load(base, p, x, w):
 
 
 def add_rods_load(rods, base, w):
-    """Add the effect of the base's rotation on links with a moment of inertia; return their Load."""
+    """Add the effect of the base's rotation on links with inertia; return their Load."""
     if rods is None:
         return REST
     power, pull = 0.0, 0.0
@@ -92,7 +95,10 @@ def add_rods_load(rods, base, w):
 
 
 def add_payload_force(p, base, t, x, w):
-    """Add the payload's acceleration by air, wind and a given force to a chain's work array w; return their power."""
+    """Add the payload's acceleration by air, wind and a given force to w; return their power.
+
+    w is the work array of a chain.
+    """
     if p.wind is None and p.drag is None and p.force is None:
         return NO_LOAD
     n, ((rx, _, rz), (vx, _, vz)), paid = w.shape[1] - 1, trolley_motion(p, x), first_link(p, x)[1]

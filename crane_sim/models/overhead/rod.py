@@ -1,4 +1,6 @@
-"""An overhead crane whose cable is one straight line: a single link, or a light taut cable below a heavy payload.
+"""An overhead crane whose cable is one straight line: one link, or a light cable under a load.
+
+The light cable is taut below a heavy payload.
 
 For one link the equations are exact; for a chain they leave out that the links can bend, an error of the order of the
 square of (mass of the nodes above / mass of the payload). With M = Σ m_i, S = Σ m_i r_i, I = Σ m_i r_i² over the nodes
@@ -44,7 +46,7 @@ MASS, DISTANCE = 0, 1
 
 
 class Line(NamedTuple):
-    """Nodes on a straight line. Distances are from the first link's lower end; sums leave out the payload."""
+    """Nodes on a line, by distances from the first link's lower end; sums omit the payload."""
 
     length: float  # m, of the first link where there is no hoist
     mass: float  # kg, Σ m_i of the nodes above the payload
@@ -196,7 +198,7 @@ def count_links(p):
 
 @system.tensions.register(RodCrane)
 def write_tensions(p, t, x, u, rows, i, first):
-    """Write the tensions [N] along the line: each link carries what the one above does, less the node between them."""
+    """Write the tensions [N] along the line, from node to node."""
     nq, _, _ = layout_of(p)
     swing, (length, _) = solve_swing(p, t, x, system.effort(u, p, t, x)), hoisted_rod(p, x)
     acceleration, rate_sq = p.gravity * swing.c - swing.trolley * swing.s - swing.paid, x[2 * nq - 1] * x[2 * nq - 1]
@@ -243,7 +245,7 @@ def top_forces(p, t, x, tau):
 
 @system.apply_reset_map.register(RodCrane)
 def switch(p, t, x, u, number):
-    """Return the state after a change of the payload or of a drive's friction; all other guards end a run."""
+    """Return the state after a change of payload or of a drive's friction; others end a run."""
     tau, (nq, _, modes), (kind, joint, _) = system.effort(u, p, t, x), layout_of(p), decode(number)
     if kind == Guard.PAYLOAD:
         after = replace_entry(x, len(x) - 1, x[len(x) - 1] + 1.0)

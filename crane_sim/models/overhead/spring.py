@@ -41,7 +41,7 @@ class SpringCrane(NamedTuple):
 
 
 def spring_pull(p, x):
-    """Return (unit vector down the link (2,), tension [N], elongation [m], power [W] that the damper takes)."""
+    """Return (unit vector down the link (2,), tension [N], elongation [m], damper's loss [W])."""
     dx, dz = x[1] - x[0], x[2]
     inverse = 1.0 / sqrt(dx * dx + dz * dz)
     nx, nz = dx * inverse, dz * inverse

@@ -94,7 +94,7 @@ class CraneMotion(NamedTuple):
 
 
 def add_swing_friction(friction, rope_state, force, reaction, tau, support):
-    """Return (force on the payload, reaction on the tip, joint efforts) with the swing joints' friction added.
+    """Return (force on payload, reaction on tip, joint efforts) with the swing joints' friction.
 
     The friction is internal: what it pulls on the payload it pushes on the tip, and the couple between the two turns
     the support about the vertical (the swing angles are measured in its frame).
@@ -119,7 +119,7 @@ def friction_power(friction, rope_state):
 
 
 def add_payload_force(p, force, t, xs):
-    """Return the force (3,) [N] plus that on the payload at time t, in the axes of the support's frame."""
+    """Return the force (3,) [N] plus that on the payload at time t, in the support's axes."""
     if p.force is None:
         return force
     s, c = sincos(p.support.yaw(xs))
@@ -180,7 +180,10 @@ def external_power(p, t, x, u):
 
 
 def supplied_power(p, t, x, tau, motion):
-    """Return the power [W] that drives, imposed motions, forces and losses supply; motion: by `solve_motion`."""
+    """Return the power [W] of drives, imposed motions, forces and losses.
+
+    `motion` is by `solve_motion`.
+    """
     base, pose, flow, rope_state = motion.base, motion.pose, motion.flow, motion.rope_state
     position, moving = x[1][:3], inertial_velocity(x[1][:3], x[1][3:], pose.yaw_rate)
     air = airspeed(base, position, moving)

@@ -1,4 +1,4 @@
-"""Friction of the actuated joints of a crane with one rope: slew, boom and jib, and the winch of the rope.
+"""Friction of the actuated joints of a crane with one rope: slew, boom, jib, and winch.
 
 Each joint has one float at the end of the state: a mode (`models.supports.friction`) or the deflection of bristles
 (`models.supports.lugre`). A joint that sticks is a constraint: it leaves the equations of the others as if its inertia
@@ -34,7 +34,7 @@ def hold_joints(friction, pose, x):
 
 
 def add_joint_friction(friction, tau, rope_state, x):
-    """Return the joint efforts tau plus those of friction, which a joint that sticks has none of."""
+    """Return the joint efforts tau plus those of friction, none on a joint that sticks."""
     if friction is None:
         return tau
     of_support = zip(tau, friction, x[0][3:], x[-1], strict=False)  # three: the winch has an effort or none
@@ -45,7 +45,10 @@ def add_joint_friction(friction, tau, rope_state, x):
 
 
 def constraint_efforts(p, motion):
-    """Return the constraint efforts (slew, boom, jib, winch) at a Motion of p: what friction bears where it holds."""
+    """Return the constraint efforts (slew, boom, jib, winch) at a Motion of p.
+
+    They are what friction bears where it holds.
+    """
     gravity, efforts, tip = p.gravity, motion.efforts, motion.tip_force
     slew, boom, jib = p.support.constraint_efforts(motion.pose, gravity, efforts, tip, motion.support_acceleration)
     return slew, boom, jib, motion.tension - winch_pull(p.cable, efforts, motion.rope_state)
@@ -91,7 +94,7 @@ def stop_joint(x, joint, rope_state):
 
 
 def after_guard(friction, x, joint, mode, efforts):
-    """Return (state x with the new mode of a joint at rest whose guard has failed in `mode`, the event)."""
+    """Return (state with the new mode of a joint at rest after its guard failed, the event)."""
     for k, part in enumerate(friction):
         if isinstance(part, Friction) and joint == k:
             mode = part.breakaway_mode(mode, efforts[k])
@@ -99,7 +102,7 @@ def after_guard(friction, x, joint, mode, efforts):
 
 
 def initial_friction_states(friction, v):
-    """Return the friction states of joints at velocities v (nq,), as what they add to the state of the crane."""
+    """Return the friction states of joints at velocities v (nq,), as a part of a crane's state."""
     if friction is None:
         return ()
     rates = v[0], v[1], v[2], 0.0 if abs(v[WINCH]) <= STANDSTILL else v[WINCH]
@@ -108,7 +111,7 @@ def initial_friction_states(friction, v):
 
 
 def friction_rates(friction, x, rate):
-    """Return the derivatives of the friction states, as `initial_friction_states` does; `rate` is the rope's [m/s]."""
+    """Return the derivatives of `initial_friction_states`; `rate` is the rope's [m/s]."""
     if friction is None:
         return ()
     parts = zip(friction, (*x[0][3:], rate), x[-1], strict=True)

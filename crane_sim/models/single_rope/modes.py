@@ -1,4 +1,4 @@
-"""Guards of a crane with one rope: of positions alone, unless the rope must stay taut or joints stick and slip."""
+"""Guards of a crane with one rope: of positions, and of forces for a taut rope or friction."""
 
 from math import inf
 
@@ -60,14 +60,17 @@ def smallest_guard(p, t, x, u, work):
 
 
 def tension_and_constraint_efforts(p, t, x, u):
-    """Return (tension [N], result of `constraint_efforts`, zeros of a crane without friction of its joints)."""
+    """Return (tension [N], result of `constraint_efforts`).
+
+    The latter is zeros for a crane without friction of its joints.
+    """
     motion = solve_motion(p, t, x, system.effort(u, p, t, x))
     return motion.tension, NO_EFFORTS if p.friction is None else constraint_efforts(p, motion)
 
 
 @system.apply_reset_map.register(Crane)
 def switch_joint(p, t, x, u, number):
-    """Return the state after a joint has come to rest or broken loose; all other guards end a run."""
+    """Return the state after a joint came to rest or broke loose; other guards end a run."""
     kind, joint, _ = decode(number)
     if p.friction is None or kind != Guard.FRICTION:
         return x, number, False

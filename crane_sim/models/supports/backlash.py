@@ -41,7 +41,7 @@ class DriveState(NamedTuple):
 
 
 class Shaft(NamedTuple):
-    """What lies between a drive and its joint on the side of contact, in the gap on the nearer one, at one instant."""
+    """The contact between a drive and its joint, in the gap on the nearer side, at one instant."""
 
     side: Any  # 1: the drive pushes forwards, -1: backwards
     compression: Any  # m or rad, p: negative in the gap
@@ -76,7 +76,7 @@ def pushes(drives: Any, state: Any) -> tuple[Any, ...]:
 
 
 def replace_by_pushes(drives: Any, efforts: tuple[Any, ...], state: Any) -> tuple[Any, ...]:
-    """Return the efforts (n,), those of joints that have drives with play replaced by what these push."""
+    """Return the efforts (n,), on joints with play replaced by what their drives push."""
     if drives is None:
         return efforts
     efforts = tuple(0 if own else effort for own, effort in zip(drives, efforts, strict=True))
@@ -93,7 +93,7 @@ def drive_accelerations(drives: Any, command: tuple[Any, ...], posture: Any) -> 
 
 
 def play_power(drives: Any, command: tuple[Any, ...], posture: Any) -> Any:
-    """Return the power [W] of commanded efforts on drives and of losses, less what the drives push into joints."""
+    """Return the power [W] of drives with play: efforts and losses, less the pushes on joints."""
     power, efforts, state = 0.0, posture.mechanism.by_coordinate(command), posture.state
     for (i, drive), own, push in zip(drives_of(drives), state.drives, pushes(drives, state), strict=True):
         shaft = shaft_of(drive, own, state.q[i], state.v[i])
@@ -145,7 +145,7 @@ def describe_drive(support: Any, number: int, outcome: int) -> str:
 
 
 def mean_of_drives(drives: Any, row: Any, i: Any, entries: tuple[Any, ...], n: int) -> tuple[Any, ...]:
-    """Return the n entries of a row of coordinates or rates from row[i] on, as their drives have them.
+    """Return the n entries of a row of coordinates or rates from row[i] on, as at the drives.
 
     Those of joints that have play are the mean of their drives, by their shares: where motors and brakes act.
     """

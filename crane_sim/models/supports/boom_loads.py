@@ -1,4 +1,4 @@
-"""What a moving base and the wind add to the closed form of a knuckle boom: efforts on its joints, and energies.
+"""Efforts and energies that a moving base and wind add to the closed form of a knuckle boom.
 
 A moving base (`models.moving_base`) imposes an acceleration on boom and jib, as masses at their middles, and the
 inertias of the rods resist its rotation. With an axial inertia I_a a rod's inertia tensor is I 1 + (I_a - I) u uᵀ, u
@@ -30,7 +30,10 @@ def head_motion(support, pose):
 
 
 def point_motion(reach, pose, root, root_rate, c, s, rate):
-    """Return (position [m], velocity [m/s]) relative to the base (3,) of a rod's point `reach` [m] from its root."""
+    """Return (position [m], velocity [m/s]) (3,) of a rod's point relative to the base.
+
+    The point is `reach` [m] from the rod's root.
+    """
     position = (root[0] + reach * c, 0.0, root[1] + reach * s)
     return position, (root_rate[0] - reach * s * rate, pose.yaw_rate * position[0], root_rate[1] + reach * c * rate)
 
@@ -42,7 +45,7 @@ def centre_motion(rod, pose, root, root_rate, c, s, rate):
 
 @routine
 def imposed_efforts(base, support, pose):
-    """Return the efforts (3,) [N m] of the inertial forces of a moving base on slew, boom and jib."""
+    """Return the efforts (3,) [N m] of a moving base's inertial forces on slew, boom and jib."""
     boom, jib, (root, root_rate) = support.boom, support.jib, head_motion(support, pose)
     slew, x, z = imposed_load(base, boom, pose, *FOOT, pose.cb, pose.sb, pose.beta_rate)
     jib_slew, jx, jz = imposed_load(base, jib, pose, root, root_rate, pose.cg, pose.sg, pose.gamma_rate)
@@ -55,14 +58,17 @@ def imposed_efforts(base, support, pose):
 
 
 def imposed_load(base, rod, pose, root, root_rate, c, s, rate):
-    """Return (moment about the vertical [N m], radial, vertical force [N]) that the base imposes on a rod's mass."""
+    """Return (moment about the vertical [N m], radial, vertical force [N]) of the base on a rod."""
     position, velocity = centre_motion(rod, pose, root, root_rate, c, s, rate)
     x, y, z = imposed_acceleration(base, position, velocity)
     return rod.mass * y * position[0], rod.mass * x, rod.mass * z
 
 
 def gyroscopic_moments(base, rod, pose, c, s, rate):
-    """Return the moments [N m] (about the vertical e_z, about the luffing axis l = -e_t) of the module's docstring."""
+    """Return the moments [N m] (about the vertical, about the luffing axis).
+
+    The axes are e_z and l = -e_t; see the module's docstring.
+    """
     a, b, d = rod.inertia_tensor(c, s)
     w, omega = base.angular_velocity, (0.0, -rate, pose.yaw_rate)
     epsilon, total = add(cross(w, omega), base.angular_acceleration), add(omega, w)  # total: Ω
@@ -73,7 +79,10 @@ def gyroscopic_moments(base, rod, pose, c, s, rate):
 
 @routine
 def wind_moments(flow, support, base, pose):
-    """Return the efforts (3,) [N m] of the wind on slew, boom and jib; arguments of `Knuckle.add_wind_efforts`."""
+    """Return the efforts (3,) [N m] of the wind on slew, boom and jib.
+
+    Arguments of `Knuckle.add_wind_efforts`.
+    """
     boom, jib, (root, root_rate) = support.boom, support.jib, head_motion(support, pose)
     of_boom = rod_wind(boom, flow, base, pose, *FOOT, pose.cb, pose.sb, pose.beta_rate)
     of_jib = rod_wind(jib, flow, base, pose, root, root_rate, pose.cg, pose.sg, pose.gamma_rate)
@@ -82,7 +91,10 @@ def wind_moments(flow, support, base, pose):
 
 
 def rod_wind(rod, flow, base, pose, root, root_rate, c, s, rate):
-    """Return (moment about the vertical, about the root [N m], radial, vertical force [N]) of the wind on a rod."""
+    """Return (moment about the vertical, about the root, radial, vertical force) of the wind.
+
+    They are those on a rod, moments in N m and forces in N.
+    """
     if rod.windage is None:
         return 0.0, 0.0, 0.0, 0.0
     reach = rod.windage.centre * rod.length
@@ -101,7 +113,10 @@ def world_energies(base, support, pose, gravity):
 
 
 def rod_energy(base, gravity, rod, pose, root, root_rate, c, s, rate):
-    """Return (kinetic, potential) energy [J] of a rod in the world less those relative to the base, a BaseState."""
+    """Return (kinetic, potential) energy [J] of a rod in the world less those in the base.
+
+    `base` is a BaseState.
+    """
     position, velocity = centre_motion(rod, pose, root, root_rate, c, s, rate)
     kinetic, potential = added_energy(base, gravity, rod.mass, position, velocity)
     return kinetic + added_spin(base, rod.inertia_tensor(c, s), (0.0, -rate, pose.yaw_rate)), potential

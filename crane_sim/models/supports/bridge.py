@@ -26,7 +26,7 @@ class BridgeAxis(NamedTuple):
     motion: Motion | Fixed | None = None  # m, whatever pulls; None: it takes a force command
 
     def acceleration(self, t: Any) -> Any:
-        """Return the acceleration [m/s²] of its motion at time t [s], 0 of one that is fixed, or not prescribed."""
+        """Return the prescribed acceleration [m/s²] at time t [s]; 0 if fixed or not prescribed."""
         return motion_acceleration(self.motion, t) if isinstance(self.motion, Motion) else 0
 
 

@@ -1,4 +1,4 @@
-"""A suspension point that is driven, as a boom's tip or a laboratory's gantry would be, without a mass of its own.
+"""A suspension point that is driven, as a boom's tip or a gantry's would be, without own mass.
 
 The drive is ideal, its inputs u (in `tau`'s place) are the point's accelerations; or it is a servo whose inputs are
 positions: y₀'' = -kd y₀' - kp (y₀ - u), axis by axis. Both are relative to the base, and what the cable pulls does not
@@ -56,7 +56,7 @@ class DrivenPoint(NamedTuple):
         return f"suspension point along {'xyz'[i]}", f"suspension.limits.{'xyz'[i]}"
 
     def mechanism(self) -> Mechanism:
-        """Return the joints: slides along x, y and z without a mass, whose accelerations are prescribed."""
+        """Return the joints: massless slides along x, y, z, whose accelerations are prescribed."""
         joints = (Joint(X, ((0, 1),), slides=True), Joint(Y, ((1, 1),), slides=True, parent=0))
         box = self.limits or Box()
         return Mechanism(
@@ -107,7 +107,10 @@ class DrivenPoint(NamedTuple):
         return -dot(force, pose.tip_velocity)
 
     def guard(self, best, xs):
-        """Return the smallest one of `best`, see `crane_sim.models.guards`, and of the travel limits."""
+        """Return the smallest one of `best` and of the travel limits.
+
+        See `crane_sim.models.guards`.
+        """
         box = self.limits or Box()
         for i, limits in enumerate((box.x, box.y, box.z)):
             best = travel_guard(limits, best, xs[i], encode(Guard.TRAVEL, i))
@@ -138,10 +141,13 @@ class DrivenPoint(NamedTuple):
         return 0.0, 0.0
 
     def driven_components(self, vector):
-        """Return the components of a vector (3,) that are driven as a tuple: (x, y) without a lift."""
+        """Return the driven components of a vector (3,) as a tuple: (x, y) without a lift."""
         return (vector[0], vector[1]) if self.lift is None else (vector[0], vector[1], vector[2])
 
 
 def servo_acceleration(servo, u, q, v):
-    """Return the acceleration [m/s²] of an axis at position q and velocity v: the input u itself without a servo."""
+    """Return the acceleration [m/s²] of an axis at position q, velocity v; u without a servo.
+
+    u is the input itself.
+    """
     return u if servo is None else -servo.kd * v - servo.kp * (q - u)

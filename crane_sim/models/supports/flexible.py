@@ -30,7 +30,7 @@ class Compliance(NamedTuple):
 
 
 class FlexibleSupport(NamedTuple):
-    """A support whose structure bends: its coordinates are those of the rigid one, then those of ε and δ it has."""
+    """A support that bends; its coordinates are the rigid one's, then its ε and δ, if any."""
 
     support: Any  # the rigid support, whose coordinates are the drives'
     inner: TelescopicBoom  # what turns with the drives; its telescoped section has no mass
@@ -43,7 +43,7 @@ class FlexibleSupport(NamedTuple):
         return self.support.coordinate(i)
 
     def mechanism(self) -> Mechanism:
-        """Return the joints and bodies: slew, the inner boom, what bends sideways, the outer boom, and its slide."""
+        """Return joints and bodies: slew, inner boom, the bending joints, outer boom, its slide."""
         rigid, modes = self.support.mechanism(), (self.lateral, self.vertical)
         n, count = len(rigid.limits), sum(1 for mode in modes if mode is not None)
         elevation = () if isinstance(self.support, TowerCrane) else ((1, 1),)
@@ -71,7 +71,10 @@ class FlexibleSupport(NamedTuple):
         )
 
     def _inner_joints(self, elevation: tuple[tuple[int, int], ...]) -> tuple[Joint, ...]:
-        """Return slew and elevation of what turns with the drives; a tower crane's is fixed to what slews."""
+        """Return slew and elevation of what turns with the drives.
+
+        The elevation of a tower crane is fixed to what slews.
+        """
         body, pin, slewing = self.inner.base_section.body(), self.inner.pin(), self.inner.slewing_body()
         if not elevation:
             return (Joint(Z, ((0, 1),), bodies=(slewing, body._replace(centre=add(pin, body.centre)))),)
@@ -100,7 +103,7 @@ def rigid_support(structure: Any) -> Any:
 
 
 def without_bending(support: Support) -> Support:
-    """Return a support without bending and without play of its drives; friction and motors are kept."""
+    """Return a support without bending and without play; friction and motors are kept."""
     n = len(support.structure.mechanism().limits) - support.structure.mechanism().bending
     motors, frictions = support.motors and support.motors[:n], support.frictions and support.frictions[:n]
     return Support(rigid_support(support.structure), motors, frictions)

@@ -21,7 +21,7 @@ from crane_sim.system import EventStepControl
 
 
 class Friction(NamedTuple):
-    """Dry and viscous friction of a joint. Stick and slip are modes: nothing smooths the jump between them."""
+    """Dry and viscous friction of a joint; stick and slip are modes, without smoothing."""
 
     coulomb: NonNegative  # effort's unit, while it slips
     static: NonNegative  # effort's unit, up to which it sticks; at least the Coulomb friction
@@ -40,7 +40,7 @@ class Friction(NamedTuple):
         return mode == 0.0
 
     def effort(self, v, mode):
-        """Return the effort [N or N m] by which friction adds to the others' on a joint at velocity v."""
+        """Return friction's effort [N or N m], added to the others' on a joint at velocity v."""
         return -mode * self.dry(v) - abs(mode) * self.viscous * v
 
     def response(self, mass, force, v, mode):
@@ -58,14 +58,14 @@ class Friction(NamedTuple):
         return np.sign(v)
 
     def guard(self, v, mode, effort):
-        """Return the guard of a joint's friction: negative when slipping has ended or sticking cannot hold.
+        """Return the guard of friction: negative if slipping has ended or sticking cannot hold.
 
         `effort` [N or N m] is what would accelerate the joint if it did not stick, its own friction left out.
         """
         return self.static - abs(effort) if mode == 0.0 else mode * v
 
     def breakaway_mode(self, mode, effort):
-        """Return the mode of a joint at rest after its guard has failed in `mode`: 0 if friction holds, else the way.
+        """Return the mode of a joint at rest after its guard failed: 0 if it holds, else the way.
 
         A joint that stuck is free now: asking again whether friction holds it could, in the last digit, say yes.
         """
@@ -75,12 +75,15 @@ class Friction(NamedTuple):
 
 
 def friction_of(part: Any) -> Any:
-    """Return the friction of an axis or a hoist, None for one without, or in place of one that a crane lacks."""
+    """Return the friction of an axis or a hoist; None without friction, or without a part."""
     return getattr(part, "friction", None)
 
 
 def friction_effort(friction, v, friction_state):
-    """Return the effort [N or N m] of a joint's friction, 0 without; `friction_state`: its mode or bristles."""
+    """Return the effort [N or N m] of a joint's friction, 0 without.
+
+    `friction_state` is its mode or its bristles.
+    """
     return 0.0 if friction is None else friction.effort(v, friction_state)
 
 
@@ -93,12 +96,12 @@ def friction_force(friction, v):
 
 
 def forced_response(friction, mass, force, v, mode):
-    """Return (inverse mass, bias acceleration) of a mass with this friction, None without, under a force."""
+    """Return (inverse mass, bias acceleration) of a mass with friction, or None, under a force."""
     return (1.0 / mass, force / mass) if friction is None else friction.response(mass, force, v, mode)
 
 
 def step_control_of(*frictions: Any) -> EventStepControl | None:
-    """Return `Switching.step_control` of joints with these frictions: None without a Stribeck velocity.
+    """Return `Switching.step_control` of these frictions: None without a Stribeck velocity.
 
     With one, the friction changes fast where a joint comes to rest.
     """
@@ -107,6 +110,9 @@ def step_control_of(*frictions: Any) -> EventStepControl | None:
 
 
 def steepest_slope(friction: Any) -> float:
-    """Return the largest size of dF/dv [effort's unit s/joint's unit]; that of exp(-(v/vs)²) is sqrt(2/e) / vs."""
+    """Return the largest size of dF/dv [effort's unit s/joint's unit].
+
+    That of exp(-(v/vs)²) is sqrt(2/e) / vs.
+    """
     falling = 0.0 if friction.stribeck is None else (friction.static - friction.coulomb) / friction.stribeck
     return max(friction.viscous, sqrt(2.0 / e) * falling)

@@ -25,7 +25,9 @@ class PrescribedHoist(NamedTuple):
     profile: Motion
 
     def response(self, t: Any, tau: Any, mode: Any, motion: Any, gravity: Any) -> tuple[Any, Any]:
-        """Return (inverse mass [1/kg], bias acceleration [m/s²]) of the length; without inertia (-1, tension [N]).
+        """Return (inverse mass [1/kg], bias acceleration [m/s²]) of the length.
+
+        Without inertia it is (-1, tension [N]).
 
         Args:
             t: time [s].
@@ -37,7 +39,7 @@ class PrescribedHoist(NamedTuple):
         return 0.0, motion_acceleration(self.profile, t)
 
     def power(self, tau: Any, mode: Any, motion: Any, pull: Any, gravity: Any) -> Any:
-        """Return the power [W] that the winch supplies, its losses taken off, where `pull` [N] acts on the length."""
+        """Return the power [W] of the winch less its losses under a `pull` [N] on the length."""
         return -pull * motion[1]
 
 
@@ -48,7 +50,7 @@ class ForceHoist(NamedTuple):
     friction: Friction | None = None  # N, of the drum, in terms of the rope
 
     def modes(self) -> int:
-        """Return the number of modes: one where it has friction, which holds the length or slips."""
+        """Return the number of modes: one, to hold or to slip, where it has friction."""
         return 0 if self.friction is None else 1
 
     def response(self, t: Any, tau: Any, mode: Any, motion: Any, gravity: Any) -> tuple[Any, Any]:
@@ -64,12 +66,15 @@ class ForceHoist(NamedTuple):
         return 1.0 if self.friction is None else self.friction.guard(motion[1], mode, tau[-1] + pull)
 
     def stopped_mode(self, tau: Any, mode: Any, motion: Any, pull: Any, gravity: Any) -> Any:
-        """Return its mode at rest after its guard has failed in `mode`, see `Friction.breakaway_mode`."""
+        """Return its mode at rest after its guard failed in `mode`.
+
+        See `Friction.breakaway_mode`.
+        """
         return 0.0 if self.friction is None else self.friction.breakaway_mode(mode, tau[-1] + pull)
 
 
 class MasslessHoist(NamedTuple):
-    """A winch without inertia: the tension of the first link is minus the commanded force (Brogliato's model)."""
+    """A winch without inertia: the first link's tension is minus the command (Brogliato)."""
 
     push: float = 0.0  # 1: efforts that pay out are applied, 0: they count as zero, since a rope transmits tension only
 
@@ -83,7 +88,7 @@ class MasslessHoist(NamedTuple):
 
 
 class MotionHoist(NamedTuple):
-    """A winch that imposes the length's motion: its input is an acceleration [m/s²], or a velocity [m/s] with a lag."""
+    """A winch that imposes the length's acceleration [m/s²], or its velocity [m/s] with a lag."""
 
     time_constant: Positive | None = None  # s, of the lag; None: the input is the acceleration
     reeving: Reeving | None = None  # what its falls carry, and its drum's torque, follow from the motion
@@ -101,7 +106,7 @@ class MotionHoist(NamedTuple):
         return np.sign(rate)
 
     def rope_direction(self, tau: Any, mode: Any, motion: Any, pull: Any, gravity: Any) -> Any:
-        """Return the direction of `sheave_factor` by which tensions follow from the pull: none at rest."""
+        """Return the `sheave_factor` direction by which tensions follow the pull: 0 at rest."""
         return np.sign(motion[1])
 
 
@@ -129,7 +134,7 @@ def hoist_response(hoist, t, tau, mode, motion, gravity):
 
 
 def hoist_guard(hoist, best, tau, mode, motion, pull, gravity):
-    """Return the smaller one of `best` and the guard of a winch's stick and slip, where it has friction."""
+    """Return the smaller one of `best` and the guard of the winch's friction, if it has any."""
     if hoist_modes(hoist) == 0:
         return best
     return smaller_guard(best, hoist.winch_guard(tau, mode, motion, pull, gravity), encode(Guard.FRICTION, WINCH))

@@ -1,4 +1,4 @@
-"""Modes of a support's joints: friction that holds and slips, bristles, drives in their play; guards and resets.
+"""Modes of a support's joints: friction, bristles, drives in their play; guards and resets.
 
 A joint sticks or slides (modes of `friction`), or its friction has bristles (`lugre`), whose deflections are states.
 """
@@ -31,7 +31,7 @@ def initialize_modes(support: Support, x: Any, state: SupportState) -> None:
 
 
 def reset_friction_modes(support: Support, x: Any, state: SupportState) -> None:
-    """Write the friction modes after a velocity jump into the end of state x; bristles stay as they are."""
+    """Write the friction modes after a velocity jump into the end of x; bristles stay."""
     first = first_friction_state(support, x)
     for k, (i, friction) in enumerate(frictions_of(support)):
         if isinstance(friction, Friction):
@@ -47,7 +47,10 @@ def any_joint_sticks(support: Support, state: SupportState) -> Any:
 
 
 def support_guard(support: Support, best: Any, state: SupportState) -> Any:
-    """Return the smallest one of `best` and of travel limits, plays and joints that slip, see `models.guards`."""
+    """Return the smallest one of `best` and of travel limits, plays and slipping joints.
+
+    See `models.guards`.
+    """
     for i, limits in enumerate(support.structure.mechanism().limits):
         best = travel_guard(limits, best, state.q[i], encode(Guard.TRAVEL, i))
     for (i, friction), friction_state in zip(frictions_of(support), state.friction, strict=True):
@@ -109,7 +112,10 @@ def with_support_switching(support: Support, switching: Any) -> Any:
 
 
 def switch_drive(support: Support, x: Any, state: SupportState, number: Any) -> Any:
-    """Return the result of `system.apply_reset_map` in the support's state after the guard of a drive has failed."""
+    """Return the result of `system.apply_reset_map` after the guard of a drive failed.
+
+    It is that in the support's state.
+    """
     _, which, _ = decode(number)
     y, mode = x.copy(), 0.0
     for k, (i, drive) in enumerate(drives_of(support.drives)):

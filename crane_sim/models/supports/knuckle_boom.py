@@ -52,19 +52,25 @@ class Rod(NamedTuple):
     windage: RodWindage | None = None  # area and drag in the `wind`; left out: no wind acts on it
 
     def body(self) -> Body:
-        """Return the rod in axes at its lower joint, along x; a thin one has inertia about its luffing axis alone."""
+        """Return the rod in axes at its lower joint, along x.
+
+        A thin one has inertia about its luffing axis alone.
+        """
         axial, vertical = (0, 0) if self.axial_inertia is None else (self.axial_inertia, self.inertia)
         return Body(self.mass, (0.5 * self.length, 0, 0), diagonal(axial, self.inertia, vertical))
 
     def yaw_inertia(self, c, s):
-        """Return (inertia about the vertical, -½ its derivative by the elevation); 0 without an axial inertia."""
+        """Return (inertia about the vertical, -½ its derivative by the elevation).
+
+        Both are 0 without an axial inertia.
+        """
         axial, inertia = self.axial_inertia, self.inertia
         if axial is None:
             return 0.0, 0.0
         return inertia * c * c + axial * s * s, (inertia - axial) * s * c
 
     def inertia_tensor(self, c, s):
-        """Return (a, b, d (3,)) of the tensor a 1 + b d dᵀ [kg m²]: without an axial inertia I l lᵀ."""
+        """Return (a, b, d (3,)) of the tensor a 1 + b d dᵀ [kg m²]; I l lᵀ if thin."""
         if self.axial_inertia is None:
             return 0.0, self.inertia, (0.0, -1.0, 0.0)
         return self.inertia, self.axial_inertia - self.inertia, (c, 0.0, s)
@@ -78,7 +84,7 @@ class Tower(NamedTuple):
 
 
 class KnucklePosture(NamedTuple):
-    """Kinematics of a state in the slewing frame, and inertia terms of the joints by the module's symbols."""
+    """Kinematics of a state in the slewing frame, and inertia terms by the module's symbols."""
 
     tip: tuple[float, float, float]  # (r, 0, h)
     tip_velocity: tuple[float, float, float]  # (r', 0, h')
@@ -101,7 +107,7 @@ class KnucklePosture(NamedTuple):
     free: Any = None  # (slew, boom, jib), which of them friction does not hold; None: all are free
 
     def free_moments(self, moments):
-        """Return the moments (slew, boom, jib) with those on joints that friction holds left out."""
+        """Return the moments (slew, boom, jib), without those on joints that friction holds."""
         if self.free is None:
             return moments
         slew, boom, jib = moments
@@ -114,14 +120,14 @@ class KnucklePosture(NamedTuple):
         return self.c if self.free[1] and self.free[2] else 0.0
 
     def solve_luff(self, b2, b3):
-        """Return the accelerations of boom and jib for the right-hand sides [N m] of their equations."""
+        """Return accelerations of boom and jib for right-hand sides [N m] of their equations."""
         c = self.free_coupling()
         inverse = 1.0 / (self.boom_inertia * self.jib_inertia - c * c)
         return (self.jib_inertia * b2 - c * b3) * inverse, (self.boom_inertia * b3 - c * b2) * inverse
 
 
 class Knuckle(NamedTuple):
-    """Parameters of the structure, a support: tower, boom and jib, without what hangs on the tip."""
+    """Parameters of the structure: tower, boom and jib, without what hangs on the tip."""
 
     boom: Rod
     jib: Rod
@@ -135,7 +141,7 @@ class Knuckle(NamedTuple):
         return (("slew", "tower.limits"), ("boom", "boom.limits"), ("jib", "jib.limits"))[i]
 
     def mechanism(self) -> Mechanism:
-        """Return the joints and bodies: slew, boom, and jib, whose elevation is measured from the horizontal."""
+        """Return joints and bodies: slew, boom, and jib with its elevation to the horizontal."""
         boom, jib = self.boom, self.jib
         slew = Joint(Z, ((0, 1),), bodies=(Body(0, inertia=diagonal(0, 0, self.tower.inertia)),))
         luff = Joint(Y, ((1, 1),), reverse=True, parent=0, bodies=(boom.body(),))
@@ -189,13 +195,15 @@ class Knuckle(NamedTuple):
         return c, s, inertias[0], hb, hg, inertias[1], inertias[2]
 
     def accelerations(self, pose, gravity, tau, force):
-        """Return the joint accelerations under joint efforts tau and a force (3,) [N] on the tip."""
+        """Return the joint accelerations under efforts tau and a force (3,) [N] on the tip."""
         slew, b2, b3 = pose.free_moments(self._moments(pose, gravity, tau, force))
         boom_acc, jib_acc = pose.solve_luff(b2, b3)
         return slew / pose.slew_inertia, boom_acc, jib_acc
 
     def constraint_efforts(self, pose, gravity, tau, force, qdd):
-        """Return the constraint efforts of joints that stick: what friction bears; arguments of `accelerations`.
+        """Return the constraint efforts of joints that stick: what friction bears.
+
+        Arguments of `accelerations`.
 
         qdd are its accelerations; the numbers of joints that move mean nothing.
         """
@@ -203,7 +211,10 @@ class Knuckle(NamedTuple):
         return slew, b2 - pose.c * qdd[2], b3 - pose.c * qdd[1]
 
     def _moments(self, pose, gravity, tau, force):
-        """Return the right-hand sides [N m] of the equations of slew, boom and jib; arguments of `accelerations`."""
+        """Return the right-hand sides [N m] of slew, boom and jib.
+
+        Arguments of `accelerations`.
+        """
         boom, jib = self.boom, self.jib
         fr, ft, fz = force
         wa, wb, wg = pose.yaw_rate, pose.beta_rate, pose.gamma_rate
@@ -217,7 +228,10 @@ class Knuckle(NamedTuple):
         return slew, b2, b3
 
     def tip_acceleration(self, pose, qdd):
-        """Return (second rate of change of the tip's coordinates (3,), yaw acceleration) at joint accelerations qdd."""
+        """Return (second derivative of the tip's coordinates (3,), yaw acceleration) at qdd.
+
+        qdd are the joint accelerations.
+        """
         boom, jib = self.boom.length, self.jib.length
         wb2, wg2 = pose.beta_rate * pose.beta_rate, pose.gamma_rate * pose.gamma_rate
         radial = -boom * (pose.sb * qdd[1] + pose.cb * wb2) - jib * (pose.sg * qdd[2] + pose.cg * wg2)
@@ -225,7 +239,10 @@ class Knuckle(NamedTuple):
         return (radial, 0.0, vertical), qdd[0]
 
     def tip_mobility(self, pose, n):
-        """Return nᵀ J Mc⁻¹ Jᵀ n [1/kg]: the tip's acceleration along the unit vector n for a unit force along n."""
+        """Return the tip's mobility nᵀ J Mc⁻¹ Jᵀ n [1/kg] along the unit vector n.
+
+        It is the acceleration along n for a unit force along n.
+        """
         boom = self.boom.length * (pose.cb * n[2] - pose.sb * n[0])
         jib = self.jib.length * (pose.cg * n[2] - pose.sg * n[0])
         slew, boom, jib = pose.free_moments((pose.tip[0] * n[1], boom, jib))
@@ -233,7 +250,7 @@ class Knuckle(NamedTuple):
         return slew * slew / pose.slew_inertia + boom * boom_acc + jib * jib_acc
 
     def add_base_efforts(self, tau, base, pose):
-        """Return the joint efforts tau plus those of the inertial forces of a moving base on the support's masses.
+        """Return the joint efforts tau plus those of a moving base's inertial forces.
 
         `base` is that of `crane_sim.models.moving_base.base_kinematics_at`, in the axes of the support's frame; None
         for one at rest.
@@ -249,7 +266,10 @@ class Knuckle(NamedTuple):
         return tau if flow is None else (*add(tau, wind_moments(flow, self, base, pose)), *tau[3:])
 
     def add_yaw_moment(self, tau, couple):
-        """Return the joint efforts tau plus those of a couple [N m] about the vertical, applied to the support."""
+        """Return the joint efforts tau plus those of a couple [N m] about the vertical.
+
+        The couple is applied to the support.
+        """
         return (tau[0] + couple, *tau[1:])
 
     def power(self, tau, pose, force):
@@ -257,7 +277,10 @@ class Knuckle(NamedTuple):
         return tau[0] * pose.yaw_rate + tau[1] * pose.beta_rate + tau[2] * pose.gamma_rate
 
     def guard(self, best, xs):
-        """Return the smallest one of `best`, see `crane_sim.models.guards`, and of the support's travel limits."""
+        """Return the smallest one of `best` and of the travel limits.
+
+        See `crane_sim.models.guards`.
+        """
         for i, limits in enumerate((self.tower.limits, self.boom.limits, self.jib.limits)):
             best = travel_guard(limits, best, xs[i], encode(Guard.TRAVEL, i))
         return best
@@ -283,7 +306,10 @@ class Knuckle(NamedTuple):
         return 0.5 * (pose.slew_inertia * wa * wa + luffing) + pose.c * wb * wg
 
     def potential(self, pose, gravity):
-        """Return the support's potential energy [J] of gravity and joint springs, without rope and payload."""
+        """Return the potential energy [J] of gravity and joint springs, without the payload.
+
+        The rope has no part in it either.
+        """
         boom, jib = self.boom, self.jib
         energy = gravity * boom.length * pose.sb * (0.5 * boom.mass + jib.mass)
         energy = energy + 0.5 * gravity * jib.mass * jib.length * pose.sg
@@ -291,7 +317,7 @@ class Knuckle(NamedTuple):
         return add_jib_spring_energy(self.jib_spring, energy, pose.beta, pose.gamma)
 
     def base_energy(self, base, pose, gravity):
-        """Return (kinetic, potential) energy [J] of the support's masses in the world less those relative to the base.
+        """Return (kinetic, potential) energy [J] of the masses in the world less those in the base.
 
         `base` is that of `crane_sim.models.moving_base.base_state`, in the axes of the support's frame.
         """

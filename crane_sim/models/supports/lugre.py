@@ -36,7 +36,7 @@ class LuGre(NamedTuple):
         return False
 
     def effort(self, v, deflection):
-        """Return the effort [N or N m] -F by which friction adds to the others' on a joint at velocity v."""
+        """Return friction's effort -F [N or N m], added to the others' at velocity v."""
         rate = self.state_rate(v, deflection)
         return -self.stiffness * deflection - self.damping * rate - self.viscous * v
 

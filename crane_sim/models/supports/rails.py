@@ -48,11 +48,11 @@ class FixedAxis(NamedTuple):
     """An axis that stays where it is."""
 
     def response(self, t, tau, i, v, mode):
-        """Return (inverse mass [1/kg], bias acceleration [m/s²]) at time t [s] and velocity v [m/s]."""
+        """Return (inverse mass [1/kg], bias acceleration [m/s²]) at t [s], velocity v [m/s]."""
         return 0.0, 0.0
 
     def power(self, tau, i, v, pull):
-        """Return the power [W] that drive and friction supply at velocity v when the cable pulls with `pull` [N]."""
+        """Return the power [W] of drive and friction at velocity v under the cable's `pull` [N]."""
         return -pull * v
 
 
@@ -60,5 +60,8 @@ Axis = ForceAxis | PrescribedAxis | FixedAxis
 
 
 def axis_mass(axis):
-    """Return the mass [kg] that moves with an axis and is modelled: none when its motion is imposed, or without it."""
+    """Return the modelled mass [kg] that moves with an axis: none if its motion is imposed.
+
+    There is none without an axis either.
+    """
     return axis.mass if isinstance(axis, ForceAxis) else 0.0

@@ -1,4 +1,4 @@
-"""A winch that drives a rope over sheaves: response of the length of the falls, its stick and slip, and its outputs.
+"""A winch that drives a rope over sheaves: response of the falls' length, friction, and outputs.
 
 The mode is that of dry friction (`friction`): 0 while the falls keep their length, else the direction of l'. They stick
 while what the winch pulls lies between the lead line's tensions of paying out and of hauling in, with the static
@@ -29,7 +29,7 @@ class Torque(NamedTuple):
 
 
 class ReevedHoist(NamedTuple):
-    """A winch that takes a force on the length of the falls, or the torque of its drum; positive pays out.
+    """A winch that takes a force on the falls' length, or its drum's torque; positive pays out.
 
     Its methods are those of the hoists in `hoist`.
     """
@@ -43,13 +43,16 @@ class ReevedHoist(NamedTuple):
         return 0 if self.friction is None and self.reeving.loss is None else 1
 
     def lead_force(self, tau: Any, length: Any) -> Any:
-        """Return the winch's force [N] on the lead line under the efforts of all joints, positive pays out."""
+        """Return the winch's force [N] on the lead line under all efforts, positive pays out."""
         if self.torque is None:
             return tau[-1] / self.reeving.falls
         return tau[-1] / radius_of_drum(self.reeving, length)
 
     def response(self, t: Any, tau: Any, mode: Any, motion: Any, gravity: Any) -> tuple[Any, Any]:
-        """Return (inverse mass [1/kg], bias acceleration [m/s²]) of the length; without inertia (-1, tension [N])."""
+        """Return (inverse mass [1/kg], bias acceleration [m/s²]) of the length.
+
+        Without inertia it is (-1, tension [N]).
+        """
         if self.modes() > 0 and mode == 0.0:
             return 0.0, 0.0
         length, rate = motion[0], motion[1]
@@ -66,7 +69,10 @@ class ReevedHoist(NamedTuple):
         return (effort + friction_effort(self.friction, motion[1], mode) - lost) * motion[1]
 
     def slip_excess(self, tau: Any, pull: Any, length: Any, gravity: Any) -> tuple[Any, Any]:
-        """Return the forces [N] on the lead line that would (pay out, haul in) beyond what friction holds, at rest."""
+        """Return the forces [N] that would (pay out, haul in) beyond what friction holds, at rest.
+
+        They act on the lead line.
+        """
         reeving, force = self.reeving, self.lead_force(tau, length)
         static = 0.0 if self.friction is None else self.friction.static / reeving.falls
         low = lead_at_rest(reeving, sheave_factor(reeving.loss, 1.0), pull, length, gravity)
@@ -92,7 +98,7 @@ class ReevedHoist(NamedTuple):
         return mode
 
     def rope_direction(self, tau: Any, mode: Any, motion: Any, pull: Any, gravity: Any) -> Any:
-        """Return the direction of `sheave_factor` by which the tensions of the falls follow from the pull on them.
+        """Return the `sheave_factor` direction by which the falls' tensions follow the pull.
 
         A rope that sticks uses the same part of the friction on every sheave, between -1 and 1.
         """
@@ -107,7 +113,10 @@ class ReevedHoist(NamedTuple):
 
 
 def winch_energy(hoist, length, rate, gravity):
-    """Return (kinetic, potential) energy [J] of rope, sheaves and drum; potential: of the rope, from the falls' top."""
+    """Return (kinetic, potential) energy [J] of rope, sheaves and drum.
+
+    The potential one is the rope's, from the falls' top.
+    """
     if not isinstance(hoist, ReevedHoist):
         return 0.0, 0.0
     return reeving_energy(hoist.reeving, length, rate, gravity)
@@ -119,7 +128,10 @@ def radius_of_drum(reeving, length):
 
 
 def drum_torque(reeving, lead, motion):
-    """Return the torque [N m] on a reeving's drum under this tension of the lead line, positive pays out; 0 without."""
+    """Return the torque [N m] on a reeving's drum, positive pays out; 0 without a drum.
+
+    It is that under the tension `lead` [N] of the lead line.
+    """
     mass, q = winding_inertia(reeving, motion[0])
     force = mass * reeving.falls * motion[2] - q * motion[1] * motion[1] - lead
     return force * radius_of_drum(reeving, motion[0])
@@ -132,7 +144,7 @@ def hoist_falls(hoist):
 
 
 def write_fall_tensions(hoist, tau, mode, motion, pull, gravity, row):
-    """Write the result of `system.fall_tensions` of a crane into a row (falls + 2,); none without a reeving.
+    """Write the result of `system.fall_tensions` into a row (falls + 2,); none without a reeving.
 
     The other arguments are those of `ReevedHoist.power`.
     """

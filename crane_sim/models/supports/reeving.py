@@ -1,4 +1,4 @@
-"""A rope over n sheaves: tensions of its falls, from the dead end to the drum, with inertia, loss and weight.
+"""A rope over n sheaves: tensions of its falls, dead end to drum, with inertia, loss, weight.
 
 Fall k of n has the length l, as all others, the lead line is fall 0. Sheave k, between falls k - 1 and k, turns with
 the rim speed (n - k + 1) l', those of the lead line with n l'. The rope does not stretch, so all follows from l.
@@ -42,7 +42,7 @@ class Drum(NamedTuple):
     layers: Layers | None = None
 
     def winding_radius(self, wound):
-        """Return (radius of the rope's centre line [m], its derivative by the length wound) at a length wound [m]."""
+        """Return (radius of the rope's centre line [m], its derivative) at a length wound [m]."""
         layers, radius, slope = self.layers, self.radius, 0.0
         if layers is None:
             return radius, slope
@@ -66,12 +66,14 @@ class Reeving(NamedTuple):
 
 
 def reeving_of(hoist: Any) -> Any:
-    """Return the reeving of a hoist, None for one without, or in place of one that a crane lacks."""
+    """Return the reeving of a hoist; None without a reeving, or without a hoist."""
     return getattr(hoist, "reeving", None)
 
 
 def sheave_factor(loss, direction):
-    """Return f, the tension on the drum's side of a sheave over the other one, without inertia; 1 without loss.
+    """Return f, the ratio of tensions at a sheave without inertia, drum's side over the other's.
+
+    It is 1 without loss.
 
     `direction` is 1 while the rope is paid out, -1 while it is hauled in, and between where only a part of the friction
     is used.
@@ -84,7 +86,9 @@ def sheave_factor(loss, direction):
 
 
 def fall_difference(mass, k, falls, motion, gravity):
-    """Return the tension [N] at the upper end of fall k less that at its lower end; `mass` per length, None: 0.
+    """Return the tension [N] at the upper end of fall k less that at its lower end.
+
+    `mass` is per length [kg/m], None: 0.
 
     Its rope moves downwards with `down` l'. It hangs vertically here, wherever the load swings.
     """
@@ -96,13 +100,19 @@ def fall_difference(mass, k, falls, motion, gravity):
 
 
 def along_fall(reeving, k, tension, motion, gravity):
-    """Return the tensions [N] at (lower, upper) end of fall k; `tension` is that at the end nearer to the dead end."""
+    """Return the tensions [N] at (lower, upper) end of fall k.
+
+    `tension` is that at the end nearer to the dead end.
+    """
     more = fall_difference(reeving.mass, k, reeving.falls, motion, gravity)
     return (tension - more, tension) if k % 2 == 0 else (tension, tension + more)
 
 
 def over_sheave(reeving, factor, tension, speed, acceleration):
-    """Return (tension on the drum's side of a sheave [N], its loss over l' [N]); speed: its rim speed over l'."""
+    """Return (tension on the drum's side of a sheave [N], its loss over l' [N]).
+
+    `speed` is its rim speed over l'.
+    """
     inertia = reeving.sheave_mass * speed * acceleration
     return factor * tension - 0.5 * (1.0 + factor) * inertia, (1.0 - factor) * (tension - 0.5 * inertia) * speed
 
@@ -135,7 +145,10 @@ def follow_rope(reeving, factor, dead_end, motion, gravity):
 
 
 def fall_tension(reeving, factor, dead_end, motion, gravity, fall):
-    """Return the tension [N] of a fall at its upper end, where the rope is loaded most; arguments of `follow_rope`."""
+    """Return the tension [N] of a fall at its upper end, where it is highest.
+
+    Arguments of `follow_rope`.
+    """
     n, tension = reeving.falls, dead_end
     for k in range(n, fall, -1):
         lower, upper = along_fall(reeving, k, tension, motion, gravity)
@@ -144,20 +157,23 @@ def fall_tension(reeving, factor, dead_end, motion, gravity, fall):
 
 
 def dead_end_of(reeving, factor, pull, motion, gravity):
-    """Return the tension [N] of the dead end under which all falls pull the block with `pull` [N]."""
+    """Return the tension [N] of the dead end at which all falls pull the block with `pull` [N]."""
     alone, _, _, _ = follow_rope(reeving, factor, 1.0, (motion[0], 0.0, 0.0), 0.0)
     moved, _, _, _ = follow_rope(reeving, factor, 0.0, motion, gravity)
     return (pull - moved) / alone
 
 
 def lead_at_rest(reeving, factor, pull, length, gravity):
-    """Return the tension [N] of the lead line that goes with a pull on the block [N] while nothing moves."""
+    """Return the tension [N] of the lead line for a pull on the block [N] while nothing moves."""
     motion = length, 0.0, 0.0
     return follow_rope(reeving, factor, dead_end_of(reeving, factor, pull, motion, gravity), motion, gravity)[1]
 
 
 def drum_inertia(drum, reeving, length):
-    """Return (mass m [kg] at the rope, q [kg/m]) of drum and the rope on it: m n l'' - q l'² moves them."""
+    """Return (mass m [kg] at the rope, q [kg/m]) of drum and wound rope.
+
+    m n l'' - q l'² moves them.
+    """
     if drum is None:
         return 0.0, 0.0
     n = reeving.falls
@@ -167,7 +183,10 @@ def drum_inertia(drum, reeving, length):
 
 
 def wound_rope(mass, reeving, length):
-    """Return (mass [kg], q [kg/m]) of the rope on the drum as `drum_inertia` does; `mass` per length, None: 0."""
+    """Return (mass [kg], q [kg/m]) of the wound rope as `drum_inertia` does.
+
+    `mass` is per length [kg/m], None: 0.
+    """
     if mass is None:
         return 0.0, 0.0
     return mass * (reeving.length - reeving.falls * length), mass * reeving.falls * reeving.falls
@@ -180,7 +199,9 @@ def winding_inertia(reeving, length):
 
 
 def reeved_acceleration(reeving, factor, force, length, rate, gravity):
-    """Return (inverse mass [1/kg], bias [m/s²]) of l, by the pull on the block; without inertia (-1, that pull [N]).
+    """Return (inverse mass [1/kg], bias [m/s²]) of l, by the pull on the block.
+
+    Without inertia it is (-1, that pull [N]).
 
     Args:
         reeving: the rope.
@@ -199,7 +220,10 @@ def reeved_acceleration(reeving, factor, force, length, rate, gravity):
 
 
 def reeving_energy(reeving, length, rate, gravity):
-    """Return (kinetic, potential) energy [J] of rope, sheaves and drum; potential: of the rope, from the falls' top."""
+    """Return (kinetic, potential) energy [J] of rope, sheaves and drum.
+
+    The potential one is the rope's, from the falls' top.
+    """
     n, (mass, _) = reeving.falls, winding_inertia(reeving, length)
     sheaves = (n - 1) * n * (2 * n - 1) / 6 + reeving.lead_sheaves * n * n  # sum of the squares of rim speeds over l'
     moved, potential = falls_energy(reeving.mass, n, length, gravity)
@@ -207,7 +231,10 @@ def reeving_energy(reeving, length, rate, gravity):
 
 
 def falls_energy(mass, n, length, gravity):
-    """Return (mass [kg] that the rope in the falls adds to l, its potential energy [J]); `mass` per length, None: 0."""
+    """Return (mass [kg] that the rope in the falls adds to l, its potential energy [J]).
+
+    `mass` is per length [kg/m], None: 0.
+    """
     if mass is None:
         return 0.0, 0.0
     return mass * length * (n * (n * n + 2) / 3), -0.5 * n * mass * gravity * length * length

@@ -1,4 +1,4 @@
-"""A support, which carries the upper end of a rope: a structure, declared as a tree of joints and bodies, and drives.
+"""A support, which carries the upper end of a rope: a tree of joints and bodies, and drives.
 
 A structure (`knuckle_boom`, `telescopic_boom`, `tower_crane`, `bridge`, `flexible`, `swaying_tower`, `driven_point`) is
 a NamedTuple of parameters whose method `mechanism` declares its joints and bodies; all equations follow from that.
@@ -66,7 +66,7 @@ class Mechanism(NamedTuple):
     bending: int = 0  # number of the coordinates that bend: the last ones
 
     def by_coordinate(self, command: tuple[Any, ...]) -> tuple[Any, ...]:
-        """Return commands, one for each of `actuated`, by coordinate (n,), 0 of one that takes none."""
+        """Return commands, one for each of `actuated`, by coordinate (n,), 0 for the others."""
         actuated = self.actuated
         return tuple(command[actuated.index(i)] if i in actuated else 0 for i in range(len(self.limits)))
 
@@ -85,7 +85,7 @@ class Support(NamedTuple):
 
 
 def structure_of(support: Any) -> Any:
-    """Return the structure of a support; one below which `single_rope` hangs a rope is a structure itself."""
+    """Return the structure of a support; the support of a `single_rope` is one itself."""
     return support.structure if isinstance(support, Support) else support
 
 
@@ -126,7 +126,7 @@ def drive_count(support: Support) -> int:
 
 
 def trailing_count(support: Support) -> int:
-    """Return the number of coordinates that the order of joints puts behind all: bending and drives with play."""
+    """Return the number of trailing coordinates in joint order: bending and drives with play."""
     return support.structure.mechanism().bending + drive_count(support)
 
 
@@ -156,7 +156,7 @@ def read_state(support: Support, x: Any, nq: Any) -> SupportState:
 
 
 def to_joint_order(support: Support, row: Any) -> Any:
-    """Return a row of the crane's coordinates or their rates, permuted to the order of joints: trailing ones last."""
+    """Return a row of coordinates or their rates in the order of joints, trailing ones last."""
     n, count, out = trailing_count(support), len(row), row.copy()
     own = coordinate_count(support) - n
     for i in range(own, count - n):
@@ -167,7 +167,10 @@ def to_joint_order(support: Support, row: Any) -> Any:
 
 
 def to_coordinate_order(support: Support, row: Any) -> Any:
-    """Return a row of joints or their rates, permuted to the order of coordinates: the inverse of `to_joint_order`."""
+    """Return a row of joints or their rates in the order of coordinates.
+
+    This is the inverse of `to_joint_order`.
+    """
     n, count, out = trailing_count(support), len(row), np.empty(len(row))
     own = coordinate_count(support) - n
     for i in range(own):
@@ -213,13 +216,16 @@ def _heading(mechanism: Mechanism, kinematics: Kinematics, q: tuple[Any, ...]) -
 
 
 def tip_acceleration(posture: Posture, qdd: tuple[Any, ...]) -> Vector:
-    """Return the tip's acceleration [m/s²] relative to the base, in its axes, at accelerations qdd (n,)."""
+    """Return the tip's acceleration [m/s²] relative to the base, in its axes, at qdd (n,)."""
     tree = posture.mechanism.tree
     return to_base_axes(posture.kinematics.turn, point_acceleration(tree, posture.kinematics, tree.tip, qdd))
 
 
 def tip_rate(posture: Posture, rates: tuple[Any, ...]) -> Vector:
-    """Return the tip's velocity [m/s] relative to the base, in its axes, at rates (n,); also a jump of it."""
+    """Return the tip's velocity [m/s] relative to the base, in its axes, at rates (n,).
+
+    Jumps of the rates give the jump of the velocity.
+    """
     tree = posture.mechanism.tree
     return to_base_axes(posture.kinematics.turn, velocity_at_rates(tree, posture.kinematics, tree.tip, rates))
 

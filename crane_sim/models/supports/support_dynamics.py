@@ -1,4 +1,4 @@
-"""Forces, accelerations, power and energies of a support in a posture: what follows from its joints and bodies.
+"""Forces, accelerations, power and energies of a support in a posture, from joints and bodies.
 
 Vectors are in the tree's axes (`multibody.tree`): the base's, turned by the slew.
 """
@@ -54,7 +54,7 @@ class Dynamics(NamedTuple):
 
 
 def compute_dynamics(support: Support, posture: Posture) -> Dynamics:
-    """Return the inertia of a support in a posture, with motors, and without what friction holds."""
+    """Return a support's inertia in a posture, with motors, without what friction holds."""
     mechanism = posture.mechanism
     inertia = compute_inertia(mechanism.tree, posture.kinematics, len(posture.state.q))
     matrix = _add_to_diagonal(inertia.matrix, support.motors)
@@ -77,7 +77,7 @@ def _free_coordinates(support: Support, mechanism: Mechanism, state: SupportStat
 
 
 def _of_free(matrix: linear.Matrix, free: tuple[Any, ...]) -> linear.Matrix:
-    """Return the matrix with rows and columns of coordinates that are not free replaced by those of the identity."""
+    """Return the matrix with the identity's rows and columns for coordinates that are not free."""
     rows = ()
     for i, row in enumerate(matrix):
         others = tuple(_entry_if(free[i], _entry_if(free[k], row[k])) for k in range(i))
@@ -86,14 +86,17 @@ def _of_free(matrix: linear.Matrix, free: tuple[Any, ...]) -> linear.Matrix:
 
 
 def _entry_if(condition: Any, entry: Any) -> Any:
-    """Return an entry where a condition holds, else 0; an entry that is 0 by structure stays one."""
+    """Return an entry where a condition holds, else 0; a structural 0 stays one."""
     if isinstance(entry, int):
         return entry
     return entry if condition else 0.0
 
 
 def joint_efforts(support: Support, posture: Posture, command: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return the efforts (n,) of drives, springs and friction at commands; drives that prescribe motions have none."""
+    """Return the efforts (n,) of drives, springs and friction at commands.
+
+    Drives that prescribe motions have none.
+    """
     state, mechanism = posture.state, posture.mechanism
     efforts = mechanism.by_coordinate(command)
     if mechanism.prescribed:
@@ -107,7 +110,10 @@ def joint_efforts(support: Support, posture: Posture, command: tuple[Any, ...]) 
 
 
 def prescribed_accelerations(support: Support, posture: Posture, t: Any, command: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return the accelerations (n,) that drives prescribe at time t [s] and commands, 0 of others; () without any."""
+    """Return the accelerations (n,) that drives prescribe at t [s] and commands, 0 of others.
+
+    The result is () where none do.
+    """
     state, mechanism = posture.state, posture.mechanism
     if not mechanism.prescribed:
         return ()
@@ -124,7 +130,7 @@ def _spring_efforts(spring: Spring, q: tuple[Any, ...], v: tuple[Any, ...]) -> t
 
 
 def base_efforts(posture: Posture, base: Any) -> tuple[Any, ...]:
-    """Return the efforts (n,) of the inertial forces that a moving base imposes on the support's bodies.
+    """Return the efforts (n,) of a moving base's inertial forces on the support's bodies.
 
     `base` is that of `moving_base.base_kinematics_at`, None at rest.
     """
@@ -148,7 +154,9 @@ def _imposed_wrenches(posture: Posture, base: Any) -> tuple[tuple[int, Wrench], 
 
 
 def base_reaction(posture: Posture, dynamics: Dynamics, gravity: Any, base: Any, qdd: tuple[Any, ...]) -> Wrench:
-    """Return force [N] and moment [N m] of the base on the structure without what hangs at its tip, in the tree's axes.
+    """Return force [N] and moment [N m] of the base on the structure, in the tree's axes.
+
+    What hangs at the tip is left out.
 
     It balances what moves the bodies at accelerations qdd (n,) of the coordinates (d'Alembert); motors have no part.
     """
@@ -159,7 +167,10 @@ def base_reaction(posture: Posture, dynamics: Dynamics, gravity: Any, base: Any,
 
 
 def _imposed_spin(base: BaseKinematics, inertia: Any, omega: Vector) -> Vector:
-    """Return the moment [N m] that a turning base adds to what turns a body: I (w' + w × ω) + Ω × I Ω - ω × I ω."""
+    """Return the moment [N m] that a turning base adds to what turns a body.
+
+    It is I (w' + w × ω) + Ω × I Ω - ω × I ω.
+    """
     w = base.angular_velocity
     whole = add(w, omega)
     accelerated = multiply(inertia, add(base.angular_acceleration, cross(w, omega)))
@@ -168,7 +179,10 @@ def _imposed_spin(base: BaseKinematics, inertia: Any, omega: Vector) -> Vector:
 
 
 def wind_efforts(posture: Posture, flow: Any, base: Any) -> tuple[Any, ...]:
-    """Return the efforts (n,) of the wind on the structure; flow: of `airflow_at`, base: as of `base_efforts`."""
+    """Return the efforts (n,) of the wind on the structure.
+
+    `flow` is of `airflow_at`, `base` as of `base_efforts`.
+    """
     tree, kinematics, state = posture.mechanism.tree, posture.kinematics, posture.state
     total: tuple[Any, ...] = (0,) * len(state.q)
     if flow is None:
@@ -210,7 +224,7 @@ def net_efforts(dynamics: Dynamics, gravity: Any, efforts: tuple[Any, ...]) -> t
 
 
 def accelerations(dynamics: Dynamics, net: tuple[Any, ...], given: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return the accelerations (n,) of the coordinates under `net_efforts`, 0 of those that friction holds.
+    """Return the accelerations (n,) of the coordinates under `net_efforts`, 0 if friction holds.
 
     `given` is of `prescribed_accelerations`.
     """
@@ -221,7 +235,7 @@ def accelerations(dynamics: Dynamics, net: tuple[Any, ...], given: tuple[Any, ..
 
 
 def responses(dynamics: Dynamics, levers: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return how efforts (n,) accelerate the coordinates (n,): those that are not free do not answer."""
+    """Return the accelerations (n,) of the coordinates by efforts (n,), 0 of those not free."""
     return linear.solve(dynamics.factors, tuple(_entry_if(f, b) for f, b in zip(dynamics.free, levers, strict=True)))
 
 
@@ -271,7 +285,7 @@ def potential_energy(posture: Posture, dynamics: Dynamics, gravity: Any) -> Any:
 
 
 def energy_by_base(posture: Posture, base: BaseState, gravity: Any) -> tuple[Any, Any]:
-    """Return (kinetic, potential) energy [J] of the bodies in the world less those relative to the base."""
+    """Return (kinetic, potential) energy [J] of the bodies in the world less those in the base."""
     turned, kinetic, potential = turned_by(base, *posture.kinematics.turn), 0.0, 0.0
     w = turned.angular_velocity
     for _, body, place, velocity, inertia, omega in body_motions(posture.mechanism.tree, posture.kinematics):

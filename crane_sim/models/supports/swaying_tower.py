@@ -28,7 +28,7 @@ class SwayingTower(NamedTuple):
         return self.support.coordinate(i)
 
     def mechanism(self) -> Mechanism:
-        """Return the joints and bodies: the mast's two angles, the slew, and the trolley along the jib."""
+        """Return joints and bodies: the mast's two angles, slew, and trolley along the jib."""
         slewing = tuple(Body(mass, (place, 0, 0)) for mass, place in zip(self.masses, self.places, strict=True))
         head, trolley = (0, 0, self.height), Body(self.support.trolley.mass)
         joints = (

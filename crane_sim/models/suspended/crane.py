@@ -83,7 +83,7 @@ from crane_sim.trajectories.wind import Wind
 
 
 class OverheadJoints(NamedTuple):
-    """The presence of an overhead crane's joints: directions of all links, and a `hoist` that changes the first one."""
+    """Marks an overhead crane's joints: directions of links; a `hoist` changes the first one."""
 
 
 class SuspendedCrane(NamedTuple):
@@ -107,7 +107,7 @@ class SuspendedCrane(NamedTuple):
     overhead: OverheadJoints | None = None
 
     def hanging_coordinates(self):
-        """Return the number of coordinates of what hangs: unit vectors of links, and the load's own."""
+        """Return the number of hanging coordinates: unit vectors of links, the load's own."""
         return 3 * len(self.cable.masses) + load_coordinates(self.load)
 
     def cable_modes(self):
@@ -164,7 +164,10 @@ def fill_directions(p, x, links):
 
 
 def next_node(links, k, rate, node):
-    """Return (position, velocity) of the lower end of link k, whose upper end is `node`; rate: of its length."""
+    """Return (position, velocity) of the lower end of link k, below `node`.
+
+    `rate` is that of the link's length.
+    """
     (position, velocity), unit, length = node, row_of(links.units, k), links.lengths[k]
     velocity = add(add(velocity, scale(length, row_of(links.rates, k))), scale(rate, unit))
     return add(position, scale(length, unit)), velocity
@@ -196,7 +199,9 @@ def fill_node_accelerations(p, base, values, links, rate, node, acc):
 
 @routine
 def solve_dynamics(p, t, x, tau, work):
-    """Return support, load and base at time t in state x under joint efforts tau; tensions and links are in work.
+    """Return support, load and base at time t in state x under joint efforts tau.
+
+    Tensions and links are written into `work`.
 
     The accelerations in `work` are then those under the first link's pull on the tip, and the last one's on the load.
     """
@@ -226,7 +231,10 @@ def solve_dynamics(p, t, x, tau, work):
 
 
 def fill_load_end(p, body, base, load, force, moment, work):
-    """Fill mobility and acceleration of the load's attachment under force [N] and moment [N m], without the cable."""
+    """Fill mobility and acceleration of the load's attachment without the cable.
+
+    They are those under a force [N] and a moment [N m].
+    """
     links, acc, n = work.links, work.acc, len(work.tension)
     links.inv_masses[n - 1] = end_mobility(body, load, row_of(links.units, n - 1))
     free = centre_acceleration(body, base, load, force, p.gravity)

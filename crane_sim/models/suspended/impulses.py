@@ -98,7 +98,7 @@ def posture_at_rest(support, x, nq):
 
 @routine
 def add_jumps(p, load, x, y, state, joined):
-    """Add the jumps of all velocities to state y, by the impulses that bring cable and load together.
+    """Add the jumps of all velocities to state y, by the impulses that join cable and load.
 
     Args:
         p, load: the crane and its new load.
@@ -147,7 +147,10 @@ def add_jumps(p, load, x, y, state, joined):
 
 
 def write_spin(load, state, pull, omega, y, nq):
-    """Write the rates of a rigid load's own coordinates: of omega [rad/s] and (direction, impulse) of a link."""
+    """Write the rates of a rigid load's own coordinates, after a link's impulse.
+
+    They are of omega [rad/s] and `pull`, (direction, impulse) of the link.
+    """
     n, impulse = pull
     turn = multiply(load.inverse_inertia, cross(load.attachment, rotate_to_base(state.rows, n)))
     i = 2 * nq - 4

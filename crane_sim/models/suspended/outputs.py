@@ -20,7 +20,7 @@ from crane_sim.numerics.jit import routine
 @system.project_in_place.register(SuspendedCrane)
 @routine
 def straighten(p, x):
-    """Give unit vectors and quaternion their length 1, and take from their rates what is not across them."""
+    """Give unit vectors and quaternion length 1, and make their rates perpendicular to them."""
     nq, first, _ = layout_of(p)
     for i in range(first, first + 3 * len(p.cable.masses), 3):
         (x[i], x[i + 1], x[i + 2]), (x[nq + i], x[nq + i + 1], x[nq + i + 2]) = align(x, i, nq + i)
@@ -81,7 +81,7 @@ def pressed_point_of_load(p, x):
 
 
 def taut_guard(p, best, x, acceleration, tension):
-    """Return the smaller one of `best` and the tensions [N] of links and falls, where a slack one ends the run.
+    """Return the smaller one of `best` and the tensions [N] of links and falls to stay taut.
 
     `acceleration` is that of the first link's length [m/s²].
     """

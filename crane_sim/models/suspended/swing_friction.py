@@ -1,4 +1,4 @@
-"""Friction of the swing joints at the support's tip: it resists the swing of the first link in the support's frame.
+"""Friction of the swing joints at the support's tip, against the first link's swing in its frame.
 
 It is internal: what it pulls on the link's lower end it pushes on the tip, and the couple between the two turns the
 support about the vertical.
@@ -21,7 +21,7 @@ class SwingPull(NamedTuple):
 
 
 def swing_pull(friction, pose, links):
-    """Return the SwingPull in a posture of the support, None without friction; links: Directions."""
+    """Return the SwingPull in a posture of the support, None without friction."""
     if friction is None:
         return None
     (s, c), length = pose.heading, links.lengths[0]
@@ -37,13 +37,16 @@ def swing_pull(friction, pose, links):
 
 
 def pull_first_node(swing, links, acc):
-    """Add what friction does to the acceleration (N + 1, 3) of the node below the first link, above the load."""
+    """Add friction to the acceleration (N + 1, 3) of the node between first link and load."""
     if swing is not None and len(links.squared_rates) > 1:
         acc[1, 0], acc[1, 1], acc[1, 2] = add(row_of(acc, 1), scale(links.inv_masses[0], swing.force))
 
 
 def pull_load(swing, links, body, load, force, moment):
-    """Return (force (3,) [N], moment (3,) [N m] in its axes) on a load below the first link with those of friction."""
+    """Return (force (3,) [N], moment (3,) [N m]) on a load below the first link, with friction.
+
+    The moment is in the load's axes.
+    """
     if swing is None or len(links.squared_rates) > 1:
         return force, moment
     if not hasattr(load, "rows"):
@@ -53,5 +56,5 @@ def pull_load(swing, links, body, load, force, moment):
 
 
 def pull_tip(swing, couple, force):
-    """Return (couple [N m] about the vertical, force (3,) [N]) on the support's tip with those of friction."""
+    """Return (couple [N m] about the vertical, force (3,) [N]) on the tip, with friction."""
     return (couple, force) if swing is None else (couple + swing.couple, subtract(force, swing.force))

@@ -1,4 +1,4 @@
-"""Torsion of a rope between the support's tip and a load that is a body: its twist, and the forces that follow from it.
+"""Torsion of a rope between the support's tip and a rigid load: its twist, and the forces of it.
 
 The tip's frame goes down the links by parallel transport, which turns it at each bend from the direction a to the next
 one b about a × b and nowhere else (R. L. Bishop, Amer. Math. Monthly 82, 1975, 246-251). The first a is the vertical
@@ -52,7 +52,7 @@ def bend(a, b):
 
 
 def turn_by_bend(q, a, b):
-    """Return the quaternion of a frame after the bend from a direction to another one, of any length."""
+    """Return the quaternion of a frame after the bend from direction a to b, of any length."""
     (x, y, z), s = cross(a, b), 1.0 + dot(a, b)
     w, i, j, k = q
     return (
@@ -80,7 +80,10 @@ def load_vertical(load):
 
 @routine
 def twist_motion(links, load, angle, rate):
-    """Return (twist [rad] between -2π and 2π, its rate [rad/s]) below a tip with a yaw angle and its rate."""
+    """Return (twist [rad] between -2π and 2π, its rate [rad/s]) below a tip.
+
+    The tip has a yaw angle [rad] and its rate.
+    """
     (s, c), n = sincos(0.5 * angle), len(links.squared_rates)
     frame, turning = (c, 0.0, 0.0, s), rate
     for k in range(n):
@@ -96,7 +99,10 @@ def twist_motion(links, load, angle, rate):
 
 
 def twist_of(torsion, links, load, angle, rate):
-    """Return the Twist, None without torsion; links, load: Directions, BodyState; arguments of `twist_motion`."""
+    """Return the Twist, None without torsion.
+
+    `links` are Directions, `load` is a BodyState; other arguments as in `twist_motion`.
+    """
     if torsion is None:
         return None
     angle, rate = twist_motion(links, load, angle, rate)
@@ -105,7 +111,7 @@ def twist_of(torsion, links, load, angle, rate):
 
 
 def link_force(twist, links, k):
-    """Return the force (3,) [N] on the lower end of link k, and the opposite one on its upper end."""
+    """Return the force (3,) [N] on the lower end of link k; its opposite is on the upper one."""
     n, own = len(links.squared_rates), direction_of(links, k)
     lower = direction_of(links, k + 1) if k + 1 < n else twist.vertical
     return scale(-twist.moment / links.lengths[k], add(bend(direction_of(links, k - 1), own), bend(own, lower)))
@@ -143,7 +149,7 @@ def twist_tip(twist, links, pull):
 
 
 def add_twist_power(twist, power, yaw_rate):
-    """Return the power [W] without that of the couple on the support, and less what damping takes."""
+    """Return the power [W] less that of the couple on the support and that of damping."""
     return power if twist is None else power + twist.moment * yaw_rate - twist.loss
 
 

@@ -1,4 +1,6 @@
-"""Commands in joint states: each joint's number is in the field that its drive is commanded by, as in ros2_control.
+"""Commands in joint states: as in ros2_control, each drive is commanded by a field of its own.
+
+Each joint's number is in the field that its drive is commanded by.
 
 A crane whose drives all take the same kind has commands with that field alone; where they differ, a message has all
 fields that a drive takes, with NaN where a joint's drive takes another one.
@@ -37,7 +39,7 @@ class CommandCodec:
         return self._codec.encode(stamp, *vectors)
 
     def values(self, decoded: DecodedJointState) -> Sequence[float]:
-        """Return the commands in a message, one for each of its names; fewer where fields are not filled."""
+        """Return the commands in a message by their names; fewer where fields are not filled."""
         if self.kind:
             return getattr(decoded, self.kind)
         columns = [getattr(decoded, self._kinds.get(name, self._fields[0])) for name in decoded.names]

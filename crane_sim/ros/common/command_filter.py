@@ -1,4 +1,4 @@
-"""Validation of commands before they reach the plant, with a count of every refusal, and the bounds on efforts.
+"""Validation of commands before they reach the plant, counts of refusals, and bounds on efforts.
 
 The bounds are far beyond what any law needs, and no burden to any integrator.
 """
@@ -52,7 +52,10 @@ def largest_efforts(scene: Scene, bound: float = 0.0) -> tuple[float, ...]:
 
 
 def required_efforts(scene: Scene) -> RequiredEfforts:
-    """Return what unit accelerations and gravity require in the initial posture, from differences of energies."""
+    """Return what unit accelerations and gravity require in the initial posture.
+
+    They are computed from differences of energies.
+    """
     joints = [scene.joint_names.index(joint) for joint in scene.actuated]
     n = len(joints)
     q, v = np.tile(scene.initial_q, (4, n, 1)), np.zeros((4, n, len(scene.joint_names)))
@@ -98,7 +101,7 @@ _TOO_OLD = (Refusal.LATE, Refusal.STALE)
 
 
 class CommandValidator:
-    """Validator of the commands of one run by their stamps [ns], joint names and efforts; independent of ROS.
+    """Validator of the commands of one run by stamps [ns], joint names and efforts; without ROS.
 
     Attributes:
         received: commands that arrived, accepted or refused.
@@ -142,11 +145,11 @@ class CommandValidator:
         return ordered
 
     def match_joints(self, names: Sequence[str], efforts: Sequence[float]) -> tuple[float, ...] | None:
-        """Return the efforts (nu,) of a command with any stamp in joint order, or None when it is refused."""
+        """Return the efforts (nu,) of a command with any stamp in joint order; None if refused."""
         return self._check_efforts(efforts) if names == self._actuated else self._sort_by_joint(names, efforts)
 
     def validate_array(self, efforts: Sequence[float]) -> tuple[float, ...] | None:
-        """Return the efforts (nu,) of a command without names and stamp, in joint order, or None when refused."""
+        """Return the efforts (nu,) of a command without names and stamp; None if refused."""
         self.received += 1
         return self._check_efforts(efforts)
 
@@ -160,7 +163,7 @@ class CommandValidator:
         }
 
     def describe_refusals(self) -> str:
-        """Return one line where every command so far was refused: why, and what helps; empty where one was accepted."""
+        """Return why every command so far was refused and what helps; empty if one was accepted."""
         refused = sum(self.refused.values())
         if not refused or refused < self.received:
             return ""

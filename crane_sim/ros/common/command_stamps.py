@@ -1,4 +1,4 @@
-"""Policies of the stamps of commands: which ones the plant accepts, in lockstep and in real time."""
+"""Policies of the stamps of commands: which ones the plant accepts in lockstep and real time."""
 
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ _LAG = 100_000  # ns
 
 
 def clock_lag(period: int) -> int:
-    """Return by how many ns a clock that leads is behind the times of states; `period`: of control, ns.
+    """Return by how many ns a leading clock is behind the states; `period`: of control, ns.
 
     Every state that is sent again takes one of them: the clock never stands while the plant waits.
     """

@@ -40,11 +40,11 @@ LIVELINESS_LEASE = 2.0
 
 
 class MalformedMessage(ValueError):
-    """Bytes that are no message of their topic's type, or a field out of range: a line that says so."""
+    """Bytes that are no message of their topic's type, or a bad field, described in one line."""
 
 
 def decode_simulation_state(data: bytes) -> int | None:
-    """Return the value of a serialized message of simulation_state, None where it is no such message."""
+    """Return the value of a serialized message of simulation_state, None for any other bytes."""
     try:
         return deserialize(data, UInt8).data
     except MalformedMessage:
@@ -52,7 +52,10 @@ def decode_simulation_state(data: bytes) -> int | None:
 
 
 def deserialize(data: bytes, kind: Any) -> Any:
-    """Return a deserialized message; raises MalformedMessage for bytes that are none: a topic may carry anything."""
+    """Return a deserialized message; raises MalformedMessage for bytes that are none.
+
+    A topic may carry any bytes.
+    """
     try:
         return deserialize_message(data, kind)
     except RuntimeError as error:  # the middleware's
@@ -60,7 +63,7 @@ def deserialize(data: bytes, kind: Any) -> Any:
 
 
 def describe_policy(kind: int) -> str:
-    """Return what does not fit where publisher and subscriber are not matched, by the kind of the QoS policy."""
+    """Return what does not fit between publisher and subscriber, by the kind of the QoS policy."""
     possible = {
         QoSPolicyKind.RELIABILITY: "subscriptions to states may be reliable or best effort, commands must be reliable",
         QoSPolicyKind.DURABILITY: "states and commands are volatile",
@@ -70,7 +73,7 @@ def describe_policy(kind: int) -> str:
 
 
 def describe_missing(package: str) -> str:
-    """Return the line of diagnostics on what is off without a package of messages, which no wheel has."""
+    """Return the line of diagnostics on what is off without a message package that no wheel has."""
     return f"off: the package {package} is not installed, `./crane interfaces` builds it"
 
 
@@ -98,12 +101,12 @@ def reference_message(names: Sequence[str], positions: Sequence[float]) -> Joint
 
 
 def setpoint_message(names: Sequence[str]) -> JointTrajectory:
-    """Return a trajectory of one point: an outer loop's setpoint of the named coordinates, empty so far."""
+    """Return a trajectory of one empty point: an outer loop's setpoint of the coordinates."""
     return JointTrajectory(joint_names=list(names), points=[JointTrajectoryPoint()])
 
 
 def set_setpoint(message: JointTrajectory, ns: int, setpoint: Sequence[float]) -> None:
-    """Write a setpoint (3 n,), positions, velocities, accelerations, and its stamp [ns] into its message."""
+    """Write a setpoint (3 n,), positions, velocities, accelerations, and its stamp [ns]."""
     n = len(setpoint) // 3
     point = cast(Sequence[JointTrajectoryPoint], message.points)[0]
     point.positions, point.velocities, point.accelerations = setpoint[:n], setpoint[n : 2 * n], setpoint[2 * n :]

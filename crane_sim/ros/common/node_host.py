@@ -72,7 +72,7 @@ class Pipes:
             self._report_fd = -1
 
     def read_requests(self) -> list[str]:
-        """Return the lines that have arrived since the last call; "orphaned" where the other end is closed."""
+        """Return the lines that came since the last call; "orphaned" if the other end is closed."""
         if self._control_fd < 0 or not select.select([self._control_fd], [], [], 0)[0]:
             return []
         data = os.read(self._control_fd, 65536)
@@ -95,7 +95,7 @@ class NodeHost:
     """
 
     def __init__(self, node: ServingNode, pipes: Pipes, executor: str = "events") -> None:
-        """Serve `node` with the `executor` of that parameter; from now on SIGINT and SIGTERM request its end."""
+        """Serve `node` by the `executor` of that parameter; SIGINT and SIGTERM request its end."""
         self.node, self.pipes = node, pipes
         self.started = not pipes.attached
         self.resume_state = self.brake_reason = self.stop_reason = ""
@@ -109,7 +109,7 @@ class NodeHost:
             signal.signal(number, lambda *_: self.stop("interrupted"))
 
     def manage(self, autostart: bool, on_change: Callable[[bool], None]) -> None:
-        """Offer lifecycle transitions, as `ManagedNode.manage`; a node that is not managed is always active."""
+        """Offer lifecycle transitions, see `ManagedNode.manage`; other nodes are always active."""
         if isinstance(self.node, ManagedNode):
             self.node.manage(autostart, on_change, self.stop)
 
@@ -130,7 +130,7 @@ class NodeHost:
         return ServedSubscription(self.node, kind, topic, callback, qos, on_incompatible)
 
     def report_ready(self) -> None:
-        """Report that the node is ready for its run; the garbage collector leaves alone what it has by now.
+        """Report that the node is ready for its run; exempt its objects from garbage collection.
 
         Its heap is large (messages, compiled code), and is needed to the end: each full collection would scan it, some
         milliseconds, several times a second.
@@ -140,7 +140,7 @@ class NodeHost:
         self.pipes.report("ready")
 
     def spin(self, timeout: float = _POLL) -> None:
-        """Serve messages and callbacks for at most about `timeout` seconds, and read the control pipe every 50 ms."""
+        """Serve messages and callbacks for about `timeout` s; read the control pipe every 50 ms."""
         if self.node.served:
             self._serve_messages(min(timeout, _TURN_PERIOD))
         else:
@@ -150,7 +150,7 @@ class NodeHost:
             self.poll()
 
     def _serve_messages(self, timeout: float) -> None:
-        """Deliver the messages of served subscriptions, and let the executor have its turn when that is due.
+        """Deliver the messages of served subscriptions; spin the executor when that is due.
 
         A call of it takes 0.1 ms, also where it has nothing to do: as long as a step in lockstep.
         """
@@ -189,7 +189,7 @@ class NodeHost:
             self.node.get_logger().warning(line)
 
     def notify_refused(self, refused: Iterable[str]) -> None:
-        """Say once of each node that its messages are refused; `refused`: topics, each with the node's name."""
+        """Say once of each node that its messages are refused; `refused`: node names by topic."""
         for name in {each.partition(" of ")[2] for each in refused} - {""}:
             self.notify(f"messages of {name} on topics of the run's own nodes are refused")
 
@@ -207,7 +207,7 @@ class NodeHost:
                 self.stop(line)
 
     def wait(self, missing: Callable[[], str], meanwhile: Callable[[], None] = lambda: None) -> None:
-        """Spin until `missing` returns nothing, or the node is to stop; log what it waits for every 5 s.
+        """Spin until `missing` returns nothing, or the node is to stop; log the wait every 5 s.
 
         `meanwhile` is called again and again, some milliseconds apart.
         """

@@ -1,4 +1,6 @@
-"""Nodes whose services answer every request: what a callback raises becomes the answer, and ends no node.
+"""Nodes whose services answer every request: an exception in a callback becomes the answer.
+
+It does not end the node.
 
 rclpy's own services of parameters raise an error where a request has a number that none of their enumerations has.
 Lifecycle nodes are activated and deactivated by external managers; an inactive node is matched, but does nothing.
@@ -61,7 +63,7 @@ class ServingNode(Node):
 
 
 class ManagedNode(ServingNode, LifecycleNode):
-    """A lifecycle node that is configured as soon as it is built: only its activation is left to a manager.
+    """A lifecycle node that configures itself when built: a manager only needs to activate it.
 
     Publishers are plain ones: the owner of the node does not publish while it is inactive.
 
@@ -78,7 +80,7 @@ class ManagedNode(ServingNode, LifecycleNode):
         self._on_end: Callable[[str], None] = lambda why: None
 
     def manage(self, autostart: bool, on_change: Callable[[bool], None], on_end: Callable[[str], None]) -> None:
-        """Configure the node, activate it with `autostart`, and call back at every later transition.
+        """Configure the node, with `autostart` activate it; call back at every later transition.
 
         Args:
             autostart: activate at once.
@@ -133,7 +135,7 @@ def _answer(node: ServingNode, name: str, callback: Callable[[Any, Any], Any], r
 
 
 def _write_failure(request: Any, response: Any, line: str) -> Any:
-    """Return the response with the failure, in what fields for it the service has; others stay as they are."""
+    """Return the response with the failure in the fields that the service has for it."""
     if hasattr(request, "parameters"):  # of SetParameters: one result for each, also for those that were not read
         failure = SetParametersResult(successful=False, reason=line)
         if hasattr(response, "results"):

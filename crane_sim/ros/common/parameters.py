@@ -1,4 +1,4 @@
-"""Parameters of a node: declared once, with description and range; other values are errors of one line."""
+"""Parameters of a node: declared once, with description and range; errors take one line."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -42,7 +42,7 @@ def read_overrides(node: Node) -> dict[str, Any]:
 
 
 def common_parameters(node: Node) -> SimpleNamespace:
-    """Return the parameters that a node needs to report errors; the default in place of a value that does not fit."""
+    """Return the parameters needed to report errors; the default where a value does not fit."""
     values = {name: option.default for name, option in COMMON.items()}
     for name, value in read_overrides(node).items():
         with suppress(ValueError):
@@ -51,7 +51,7 @@ def common_parameters(node: Node) -> SimpleNamespace:
 
 
 def declare_parameters(node: Node, options: Mapping[str, Option]) -> SimpleNamespace:
-    """Declare the options of a node and return the values in force, which follow those set while it runs.
+    """Declare a node's options; return the values in force, which follow later changes.
 
     Args:
         node: created with `automatically_declare_parameters_from_overrides`.
@@ -124,7 +124,10 @@ def _descriptor(option: Option) -> ParameterDescriptor:
 
 
 def _coerce_type(parameter: Parameter, known: Mapping[str, Option]) -> Parameter:
-    """Return the parameter; an array of numbers as doubles: ROS has another type for empty ones and for integers."""
+    """Return the parameter; an array of numbers as doubles.
+
+    ROS has another type for empty arrays and for arrays of integers.
+    """
     if parameter.name not in known or not isinstance(known[parameter.name].default, tuple):
         return parameter
     try:

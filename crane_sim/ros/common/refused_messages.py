@@ -7,5 +7,5 @@ REFUSED = "refused_messages"
 
 
 def refused_entry(refused: Mapping[str, int]) -> dict[str, dict[str, int]]:
-    """Return the entry for the numbers of messages refused, by topic and node; none where there are none."""
+    """Return the entry for the numbers of messages refused, by topic and node; none without any."""
     return {REFUSED: dict(refused)} if refused else {}

@@ -1,4 +1,6 @@
-"""The description of a crane for ros2_control: the `<ros2_control>` tag of its URDF, and a file of controllers.
+"""The description of a crane for ros2_control: the tag of its URDF, and a file of controllers.
+
+The tag is `<ros2_control>`.
 
 The hardware interface is `joint_state_topic_hardware_interface`, which reads `joint_states` and writes
 `joint_commands`. Passive joints have states only. The interface also writes before any controller is active: then
@@ -47,7 +49,7 @@ class Gains(NamedTuple):
 
 
 def prefix_of_topics(scene: Scene, namespace: str = "") -> str:
-    """Return what the names of a crane's topics begin with in a namespace: "/knuckle"; empty in the root, "/"."""
+    """Return the prefix of a crane's topics in a namespace: "/knuckle"; empty in the root, "/"."""
     return f"/{(namespace or scene.crane).strip('/')}".rstrip("/")
 
 
@@ -92,7 +94,10 @@ def _add_joint(control: ElementTree.Element, scene: Scene, joint: str, position:
 
 
 def holding_commands(scene: Scene) -> tuple[float, ...]:
-    """Return the commands (nu,) that hold the joints at the start: efforts against gravity, speed zero, a position."""
+    """Return the commands (nu,) that hold the joints at the start.
+
+    They are efforts against gravity, zero speeds or positions.
+    """
     if not scene.actuated:
         return ()
     efforts = zip(scene.command_units, required_efforts(scene).gravity.tolist(), scene.idle_command, strict=True)
@@ -152,7 +157,7 @@ def _nodes(scene: Scene) -> dict[str, dict[str, Any]]:
 
 
 def joint_gains(scene: Scene) -> list[Gains]:
-    """Return the gains of every actuated joint: of its inertia where it takes a force, else of its kinematics."""
+    """Return the gains of actuated joints: of the inertia for a force, else of the kinematics."""
     w, gains, required = FREQUENCY, [], required_efforts(scene)
     for unit, inertia, gravity in zip(scene.command_units, *required, strict=True):
         if unit in _EFFORT_UNITS:

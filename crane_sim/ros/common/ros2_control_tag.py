@@ -17,7 +17,7 @@ _THRESHOLD = "trigger_joint_command_threshold"
 
 
 def check_tag(scene: Scene, path: Path, namespace: str = "") -> None:
-    """Check the tags of the crane's hardware interface in a URDF: those on its topics, else the first one.
+    """Check a URDF's tags of the hardware interface: those on its topics, else the first one.
 
     Args:
         scene: of the crane.

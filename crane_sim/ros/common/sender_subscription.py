@@ -1,4 +1,4 @@
-"""Subscriptions with senders, which rcl has and rclpy has not, and the publishers of a topic in the ROS graph.
+"""Subscriptions with senders, which rclpy lacks, and the publishers of a topic in the ROS graph.
 
 No executor serves such a subscription: its owner takes messages one by one.
 """
@@ -106,7 +106,7 @@ class SenderSubscription:
         return MessageWithSender(data, bytes(self._info.sender), self._info.sent)
 
     def count_arrivals(self) -> int:
-        """Return an eventfd, to which the number of new messages is added as they come, and of those that have come."""
+        """Return an eventfd that counts the messages that have come, and new ones as they come."""
         arrivals = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
         rcl, libc = ctypes.CDLL("librcl.so"), ctypes.CDLL(None)
         # the middleware calls it with the descriptor and the number: no Python runs in its thread

@@ -1,4 +1,4 @@
-"""Subscriptions with senders that a node's host serves: to the messages of all publishers, and to those of one node."""
+"""Subscriptions that a node's host serves, with senders: to all publishers or to one node's."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -16,7 +16,7 @@ _BATCH = 1000  # messages that are delivered at a time: a flood holds up nothing
 
 
 class ServedSubscription(SenderSubscription):
-    """A subscription that delivers serialized messages with their senders when the host of its node spins."""
+    """A subscription that delivers serialized messages with their senders when the host spins."""
 
     def __init__(
         self,
@@ -27,7 +27,7 @@ class ServedSubscription(SenderSubscription):
         qos: QoSProfile,
         on_incompatible: Callable[[Any], None] | None = None,
     ) -> None:
-        """Subscribe; `on_incompatible` is called with the middleware's event on a publisher that is not matched."""
+        """Subscribe; `on_incompatible` gets the middleware's event on an unmatched publisher."""
         super().__init__(node, kind, topic, qos)
         self._callback, self._arrivals = callback, self.count_arrivals()
         node.serve(self)
@@ -50,7 +50,7 @@ class ServedSubscription(SenderSubscription):
         self._deliver_up_to(count)
 
     def deliver_rest(self) -> None:
-        """Deliver what is there all the same: a message may have been counted before it could be taken.
+        """Deliver what is there: a message may have been counted before it could be taken.
 
         One that overtook another, which was lost and sent again, waits for that.
         """
@@ -62,7 +62,7 @@ class ServedSubscription(SenderSubscription):
 
 
 class SourceSubscription(ServedSubscription):
-    """A subscription that delivers serialized messages of the node `source` one by one, and refuses those of others.
+    """A subscription that delivers the node `source`'s serialized messages, and refuses others.
 
     A message whose publisher is not known by its name yet is dropped: a plant's comes again.
 
@@ -86,7 +86,7 @@ class SourceSubscription(ServedSubscription):
         self.filter = SourceFilter(node, self.topic, source, standbys)
 
     def missing(self) -> str:
-        """Return one line where the publisher is missing, or is not known by its name yet; empty where it is there."""
+        """Return a line where the publisher is missing or not known by its name yet; else empty."""
         there = self.count_publishers() and self.filter.has_source
         return "" if there else f"a publisher of {self.topic} of the node {self.filter.source}"
 

@@ -1,4 +1,4 @@
-"""Filter of the messages of a topic by their publishers: a node accepts those of its source, and refuses all others."""
+"""Filter of a topic's messages by their publishers: all but those of the source are refused."""
 
 import time
 from collections import Counter
@@ -13,7 +13,7 @@ _LOOK_PERIOD = 0.05  # s between two looks at the graph: there may be thousands 
 
 
 class SourceFilter:
-    """Filter that passes the messages of one publisher of the node `source`, and the next one's when that is gone.
+    """Filter that passes one publisher of the node `source`, and the next when that is gone.
 
     A publisher is known by its identifier, a node by its name: of two publishers with the source's name the first one
     is the accepted source as long as it is in the graph.
@@ -24,7 +24,7 @@ class SourceFilter:
     """
 
     def __init__(self, node: Node, topic: str, source: str = PLANT, standbys: bool = False) -> None:
-        """Accept a node in the namespace of `node` on a topic; with `standbys` every publisher with its name."""
+        """Accept a node in the namespace of `node`; with `standbys` every publisher of its name."""
         self.source = f"{node.get_namespace().rstrip('/')}/{source}"
         self.refused = Counter[str]()
         self._node, self._topic, self._standbys = node, topic, standbys
@@ -37,7 +37,7 @@ class SourceFilter:
         return self.source in self._names.values()
 
     def accepts(self, sender: bytes) -> bool | None:
-        """Return whether a message of this publisher passes, counted if not; None while its name has not arrived."""
+        """Return whether a publisher's message passes, counted if not; None without a name yet."""
         if sender == self._publisher:
             return True
         name = self._names.get(sender, "")
@@ -56,7 +56,7 @@ class SourceFilter:
         self.refused[f"{self._topic} of {self._names.get(sender, GONE)}"] += 1
 
     def _look(self) -> None:
-        """Look at the graph, unless that was done just now; nodes whose names have not arrived are left out."""
+        """Read the graph, unless just done; nodes whose names have not arrived are left out."""
         now = time.monotonic()
         if now < self._next_look:
             return

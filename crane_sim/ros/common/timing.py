@@ -1,4 +1,4 @@
-"""Timing of real-time runs: sleeps, distributions of durations, and lateness of steps; no rclpy here."""
+"""Timing of real-time runs: sleeps, distributions of durations, lateness of steps; no rclpy."""
 
 import ctypes
 import sys
@@ -12,7 +12,7 @@ _TOLERATED_SHARE = 0.01  # of the steps: a desktop that does nothing else is lat
 
 
 def minimize_timer_slack() -> None:
-    """Have timers of this thread, and of threads that it starts from now on, expire within 1 ns of their instants.
+    """Set the timer slack of this thread, and of threads that it starts later, to 1 ns.
 
     Linux lets ordinary threads sleep up to 50 us longer, so that timers of several expire together.
     """
@@ -60,7 +60,7 @@ class DurationHistogram:
 
 
 class StepTiming:
-    """Lateness of steps against their deadlines, which are one period apart, and errors of their periods."""
+    """Lateness of steps against deadlines one period apart, and the errors of their periods."""
 
     def __init__(self) -> None:
         """Create it without a step."""
@@ -80,5 +80,5 @@ class StepTiming:
         self._previous = None
 
     def metrics(self) -> dict[str, dict[str, float]]:
-        """Return the entries of a run's summary, µs: lateness, and deviations of periods from their nominal length."""
+        """Return the entries of a run's summary, µs: lateness, and errors of the periods."""
         return {"lateness_us": self._lateness.metrics(), "period_error_us": self._period_error.metrics()}

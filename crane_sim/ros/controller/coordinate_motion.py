@@ -1,4 +1,4 @@
-"""Motion of the coordinates of a trajectory: the actuated joints, or the payload in the base frame."""
+"""Motion of a trajectory's coordinates: the actuated joints, or the payload in the base frame."""
 
 from collections.abc import Callable
 
@@ -24,7 +24,7 @@ def coordinate_names(trajectory: Trajectory, scene: Scene) -> tuple[str, ...]:
 
 
 def make_motion_reader(trajectory: Trajectory, scene: Scene) -> Callable[[State], Array]:
-    """Return a function from a measured state to the positions and velocities (2, n) of a trajectory's coordinates."""
+    """Return a function from a measured state to a trajectory's positions and velocities (2, n)."""
     n = len(coordinate_names(trajectory, scene))
     if trajectory.of_joints:
         return lambda state: np.array([state.q[:n], state.v[:n]])
@@ -38,14 +38,14 @@ def make_motion_reader(trajectory: Trajectory, scene: Scene) -> Callable[[State]
 
 
 class VelocityErrorDifferentiator:
-    """Differentiates an error of velocities: that is the error of the mean acceleration over a period."""
+    """Differentiates an error of velocities: the error of the mean acceleration over a period."""
 
     def __init__(self) -> None:
         """Begin without an error."""
         self._last: tuple[int, Array] | None = None
 
     def update(self, state: State, error: Array) -> Array:
-        """Return the rate (n,) up to a state with the error (n,) of its velocities; zero at the first one."""
+        """Return the rate (n,) of the error (n,) of velocities up to a state; zero at the first."""
         last, self._last = self._last, (state.stamp, error)
         if last is None or state.stamp == last[0]:
             return np.zeros_like(error)

@@ -14,7 +14,9 @@ from crane_sim.scenes.scene import Scene
 
 
 class LawNode(Responder):
-    """A law that answers each state of `joint_states` with a command or a setpoint; equal states get the same answer.
+    """A law that answers each state of `joint_states` with a command or a setpoint.
+
+    Equal states get the same answer.
 
     The law is built anew when the plant is reset, which shows in a stamp that does not increase.
     """
@@ -26,7 +28,7 @@ class LawNode(Responder):
         make_law: Callable[[SimpleNamespace], Any],
         output: OutputTopic,
     ) -> None:
-        """Build the law and evaluate a second one once, so that the first answer is as quick as the others."""
+        """Build the law and evaluate a second one once, so that the first answer is not slower."""
         scene = scene_of(settings)
         self._settings, self._make_law = settings, make_law
         self._law: Any = make_law(settings)
@@ -51,7 +53,7 @@ class LawNode(Responder):
         self._answer(state)
 
     def _ask_law(self, state: State) -> tuple[float, ...] | None:
-        """Return the efforts (nu,) of the law at a state; None, with the fault set, where it fails."""
+        """Return the law's efforts (nu,) at a state; None, with the fault set, where it fails."""
         self._law = self._trajectories.apply_to(self._law, state.t)
         try:
             return self._execution_time.evaluate(self._law, state, len(self._scene.actuated))
@@ -60,7 +62,7 @@ class LawNode(Responder):
             return None
 
     def _diagnose(self) -> tuple[str, Mapping[str, object]]:
-        """Return a warning, empty for none, and values for the diagnostics beside the execution time of the law."""
+        """Return a warning, empty for none, and diagnostics beside the law's execution time."""
         return "", {}
 
     def _reset(self) -> None:
@@ -78,7 +80,7 @@ def scene_of(settings: SimpleNamespace) -> Scene:
 
 
 def make_law(settings: SimpleNamespace) -> Law:
-    """Return the law of the parameters before its first state; raises ValueError where the scene has none."""
+    """Return the law before its first state; raises ValueError where the scene has none."""
     law = scene_of(settings).law
     if law is None:
         raise ValueError(f"scene {settings.scene} has no control law: give it a group control")

@@ -1,4 +1,4 @@
-"""Nodes that publish commands or setpoints in answer to states: their life from matching with peers to the summary."""
+"""Nodes that answer states with commands or setpoints: from matching with peers to the summary."""
 
 import time
 from collections import Counter
@@ -27,7 +27,7 @@ class OutputTopic(NamedTuple):
 
 
 class Responder:
-    """A node that publishes commands or setpoints in answer to the states of a plant, while it is active.
+    """A node that, while active, answers a plant's states with commands or setpoints.
 
     Attributes:
         fault: one line on why it cannot go on, empty while it can.

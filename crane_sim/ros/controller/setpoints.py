@@ -1,4 +1,4 @@
-"""Setpoints that the outer loop of a law gives its inner loop, a process of its own: the topic `tip_demand`."""
+"""Setpoints from a law's outer loop to its inner loop, another process: the topic `tip_demand`."""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -58,13 +58,13 @@ class Setpoints:
         return self._subscription.filter.refused
 
     def reset(self) -> None:
-        """Drop the setpoint of the run before a reset of the plant; one that is of the new run stays."""
+        """Drop a setpoint from before a reset of the plant; one of the new run stays."""
         if not self._ahead_of_reset:
             self._newest = None
         self._ahead_of_reset = False
 
     def apply_to(self, outer: OuterLoop, state: State) -> bool:
-        """Give the outer loop the setpoint of a state; False where it has not come yet, and the state waits."""
+        """Give the outer loop a state's setpoint; False where the state waits for it."""
         self._now, self._waiting = state.stamp, None
         stamp, values = self._newest or _Setpoint(state.stamp + 1, ())  # stamps restart: a later one is older
         if stamp > state.stamp or (self._lockstep and stamp < state.stamp and outer.due(state.t)):
@@ -85,7 +85,7 @@ class Setpoints:
         )
 
     def metrics(self) -> dict[str, Any]:
-        """Return the entries of a run's summary: numbers of setpoints and of late ones, the longest hold [s]."""
+        """Return the summary's entries: numbers of setpoints and of late ones, longest hold [s]."""
         return {"received": self._received, "late": self._late, "longest_hold": self._longest / messages.NS_PER_S}
 
     def _on_message(self, data: bytes) -> None:
@@ -104,7 +104,7 @@ class Setpoints:
             self._answer(self._waiting)
 
     def _read(self, message: JointTrajectory) -> _Setpoint:
-        """Return the setpoint in a message; raises MalformedMessage, one line, where it does not fit."""
+        """Return the setpoint in a message; raises MalformedMessage, one line, if it is none."""
         points, stamp = cast(Sequence[JointTrajectoryPoint], message.points), messages.nanoseconds(message.header.stamp)
         vectors = [part for point in points for part in (point.positions, point.velocities, point.accelerations)]
         numbers = tuple(number for part in vectors for number in part)

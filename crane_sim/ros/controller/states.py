@@ -1,4 +1,4 @@
-"""States for laws, in the scene's order of joints and at the plant's own time, and the execution time of a law."""
+"""States for laws, in the scene's joint order and plant time, and the execution time of a law."""
 
 import time
 from collections.abc import Mapping
@@ -35,7 +35,7 @@ class StateReader:
         self._codec = JointStateCodec(scene.joint_names, STATE)
 
     def read(self, data: bytes) -> State | None:
-        """Return a decoded state, None where joints or numbers are missing or it is no such message."""
+        """Return a decoded state; None if joints or numbers are missing or it is no message."""
         try:
             decoded = self._codec.decode(data)
         except ValueError as error:
@@ -53,7 +53,7 @@ class StateReader:
         self._node.get_logger().warning(line, throttle_duration_sec=1.0)
 
     def _describe_misfit(self, decoded: DecodedJointState) -> str:
-        """Return why a message is no state of the scene's joints: its stamp, its joints and lengths, or its numbers."""
+        """Return why a message is no state of the scene: its stamp, joints, lengths or numbers."""
         if decoded.stamp < 0:
             return f"with the stamp {decoded.stamp} ns, which is before zero"
         positions, velocities, joints = len(decoded.position), len(decoded.velocity), len(self._names)
@@ -89,7 +89,7 @@ class ExecutionTime:
         return time.monotonic() - self._last_published >= _DIAGNOSTICS_PERIOD
 
     def publish(self, warning: str, values: Mapping[str, object]) -> None:
-        """Publish diagnostics: the execution time and further `values`; a warning where there is one."""
+        """Publish diagnostics: execution time, further `values`, and a warning if there is one."""
         self._last_published = time.monotonic()
         durations = {f"law {name} [us]": f"{value:.1f}" for name, value in self.metrics().items()}
         message = messages.diagnostics(self._source, warning, durations | dict(values))

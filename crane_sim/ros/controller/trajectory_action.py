@@ -56,7 +56,7 @@ class _Followed(NamedTuple):
 
 
 class DeferredServer(ActionServer):
-    """An action server whose goals are ended by the node that follows them; every goal may be cancelled.
+    """An action server whose goals the node that follows them ends; every goal may be cancelled.
 
     rclpy's own runs a callback to the end of a goal; one that waits would keep its executor busy.
     """
@@ -69,7 +69,7 @@ class DeferredServer(ActionServer):
         on_goal: Callable[[Any], GoalResponse],
         on_accepted: Callable[[ServerGoalHandle], None],
     ) -> None:
-        """Offer an action; `on_goal` decides whether a goal is accepted, `on_accepted` receives those that are."""
+        """Offer an action; `on_goal` decides whether it accepts a goal, `on_accepted` gets it."""
         super().__init__(
             node,
             action,
@@ -96,7 +96,7 @@ class TrajectoryAction:
     """
 
     def __init__(self, node: Node, scene: Scene, law: Any, settings: SimpleNamespace) -> None:
-        """Offer nothing yet; `settings.stop_time` [s] is how long the joints take to stop after a goal."""
+        """Offer nothing yet; joints stop within `settings.stop_time` [s] after a goal."""
         self._node, self._scene, self._settings = node, scene, settings
         self._every = max(1, round(_FEEDBACK_PERIOD / scene.period))
         self.missing_package = ""
@@ -113,7 +113,7 @@ class TrajectoryAction:
             self._find_action()
 
     def set_active(self, active: bool) -> None:
-        """Accept goals from now on, or end them; a standby offers no server until it is activated."""
+        """Accept goals from now on, or end them; a standby offers no server until activation."""
         self._accepts = active
         if not active:
             self._end_all("the controller is inactive")
@@ -121,7 +121,7 @@ class TrajectoryAction:
             self._server = DeferredServer(self._node, self._action, NAME, self._answer_goal, self._on_accepted)
 
     def apply_to(self, law: Any, state: State) -> Any:
-        """Return the law that answers a new state, with the path of a goal that begins, or with that to a stop."""
+        """Return the law that answers a new state, with the path of a new goal or of a stop."""
         path = trajectory_of_law(law) if self._server is not None else None  # a walk through the law, of each state
         if path is None:
             return law
@@ -136,7 +136,10 @@ class TrajectoryAction:
         return law
 
     def abort_replaced(self, law: Any) -> None:
-        """End the goal that is followed if the law has another path: at once, or a cancellation would stop that one."""
+        """End the followed goal if the law has another path.
+
+        It ends at once, or a cancellation would stop the other path.
+        """
         if self._followed and self._followed.trajectory is not trajectory_of_law(law):
             self._abort_followed("a trajectory of the topic joint_trajectory has taken over")
 
@@ -150,7 +153,7 @@ class TrajectoryAction:
             self._complete(handle, handle.canceled, GoalCode.SUCCESSFUL, "cancelled before its start")
 
     def reset(self) -> None:
-        """End the goal that is followed: the run begins anew. One that waits for its start waits on."""
+        """End the followed goal: the run begins anew. One that waits for its start waits on."""
         self._now, self._stops = 0.0, False
         self._abort_followed("the simulation was reset")
 
@@ -169,7 +172,10 @@ class TrajectoryAction:
             self.missing_package = messages.describe_missing(_PACKAGE)
 
     def _answer_goal(self, _: Any) -> GoalResponse:
-        """Accept a goal; one that is wrong ends at once, with the code that says why: a rejection has none."""
+        """Accept a goal; a wrong one ends at once with the code that says why.
+
+        A rejection has no code.
+        """
         return GoalResponse.ACCEPT if self._accepts else GoalResponse.REJECT
 
     def _on_accepted(self, handle: ServerGoalHandle) -> None:
@@ -189,7 +195,7 @@ class TrajectoryAction:
         return pending is not None and (pending.goal.immediate or pending.goal.waypoints.start <= t + MIN_INTERVAL)
 
     def _begin(self, law: Any, path: Trajectory, state: State) -> Any:
-        """Return the law on the path of the goal that was waiting; without a change where that is too late."""
+        """Return the law on the path of the waiting goal; unchanged where that is too late."""
         assert self._pending is not None
         (handle, goal), self._pending = self._pending, None
         if goal.immediate:
@@ -206,7 +212,10 @@ class TrajectoryAction:
         return with_trajectory(law, new)
 
     def _follow(self, followed: _Followed, state: State) -> bool:
-        """Publish feedback, and end the goal at its end or out of its tolerances; return whether the joints stop."""
+        """Publish feedback, and end the goal when it is due; return whether the joints stop.
+
+        A goal ends at its end, or as soon as a joint is out of its tolerances.
+        """
         handle, goal, ended = followed.handle, followed.goal, state.t > followed.goal.end - MIN_INTERVAL
         due = (state.stamp - followed.first_stamp) // self._scene.period_ns % self._every == 0
         if not (due or ended or goal.on_the_way.limited or goal.at_the_end.limited):

@@ -1,4 +1,4 @@
-"""Goals of control_msgs/FollowJointTrajectory: what is checked when they come, and while they are followed.
+"""Goals of control_msgs/FollowJointTrajectory: checks on arrival and while they are followed.
 
 A request is read by its fields, so that nothing here needs the package.
 """
@@ -34,7 +34,7 @@ class GoalCode(IntEnum):
 
 
 class GoalError(ValueError):
-    """A goal that cannot be followed: a message of one line, and the code of the action's result."""
+    """A goal that cannot be followed: a one-line message, and the code of the action's result."""
 
     def __init__(self, code: GoalCode, line: str) -> None:
         """Give the reason."""
@@ -55,7 +55,7 @@ class Tolerances(NamedTuple):
         return min(*self.positions, *self.velocities, *self.accelerations) < inf
 
     def describe_violation(self, names: Sequence[str], error: Array) -> str:
-        """Return one line on the first joint beyond its tolerance, empty where none is; error (3, nu)."""
+        """Return a line on the first joint beyond its tolerance, empty for none; error (3, nu)."""
         for kind, limits, deviations in zip(_KINDS, self, error.tolist(), strict=True):
             for name, limit, deviation in zip(names, limits, deviations, strict=True):
                 if not abs(deviation) <= limit:
@@ -79,7 +79,7 @@ class Goal(NamedTuple):
 
 
 def waypoints_of(message: JointTrajectory, now: float, period: float, period_ns: int) -> Waypoints:
-    """Return the points of a message; its stamp is on the clock of the joint states, zero is now [s].
+    """Return the points of a message; stamps are on the clock of joint states, zero is now [s].
 
     Raises:
         ValidationError: they are no numbers, or there are none.

@@ -1,4 +1,4 @@
-"""The devices of the node `operator`: keys from the terminal, a gamepad, or the topic of a joystick."""
+"""The devices of the node `operator`: a terminal's keys, a gamepad, or the topic of a joystick."""
 
 import time
 from typing import Protocol
@@ -27,7 +27,10 @@ class Device(Protocol):
     name: str
 
     def demand(self, now: float, tail: float) -> Demand:
-        """Return the demand at `now` [s]; report heartbeats, or the loss, to the desk; `tail`: see `Keyboard`."""
+        """Return the demand at `now` [s]; report heartbeats or the loss to the desk.
+
+        `tail`: see `Keyboard`.
+        """
         ...
 
 

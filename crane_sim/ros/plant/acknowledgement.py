@@ -1,4 +1,4 @@
-"""Liveness of the command owner in lockstep, by the acknowledgements of the published states; without rclpy."""
+"""Liveness of the command owner in lockstep, by acknowledgements of published states; no rclpy."""
 
 from math import inf
 
@@ -18,11 +18,14 @@ class AcknowledgementMonitor:
         self._last_complete = self._last_update = -inf  # s, when all had acknowledged, and of the last observation
 
     def update(self, acknowledged: bool, now: float) -> None:
-        """Record whether all have acknowledged the newest state at `now` [s]; old observations expire."""
+        """Record whether all acknowledged the newest state at `now` [s]; old records expire."""
         if acknowledged or now - self._last_update > self._lease:
             self._last_complete = now
         self._acknowledged, self._last_update = acknowledged, now
 
     def may_be_alive(self, last_answer: float) -> bool:
-        """Return whether an owner whose last answer came at `last_answer` [s] may be alive, as of the last update."""
+        """Return whether an owner that last answered at `last_answer` [s] may be alive.
+
+        This holds as of the last update.
+        """
         return self._acknowledged or last_answer - self._last_complete > self._lease

@@ -14,7 +14,7 @@ _POLL = 0.02  # s of wall time between two polls of services and pipes
 
 
 def brake_to_rest(host: NodeHost, simulation: SimulationRun, scheduler: Scheduler, period: float) -> None:
-    """Brake, at one step per `period` [s] of wall time or as fast as possible (0); the run then has a `failure`.
+    """Brake, at a step per `period` [s] of wall time, or at full speed (0); sets the `failure`.
 
     Cranes on the same clock stay in sync, as with `scheduler`, but only up to a time-out: the run is to end.
     """

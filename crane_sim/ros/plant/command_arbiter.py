@@ -55,7 +55,7 @@ class CommandLease:
         self._duration, self._renewed = duration, 0.0
 
     def state(self, now: float) -> Ownership:
-        """Return the state at `now` [s]; a lease whose time is over while it is suspended begins anew."""
+        """Return the state at `now` [s]; a lease that ended while it was suspended begins anew."""
         if not self.owner:
             return Ownership.FREE
         if now - self._renewed <= self._duration:
@@ -78,7 +78,7 @@ class CommandTopic(NamedTuple):
 
 
 class CommandArbiter:
-    """Arbiter that passes on the commands of the owner, and refuses those of all other publishers by name.
+    """Arbiter that passes on the owner's commands, and refuses those of all others by name.
 
     Attributes:
         contested: there were several publishers at the last update.
@@ -126,7 +126,10 @@ class CommandArbiter:
         return len(self._names) == 1 and self._lease.owner not in self._names
 
     def missing(self, number: int) -> str:
-        """Return what is waited for, a single line, until there are `number` publishers, the commander's among them."""
+        """Return what is waited for, one line, until there are `number` publishers.
+
+        The commander's must be among them.
+        """
         topics = " or ".join(subscription.topic for subscription in self._subscriptions.values())
         if (missing := number - self._count_publishers()) > 0:
             return f"{missing} more publisher(s) of {topics}"
@@ -151,7 +154,7 @@ class CommandArbiter:
         self.update()
 
     def update(self) -> None:
-        """Update the publishers, ten times a second, and the owner's lease while it is suspended."""
+        """Update the publishers ten times a second, and the owner's lease while suspended."""
         now = time.monotonic()
         if now - self._last_update < _UPDATE_PERIOD:
             return
@@ -166,7 +169,10 @@ class CommandArbiter:
         self._update_warning()
 
     def _on_messages(self, topic: str, taken: Sequence[MessageWithSender]) -> None:
-        """Pass the owner's messages on, and refuse the rest, all of a sender at once: there may be thousands."""
+        """Pass the owner's messages on; refuse those of each other sender together.
+
+        There may be thousands.
+        """
         refused: dict[bytes, int] = {}  # a Counter takes 1.5 us to make, at every command
         for data, sender, _ in taken:
             if not self._may_command(sender):
@@ -210,7 +216,10 @@ class CommandArbiter:
         self._simulation.validator.reject(Refusal.COMMANDER, self._warning, number)
 
     def _update_warning(self) -> None:
-        """Warn of publishers refused lately; again with every update: the graph may have a node before its name."""
+        """Warn of publishers refused lately, with every update.
+
+        The graph may have a node before its name.
+        """
         self._refused.pop(self._lease.owner, None)  # it owns the crane by now
         if self._refused:
             refused = {self._names.get(sender, GONE) for sender in self._refused}

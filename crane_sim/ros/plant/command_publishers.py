@@ -1,4 +1,4 @@
-"""Publishers of what became of commands, for recorders; messages are sent where there are subscribers."""
+"""Publishers of what became of commands, for recorders; silent where there are no subscribers."""
 
 from collections.abc import Sequence
 from math import nan
@@ -12,7 +12,7 @@ from crane_sim.scenes.scene import Scene
 
 
 class AcceptedCommands:
-    """Commands that were accepted, where the stamp of one does not identify the state that it answers."""
+    """Accepted commands, where a command's stamp does not identify the state that it answers."""
 
     def __init__(self, node: Node, codec: CommandCodec) -> None:
         """Create the publisher; `codec` encodes commands (nu,)."""
@@ -26,7 +26,7 @@ class AcceptedCommands:
 
 
 class HeldCommands:
-    """Commands (nu,) of the periods, each stamped like the state at its start; NaN while brakes act.
+    """Commands (nu,) of the periods, stamped like the state at each start; NaN while brakes act.
 
     A run can be repeated from them to the last bit: late commands, time-outs and emergency stops are visible, since it
     is the command that the drives followed; a recorder need not know whose commands the plant takes.

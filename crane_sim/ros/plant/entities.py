@@ -1,4 +1,4 @@
-"""The parts of a crane as entities of simulation_interfaces: the frames of its URDF, payload included.
+"""The parts of a crane as entities of simulation_interfaces: its URDF's frames with the payload.
 
 No message types. Filters of names are POSIX extended regular expressions, as simulation_interfaces requires, by the C
 library: Python's `re` has another syntax, and may take exponential time. Intervals {m,n}, back-references and many +
@@ -47,7 +47,10 @@ class Entities:
         return {self._prefix + frame: motion for frame, motion in motions.items()}
 
     def accelerations(self) -> dict[str, FrameAcceleration]:
-        """Return the present acceleration of every entity, with those of the joints as means over the last period."""
+        """Return the present acceleration of every entity.
+
+        Accelerations of joints are means over the last period.
+        """
         plant, period = self._plant, self._plant.scene.period
         mean = [(now - before) / period for now, before in zip(plant.v, plant.rates_before, strict=True)]
         found = frame_accelerations(plant.scene, self._tree, plant.t, plant.q, plant.v, mean)
@@ -62,7 +65,7 @@ class Entities:
         return Outcome(Code.NOT_FOUND, f"entity {name!r}: possible: {', '.join(self.names)}")
 
     def select(self, expression: str, categories: Collection[int]) -> list[str]:
-        """Return the names that match an expression and are of one of the categories; empty ones exclude nothing.
+        """Return the names that match an expression and a category; empty ones exclude nothing.
 
         Raises:
             ValueError: it is no expression; the message is one line.

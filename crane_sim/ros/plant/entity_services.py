@@ -1,4 +1,4 @@
-"""The services of simulation_interfaces about entities: names, motions and kinds of the parts of the crane."""
+"""The entity services of simulation_interfaces: names, motions and kinds of a crane's parts."""
 
 from collections.abc import Callable
 from importlib import import_module

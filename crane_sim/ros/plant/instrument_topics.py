@@ -1,4 +1,7 @@
-"""The topics of a scene's instruments: `base/imu` and `camera/payload_pose`, each message at the time of its sample."""
+"""The topics of a scene's instruments: `base/imu` and `camera/payload_pose`.
+
+Each message is published at the time of its sample.
+"""
 
 from collections import deque
 from collections.abc import Callable
@@ -21,7 +24,7 @@ _UNAVAILABLE = (-1.0, *(0.0,) * 8)  # as sensor_msgs/Imu has it
 
 
 class InstrumentTopic(StatePublisher):
-    """Publisher of samples, which are taken at whole numbers of periods and sent when their delay is over."""
+    """Publisher of samples, taken at whole numbers of periods and sent after their delay."""
 
     def __init__(self, publisher: Any, sampling: Sampling, measure: Callable[[Plant], Any]) -> None:
         """Publish what `measure` makes of a plant: messages with a header."""

@@ -35,7 +35,10 @@ _BLOCK = 4000  # steps between two waits for a recorder: under half the depth of
 
 
 class Lockstep(Scheduler):
-    """Scheduler that publishes state k, waits for the command with its stamp, and steps; wall time has no effect."""
+    """Scheduler that publishes state k, waits for the command with its stamp, and steps.
+
+    Wall time has no effect.
+    """
 
     def __init__(self, host: NodeHost, simulation: SimulationRun, settings: SimpleNamespace) -> None:
         """Subscribe to `joint_commands`."""
@@ -66,7 +69,7 @@ class Lockstep(Scheduler):
         return self._commands.missing(self._settings.expected_controllers) or self._peers.missing()
 
     def run(self) -> None:
-        """See `Scheduler`; a state without a valid answer is sent again and again, and nothing moves."""
+        """See `Scheduler`; a state without a valid answer is sent repeatedly, and nothing moves."""
         simulation, self._runs = self._simulation, True
         self._commands.start()
         if self._clock_leads:
@@ -82,14 +85,14 @@ class Lockstep(Scheduler):
         self._runs = False
 
     def in_sync(self) -> bool:
-        """See `Scheduler`; the present state is sent again to a crane that is behind and may have missed it."""
+        """See `Scheduler`; sends the state again to a crane that is behind and may lack it."""
         behind = self._peers.behind(self._simulation.stamp)
         if behind and time.monotonic() - self._last_sent > _RESEND_TO_PEERS:
             self._resend()
         return not behind
 
     def step_once(self) -> str:
-        """See `Scheduler`; waits briefly for the controller's answer to the present state, and for other cranes."""
+        """See `Scheduler`; waits briefly for the controller's answer, and for other cranes."""
         deadline = time.monotonic() + self._settings.step_timeout
         while obstacle := self._obstacle():
             if time.monotonic() > deadline:
@@ -142,7 +145,7 @@ class Lockstep(Scheduler):
             self._host.spin()
 
     def _check_progress(self, now: float) -> None:
-        """Do at `now` [s] what need not be done after every command: reports, and states that are sent again."""
+        """Do at `now` [s] what is not needed after every command: reports and repeated states."""
         self._commands.update()
         self._simulation.heartbeat()
         if now - self._last_sent > self._resend_period():
@@ -150,7 +153,7 @@ class Lockstep(Scheduler):
             self._resend()
 
     def _step_if_possible(self) -> None:
-        """Take the step that is commanded, unless the run is paused or a crane on the same clock is behind."""
+        """Take the commanded step, unless paused or while a crane on the same clock is behind."""
         if self._effort is not None and self._runs and not self._simulation.paused and not self._obstacle():
             self._step()
 
@@ -177,7 +180,7 @@ class Lockstep(Scheduler):
         return min(_RESEND, timeout) if self._simulation.waiting or self._commands.contested else timeout
 
     def _report_waiting(self) -> None:
-        """Report that no command has come for the time-out; not while the run is paused, when none need come."""
+        """Report that no command came within the time-out; not in a pause, when none is needed."""
         simulation, settings = self._simulation, self._settings
         limit = settings.step_timeout * (settings.resends + 1)
         settled = self._effort is not None or simulation.waiting or simulation.paused
@@ -214,7 +217,7 @@ class Lockstep(Scheduler):
             self._simulation.advance_clock(self._simulation.stamp + ahead)
 
     def _is_lease_suspended(self) -> bool:
-        """Return whether the owner has nothing to answer, or may be alive and at work on its answer."""
+        """Return whether the owner has nothing to answer, or may be working on its answer."""
         self._update_acknowledgements()
         nothing_to_answer = self._simulation.paused or self._effort is not None
         return nothing_to_answer or self._acknowledgements.may_be_alive(self._first_sent)

@@ -1,4 +1,4 @@
-"""Other cranes on the same clock: no crane is ever more than one of its periods ahead of another."""
+"""Other cranes on the same clock: none is more than one of its periods ahead of another."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -12,7 +12,7 @@ from crane_sim.ros.common.sender_subscription import MessageWithSender
 
 
 def peer_names(namespaces: str) -> tuple[str, ...]:
-    """Return the namespaces in a text with commas between them, without slashes around them, each once."""
+    """Return the namespaces in a text, separated by commas, each once and without outer slashes."""
     names = (name.strip().strip("/") for name in namespaces.split(","))
     return tuple(dict.fromkeys(name for name in names if name))
 
@@ -45,7 +45,7 @@ class ClockPeers:
         return ""
 
     def behind(self, stamp: int) -> str:
-        """Return the name of a crane in the graph that has not reached `stamp` [ns], empty where all have."""
+        """Return the name of a crane in the graph before `stamp` [ns], empty if there is none."""
         late = (name for name, newest in self._stamps.items() if newest < stamp)
         return next((name for name in late if self._subscriptions[name].count_publishers()), "")
 

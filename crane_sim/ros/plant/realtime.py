@@ -33,7 +33,10 @@ class Watchdog:
     """
 
     def __init__(self, timeout: float, wall_period: float) -> None:
-        """Start with a time-out [s] of at least two periods of wall time [s]: a slowed-down run publishes no faster."""
+        """Start with a time-out [s] of at least two periods of wall time [s].
+
+        A slowed-down run publishes no faster.
+        """
         self.timeout = max(timeout, 2.0 * wall_period) if timeout else 0.0
         self._elapsed, self._last_update = 0.0, time.monotonic()
 
@@ -60,7 +63,10 @@ class Realtime(Scheduler):
     """Scheduler that steps at absolute wall-clock deadlines with the newest valid command held."""
 
     def __init__(self, host: NodeHost, simulation: SimulationRun, settings: SimpleNamespace) -> None:
-        """Subscribe to `joint_commands` and, unless drives differ, an array topic, if the scene takes commands."""
+        """Subscribe to `joint_commands`, and to an array topic unless drives differ.
+
+        A scene without commands has neither.
+        """
         super().__init__(host, simulation)
         self._settings = settings
         self._idle = simulation.scene.idle_command
@@ -111,7 +117,7 @@ class Realtime(Scheduler):
             simulation.heartbeat()
 
     def step_once(self) -> str:
-        """See `Scheduler`; the controller has a period for its answer, as in the run, and then the last one holds.
+        """See `Scheduler`; the controller has a period to answer, then the last command holds.
 
         The wait for an answer counts towards the time-out, as in the run; after the time-out there is none.
         """
@@ -122,11 +128,11 @@ class Realtime(Scheduler):
         return ""
 
     def resume(self) -> None:
-        """See `Scheduler`; the time of the pause does not count, and the time-out goes on where it was."""
+        """See `Scheduler`; the pause does not count, and the time-out goes on where it was."""
         self._watchdog.skip()
 
     def reset(self) -> None:
-        """See `Scheduler`; the controller has a whole period for its answer to the first state, as at the start."""
+        """See `Scheduler`; the controller has a whole period to answer the first state."""
         self._held, self._answered = self._idle, False
         self._due = time.monotonic() + self._period
         self._watchdog.reset()
@@ -135,7 +141,7 @@ class Realtime(Scheduler):
         self._steps = self._unanswered_steps = 0
 
     def metrics(self) -> dict[str, Any]:
-        """See `Scheduler`; the timing of steps, the number of time-outs of commands, and what was not in time."""
+        """See `Scheduler`; timing of steps, number of command time-outs, and what was late."""
         counts = {"silences": self._command_timeouts}
         if self._commands:
             counts["unanswered_steps"] = self._unanswered_steps
@@ -157,7 +163,7 @@ class Realtime(Scheduler):
             self._commands.update()
 
     def _wait_for_answer(self, commands: CommandArbiter) -> None:
-        """Take the pending commands; if none has come since the last step, wait for one for a period."""
+        """Take pending commands; if none came since the last step, wait for one for a period."""
         deadline = time.monotonic() + self._period
         commands.update()
         for _ in range(_BATCH):
@@ -214,7 +220,7 @@ class Realtime(Scheduler):
         return efforts is not None and self._hold(simulation.stamp, validator.validate_array(efforts))
 
     def _hold(self, stamp: int, effort: tuple[float, ...] | None) -> bool:
-        """Hold an accepted command that answers the state of a stamp [ns], and publish it for a recorder."""
+        """Hold an accepted command that answers the state at a stamp [ns]; publish it."""
         if effort is None:
             return False
         if self._accepted:

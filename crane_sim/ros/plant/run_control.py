@@ -1,4 +1,4 @@
-"""What services do to the run: pause, steps, reset; each returns why it failed, an empty string where it did not."""
+"""What services do to the run: pause, steps, reset; each returns why it failed, "" for success."""
 
 from functools import partial
 from types import SimpleNamespace
@@ -49,7 +49,7 @@ class RunControl:
         return why_not
 
     def take_steps(self, number: int) -> str:
-        """Take that many steps of a paused run; where fewer were taken, the answer has their number."""
+        """Take that many steps of a paused run; the answer has the number if fewer were taken."""
         if why_not := self.why_not_running() or self._why_not_paused():
             return why_not
         simulation = self._simulation
@@ -61,7 +61,10 @@ class RunControl:
         return simulation.failure
 
     def reset(self) -> str:
-        """Return to the scene's start, or to the joints of the parameters `reset_positions`, `reset_velocities`."""
+        """Return to the scene's start, or to the joints of two parameters.
+
+        They are `reset_positions` and `reset_velocities`.
+        """
         why_not = self.why_not_running()
         if not why_not:
             settings = self._settings

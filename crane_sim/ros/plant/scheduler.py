@@ -1,4 +1,4 @@
-"""Schedulers of the plant's steps: what all have in common, which is also the scheduler of an open loop."""
+"""Schedulers of the plant's steps: what all have in common, which is also that of an open loop."""
 
 from typing import Any
 
@@ -11,13 +11,18 @@ _POLL_STEPS = 100  # open-loop steps between two polls of services and pipes
 
 
 def should_stop(host: NodeHost) -> bool:
-    """Apply the supervisor's orders; return whether they or a signal end the steps, for a loop that waits."""
+    """Apply the supervisor's orders; return whether they or a signal end the steps.
+
+    It is for a loop that waits.
+    """
     host.poll()
     return bool(host.stop_reason or host.brake_reason)
 
 
 class Scheduler:
-    """Decides when the steps of a run are taken, and with which command: here as fast as subscribers follow, without.
+    """Decides when the steps of a run are taken, and with which command.
+
+    Here they are taken as fast as subscribers follow, without commands.
 
     Attributes:
         commands_have_come: whether there were commands, also ones before the run.
@@ -65,7 +70,7 @@ class Scheduler:
         return True
 
     def step_once(self) -> str:
-        """Take one step of a paused run; return why it cannot be taken yet, an empty string where it was taken."""
+        """Take one step of a paused run; return why it cannot be taken yet, or an empty string."""
         self._simulation.step(None)
         return ""
 

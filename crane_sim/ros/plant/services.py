@@ -1,4 +1,4 @@
-"""The plant's services of ordinary types, with the semantics of simulation_interfaces 2.1, and those for faults."""
+"""The plant's services of ordinary types, as in simulation_interfaces 2.1, and those for faults."""
 
 from collections.abc import Callable
 from types import SimpleNamespace
@@ -32,7 +32,9 @@ def offer_services(node: Node, control: RunControl, settings: SimpleNamespace) -
 
 
 def offer_faults(node: Node, plant: Plant) -> None:
-    """Offer `~/faults/NAME`: true begins a fault with the next period, false ends it; either overrides its schedule.
+    """Offer `~/faults/NAME`: true begins a fault with the next period, false ends it.
+
+    Either overrides the fault's schedule.
 
     A reset of the run clears the overrides.
     """
@@ -48,7 +50,7 @@ def offer_faults(node: Node, plant: Plant) -> None:
 
 
 def _answer(act: Callable[[Any], str]) -> Callable[[Any, Any], Any]:
-    """Return the callback of a service that does something, which returns why it failed, or an empty string."""
+    """Return the callback of a service that returns why it failed, or an empty string."""
 
     def answer(request: Any, response: Any) -> Any:
         response.message = act(request)

@@ -1,4 +1,4 @@
-"""One simulation run of the node `plant`: its steps, publications and counters; schedulers decide when it steps."""
+"""One run of the node `plant`: steps, publications, counters; schedulers decide when it steps."""
 
 import time
 from collections import Counter
@@ -95,12 +95,12 @@ class SimulationRun:
         return self._topics.all_acknowledged(timeout)
 
     def pause(self, paused: bool, source: str) -> None:
-        """Begin or end the pause of a source, and publish the mode: the run is paused while any source pauses it."""
+        """Begin or end a source's pause, and publish the mode: any source pauses the run."""
         (self._pauses.add if paused else self._pauses.discard)(source)
         self._publish_mode()
 
     def brake(self, on: bool, source: str) -> None:
-        """Apply or release a source's brakes: those of all actuated joints act while any source applies them."""
+        """Apply or release a source's brakes, on all actuated joints while any applies them."""
         (self._brakes.add if on else self._brakes.discard)(source)
         self.plant.braking = bool(self._brakes)
 
@@ -110,7 +110,7 @@ class SimulationRun:
         self._publish_mode()
 
     def set_waiting(self, why: str) -> None:
-        """Publish and report that the run waits for a command, or with an empty line that it does no more."""
+        """Publish and report that the run waits for a command, or with "" that it does not."""
         self.waiting = why
         self._publish_mode()
         self.warn(why, "commands")
@@ -122,14 +122,14 @@ class SimulationRun:
         return "; ".join(filter(None, self._warnings.values()))
 
     def warn(self, line: str, subject: str) -> None:
-        """Warn of a subject in the diagnostics, at once where the line is new; an empty line ends the warning."""
+        """Warn of a subject in the diagnostics, at once if new; an empty line ends the warning."""
         if line == self._warnings.get(subject, ""):
             return
         self._warnings[subject] = line
         self._publish_diagnostics(time.monotonic())
 
     def restart(self, q: Sequence[float] | None = None, v: Sequence[float] | None = None) -> None:
-        """Return to the scene's initial state, or to another one, with new counters; arguments: see `Plant.reset`."""
+        """Return to the scene's initial state, or another, with new counters; see `Plant.reset`."""
         steps = self.plant.k
         self.plant.reset(q, v)
         self.steps_before_reset += steps
@@ -156,7 +156,10 @@ class SimulationRun:
         self._topics.publish_true_state(self.stamp, plant.q, plant.v, plant.applied)
 
     def step(self, effort: Sequence[float] | None) -> None:
-        """Advance one period with `effort` (nu,) held; the state is published first: the controller waits for it."""
+        """Advance one period with `effort` (nu,) held.
+
+        The state is published first: the controller waits for it.
+        """
         stamp, command, braking = self.stamp, self._taken(effort), self.plant.braking
         try:
             self.plant.advance(command)
@@ -171,7 +174,7 @@ class SimulationRun:
         self._publish_what_follows()
 
     def _taken(self, effort: Sequence[float] | None) -> Sequence[float] | None:
-        """Return the command (nu,) that drives are given: while brakes act zero, of positions the last one.
+        """Return the command (nu,) of the drives: zero while brakes act, of positions the last.
 
         So a record of the commands and of the brakes determines the run.
         """
@@ -181,7 +184,7 @@ class SimulationRun:
         return self.scene.zero_command(self._last_command)
 
     def throttle_for_recorder(self, block: int, should_stop: Callable[[], bool]) -> None:
-        """Wait for a recorder every `block` steps, unless `should_stop`: the publishers' queues are limited."""
+        """Wait for a recorder every `block` steps, unless `should_stop`: queues are limited."""
         if self.plant.k % block == 0 and self._topics.effort_subscribed:
             self._topics.flush(should_stop)
 
@@ -204,7 +207,7 @@ class SimulationRun:
             self._notify(refusals)
 
     def publish_clock_if_due(self) -> None:
-        """Publish the unchanged clock ten times a second for new subscribers, before the run begins or in a pause.
+        """Publish the clock ten times a second for new subscribers, before a run or in a pause.
 
         A subscriber of the states that joins during a pause gets the present one.
         """
@@ -223,7 +226,10 @@ class SimulationRun:
         self._last_clock = self._clock
 
     def _update_subscribers(self) -> bool:
-        """Update which topics of every step have subscribers; return whether the joint states have more than before."""
+        """Update which topics of every step have subscribers.
+
+        Returns whether the joint states have more than before.
+        """
         if self._held_commands:
             self._held_commands.update_subscribers()
         return self._topics.update_subscribers()

@@ -1,4 +1,4 @@
-"""What the services of simulation_interfaces 2.1 do to the plant, and their result codes; no message types."""
+"""What services of simulation_interfaces 2.1 do to the plant, and result codes; no messages."""
 
 from enum import IntEnum
 from typing import Any, NamedTuple
@@ -20,7 +20,10 @@ class Code(IntEnum):
 
 
 class Feature(IntEnum):
-    """What the plant can do, numbered as in SimulatorFeatures.msg; time and state are reset together only."""
+    """What the plant can do, numbered as in SimulatorFeatures.msg.
+
+    Time and state are reset together only.
+    """
 
     ENTITY_CATEGORIES = 8
     ENTITY_STATE_GETTING = 10
@@ -105,6 +108,6 @@ def _outcome(failure: str) -> Outcome:
 
 
 def write_outcome(response: Any, outcome: Outcome) -> Any:
-    """Return the response of a service, or the result of an action, with the outcome of the call."""
+    """Return the response of a service, or an action's result, with the outcome of the call."""
     response.result.result, response.result.error_message = int(outcome.code), outcome.message
     return response

@@ -1,4 +1,7 @@
-"""The services and the action of simulation_interfaces in the plant's namespace, where that package is importable."""
+"""The services and the action of simulation_interfaces, where that package is importable.
+
+They are in the plant's namespace.
+"""
 
 from collections.abc import Callable, Generator
 from importlib import import_module
@@ -69,7 +72,7 @@ def offer(node: Node, control: RunControl, simulation: SimulationRun, prefix: st
 
 
 def _refusal(why: str, entities: Entities | None) -> Callable[[Any, Any], Any]:
-    """Return the callback of a service that is not supported: 0; of an unknown entity 2, not found."""
+    """Return the callback of an unsupported service: 0; of an unknown entity 2, not found."""
 
     def refuse(request: Any, response: Any) -> Any:
         if entities is not None and request.entity not in entities.names:
@@ -80,7 +83,10 @@ def _refusal(why: str, entities: Entities | None) -> Callable[[Any, Any], Any]:
 
 
 class StandardServices:
-    """Services `get_simulator_features`, `get_` and `set_simulation_state`, `step_simulation`, `reset_simulation`.
+    """Services for features, the simulation state, steps and reset.
+
+    They are `get_simulator_features`, `get_` and `set_simulation_state`, `step_simulation`,
+    `reset_simulation`.
 
     Also the action `simulate_steps`. `Feature` lists what the plant supports.
     """
@@ -133,7 +139,7 @@ class StandardServices:
         return GoalResponse.ACCEPT
 
     async def _simulate_steps(self, goal: ServerGoalHandle) -> Any:
-        """Take the steps of a goal one by one; between them other callbacks are served, such as its cancellation."""
+        """Take a goal's steps one by one; between them serve callbacks, as of its cancellation."""
         try:
             outcome = await self._take_steps(goal, goal.request.steps)
         finally:

@@ -15,7 +15,7 @@ from crane_sim.simulation.plant import Plant
 
 
 class StatePublisher:
-    """Publishes something of every state that has just been published as `joint_states`, where it has subscribers."""
+    """Publishes something of every state published as `joint_states`, where it has subscribers."""
 
     def __init__(self, publisher: Any) -> None:
         """Publish by this publisher."""
@@ -32,7 +32,7 @@ class StatePublisher:
 
 
 class BaseOdometry(StatePublisher):
-    """The topic `base/odometry`: the base's pose in `world` and its velocities in its own axes, without errors."""
+    """The topic `base/odometry`: the exact pose in `world`, and velocities in the base's axes."""
 
     def __init__(self, node: Node, prefix: str) -> None:
         """Create the publisher; frames but `world` begin with the prefix."""

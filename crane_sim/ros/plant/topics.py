@@ -24,7 +24,7 @@ _SLICE = Duration(nanoseconds=20_000_000)  # of a wait, in which signals are not
 
 
 class PlantTopics:
-    """The publishers of the node `plant`; stamps are integer ns, vectors in the scene's joint order.
+    """The publishers of the node `plant`; stamps are integer ns, vectors in joint order.
 
     Attributes:
         publishing: durations of the calls that hand joint states to the middleware.
@@ -41,7 +41,7 @@ class PlantTopics:
         sensed: bool = False,
         notify: Callable[[str], object] = lambda line: None,
     ) -> None:
-        """Create every publisher of the node `plant`; that of /clock only with `clock`, true states with `sensed`.
+        """Create all publishers of `plant`; /clock only with `clock`, true states with `sensed`.
 
         `notify` is called with a line on a subscriber of the states that is not matched.
         """
@@ -83,7 +83,7 @@ class PlantTopics:
     def publish_true_state(
         self, stamp: int, q: Sequence[float], v: Sequence[float], applied: tuple[float, ...]
     ) -> None:
-        """Publish the true state of a crane with sensors, with the efforts of its joint state; else nothing."""
+        """Publish a crane's true state, with the joint state's efforts, if it has sensors."""
         if self._truth and self.truth_subscribed:
             self._truth.publish(self._encode_state(stamp, q, v, applied))
 
@@ -123,7 +123,7 @@ class PlantTopics:
         self._diagnostics.publish(message)
 
     def update_subscribers(self) -> bool:
-        """Update which topics have subscribers: publishing no others saves a tenth of a lockstep step.
+        """Update which topics have subscribers: skipping others saves a tenth of a lockstep step.
 
         Returns:
             whether the joint states have more subscribers than at the last update.
@@ -149,7 +149,7 @@ class PlantTopics:
         return {full_name(info) for info in infos}
 
     def duplicate_publisher(self) -> str:
-        """Return one line on another publisher of the joint states, empty where this one is alone in the graph."""
+        """Return one line on another publisher of the joint states, empty where there is none."""
         topic = self._states.topic_name
         if self._node.count_publishers(topic) < 2:
             return ""
@@ -157,11 +157,14 @@ class PlantTopics:
         return f"{topic} has {len(names)} publishers: {', '.join(names)}"
 
     def all_acknowledged(self, timeout: float = 0.0) -> bool:
-        """Return whether all subscribers acknowledge all joint states within `timeout` [s]; a dead process does not."""
+        """Return whether subscribers acknowledge all joint states within `timeout` [s].
+
+        A dead process does not.
+        """
         return self._states.wait_for_all_acked(Duration(seconds=timeout))
 
     def flush(self, should_stop: Callable[[], bool] = lambda: False) -> None:
-        """Wait until every matched subscriber has acknowledged all messages, or until `should_stop`, which is polled.
+        """Wait until every matched subscriber has acknowledged all, or until `should_stop`.
 
         The wait ends with the liveliness lease of the middleware, after which a dead subscriber is removed.
         """

@@ -1,4 +1,4 @@
-"""The topics `/tf` and `/tf_static`: the frames of the crane, where the package tf2_msgs is installed.
+"""The topics `/tf` and `/tf_static`: the frames of the crane, where tf2_msgs is installed.
 
 They are those of robot_state_publisher, and `world` to `base_link` where the base moves, and the turn of a load that
 rotates: neither is a joint of the URDF. Beside a robot_state_publisher the parameter `publish_tf` is `base`, since one
@@ -24,7 +24,7 @@ from crane_sim.simulation.plant import Plant
 
 
 def missing_package(scope: str) -> str:
-    """Return one line on why transforms are off although they are wanted, empty where they are not."""
+    """Return one line on why wanted transforms are off, empty where they are not."""
     if scope == TransformScope.OFF or TFMessage is not None:
         return ""
     return messages.describe_missing("tf2_msgs")

@@ -1,4 +1,4 @@
-"""Decoder of a run's messages for a recorder, which takes stamps and numbers and is independent of ROS."""
+"""Decoder of a run's messages, as stamps and numbers, for a recorder; independent of ROS."""
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -44,7 +44,7 @@ class MessageDecoder:
     """
 
     def __init__(self, scene: "Scene", recorder: "Recorder", source: str = "") -> None:
-        """Create a decoder for the joints of a scene, whose plant has the name `source` in diagnostics."""
+        """Create a decoder for a scene's joints; `source` is the plant's name in diagnostics."""
         self._source, self.refused = source, Counter[str]()
         self._refused, self._last_diagnostics_stamp = 0, 0  # commands refused up to the newest diagnostics [ns]
         self._recorder, self._scene, self._quitting, self._has_held_commands = recorder, scene, False, False
@@ -117,7 +117,7 @@ class MessageDecoder:
         return True
 
     def _on_held(self, data: bytes) -> bool:
-        """Add what the drives were given, none while the brakes act: it takes precedence over the accepted command."""
+        """Add what the drives were given, none in braking; it precedes the accepted command."""
         decoded = self._command_codec.decode(data)
         values = self._command_codec.values(decoded)
         brakes = decoded.names == self._actuated and len(values) == len(self._actuated) and all(map(isnan, values))
@@ -151,7 +151,7 @@ class MessageDecoder:
         return True
 
     def _on_diagnostics(self, data: bytes) -> bool:
-        """Add what diagnostics report of the controller, of commands refused since the last message, and of a stop."""
+        """Add what diagnostics report of controller, newly refused commands, and a stop."""
         message: DiagnosticArray = messages.deserialize(data, DiagnosticArray)
         for status in cast(Sequence[DiagnosticStatus], message.status):
             if status.name == self._source:
@@ -160,7 +160,7 @@ class MessageDecoder:
         return True
 
     def _add_diagnostics(self, stamp: int, values: Mapping[str, str]) -> None:
-        """Add to the timelines of controller, emergency stop and commands what the plant's diagnostics report."""
+        """Add diagnostics to the timelines of controller, emergency stop and commands."""
         add = self._recorder.add_timeline_state
         add(states.CONTROLLER, "answers", stamp, "silent" if "warning: commands" in values else "answers")
         add(states.STOP, "released", stamp, "pressed" if "warning: brakes" in values else "released")

@@ -1,4 +1,4 @@
-"""The files of a recorder: opened at the start of a run, or to resume after another recorder's failure."""
+"""The files of a recorder: opened at the start, or to resume after another recorder's failure."""
 
 import json
 import time
@@ -56,12 +56,15 @@ class Outputs:
         self.resume_after = [step * scene.period_ns for step in steps]
 
     def report_resets(self, report: Callable[[], object]) -> None:
-        """Report each reset at once: a successor must not mistake the run after it for the one before it."""
+        """Report each reset at once: a successor must not confuse the runs before and after it."""
         if self.recorder:
             self.recorder.on_reset = report
 
     def progress(self) -> dict[str, int]:
-        """Return what is on the disk: last steps of recording and bag, numbers of steps, lost commands and resets."""
+        """Return what is on the disk: last steps of recording and bag, and three counts.
+
+        The counts are of steps, lost commands and resets.
+        """
         step, recorded = (self.recorder.last_step, self.recorder.recorded) if self.recorder else (0, 0)
         lost_commands = self.recorder.lost_commands if self.recorder else 0
         last_bag_step, resets = self._bag.last_step if self._bag else 0, max(output.resets for output in self.files)

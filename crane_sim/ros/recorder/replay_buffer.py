@@ -1,4 +1,4 @@
-"""Replay buffer of a standby recorder: the newest messages, replayed when it resumes after another one's failure."""
+"""Replay buffer of a standby recorder: the newest messages, replayed when it takes over."""
 
 import time
 from collections import deque
@@ -80,7 +80,7 @@ class ReplayBuffer:
             self._drop()
 
     def _count_reset(self, stamp: int) -> None:
-        """Count a reset where a state has a smaller stamp than the one before it: they arrive in order."""
+        """Count a reset where a state has a smaller stamp than the last: they arrive in order."""
         self._resets += stamp < self._stamp
         self._stamp = stamp
 
@@ -102,5 +102,5 @@ class ReplayBuffer:
 
 
 def _stamp_in_run(message: _Message) -> int:
-    """Return the stamp [ns] of the state that a message belongs to, by its own stamp or by when it came."""
+    """Return the stamp [ns] of a message's state, by its own stamp or by when it came."""
     return (stamp_of(message.data) if message.name in _STAMPED else 0) or message.state

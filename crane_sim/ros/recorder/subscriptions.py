@@ -81,7 +81,7 @@ def topics(node: Node) -> dict[str, Topic]:
 
 
 class RecorderSubscriptions:
-    """The subscriptions of a recorder, whose messages are dispatched to all callbacks of their topics.
+    """The subscriptions of a recorder; messages are dispatched to all callbacks of their topics.
 
     Attributes:
         over: the plant has published the end of the run.
@@ -100,7 +100,7 @@ class RecorderSubscriptions:
                 self._subscriptions[name] = PolledSubscription(node, name, _fan_out(callbacks))
 
     def dispatch(self) -> None:
-        """Dispatch the messages that had come by the last call, in the order in which they were sent.
+        """Dispatch the messages that had come by the last call, in the order of sending.
 
         Later ones stay pending: a message that was sent before them may still be on its way on another topic.
         """
@@ -114,12 +114,12 @@ class RecorderSubscriptions:
             message.callback(message.data)
 
     def missing(self, sensed: bool) -> str:
-        """Return one line on the peer still missing, empty when the plant is there, of a crane with sensors or not."""
+        """Return a line on the missing peer, empty where the plant is there, sensed or not."""
         needed = ("joint_states", "applied_effort", *(["true_states"] if sensed else []))
         return next(filter(None, (self._subscriptions[name].missing() for name in needed)), "")
 
     def refused(self) -> Counter[str]:
-        """Return the numbers of messages refused: of other nodes than the topic's own, or that do not fit."""
+        """Return the numbers of messages refused: of other nodes, or that do not fit."""
         return sum((each.refused() for each in self._subscriptions.values()), Counter[str]())
 
     def _on_simulation_state(self, data: bytes) -> None:
@@ -131,7 +131,9 @@ class RecorderSubscriptions:
 
 
 class PolledSubscription:
-    """A subscription that no executor serves; of topics that one node publishes only its messages are taken.
+    """A subscription that no executor serves.
+
+    Of topics that one node publishes only its messages are taken.
 
     Attributes:
         topic: its name with the namespace.
@@ -152,7 +154,7 @@ class PolledSubscription:
         self._misfits = Counter[str]()
 
     def missing(self) -> str:
-        """Return one line where the publisher is missing, or is not known by its name yet; empty where it is there."""
+        """Return a line where the publisher is missing or not known by its name yet; else empty."""
         there = self._subscription.count_publishers() and (self._filter is None or self._filter.has_source)
         return "" if there else f"a publisher of {self.topic}"
 
@@ -176,7 +178,10 @@ class PolledSubscription:
         return self._filter.accepts(message.sender)
 
     def _pass(self, message: MessageWithSender, received: float, now: float) -> Iterator[_Message]:
-        """Yield a message that counts; keep one whose publisher has no name yet until the name must have come."""
+        """Yield a message that counts; keep one whose publisher has no name yet.
+
+        It is kept until the name must have come.
+        """
         accepted = self._accepts(message)
         if accepted is None and now - received < messages.LIVELINESS_LEASE:
             self._unknown.append((received, message))
