@@ -1,4 +1,4 @@
-"""URDF joints of an overhead crane's cable, in the scene's coordinates, so that joint states determine its pose.
+"""URDF joints of an overhead crane's cable, in the scene's coordinates: joint states place it.
 
 - Angles are absolute in the model, while a URDF joint is relative to its parent: the frame of every node is kept
   level by a joint `level_k` that mimics the link's angle with the multiplier -1.
@@ -49,7 +49,7 @@ class SuspendedCable(NamedTuple):
 
 
 def add_cable(robot: Robot, joints: Sequence[str], cable: SuspendedCable, box: BoundingBox) -> None:
-    """Add the joints between `trolley_link` (or `base_link`) and the end links, which the caller adds."""
+    """Add the joints from `trolley_link` (or `base_link`) to the end links, added by the caller."""
     hoisted = "hoist" in joints
     if "node_1_x" in joints:
         _add_free_nodes(robot, joints, cable)
@@ -102,7 +102,9 @@ def add_vector_links(
     first: int = 1,
     last: str = "payload_link",
 ) -> None:
-    """Add the cable's links by the components of their unit vectors, as number `first` and on, from `parent` to `last`.
+    """Add links of the cable, by their unit vectors' components, from `parent` to `last`.
+
+    Their numbers begin with `first`.
 
     With a hoist the vector of the first link is a product of coordinates, its length and its unit vector, which a URDF
     cannot express. The hoist then moves the link's lower end straight down, exact where the first link is vertical.

@@ -1,4 +1,4 @@
-"""The URDF of cranes whose load hangs on falls: the support, and the load, which moves freely in the base.
+"""The URDF of cranes with a load on falls: the support, and the load, which moves freely.
 
 Of a gantry, a portal that travels with a trolley on it, the origin of `base_link` is the trolley's rail, where
 `trolley` and `bridge` are zero. Other supports are those of cranes with a rope. The falls are no joints: their
@@ -84,7 +84,7 @@ def add_load(robot: Robot, crane: FallsCrane) -> None:
 
 
 def slab_below(crane: FallsCrane) -> Shape | None:
-    """Return the flat load of concrete over the points that touch a surface, None where that would be no flat one.
+    """Return the flat concrete load over the points that touch a surface, None if not flat.
 
     The moments of a slab with its hook block high above it are those of a box much higher than it is.
     """
@@ -118,7 +118,7 @@ def _sling(start: Array, end: Array) -> Shape:
 
 
 def container_edges(edges: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Return the edges [m] of the ISO container that a box lies within a sixth of, otherwise the box's."""
+    """Return an ISO container's edges [m] if a box is within a sixth of them, else the box's."""
     for length in LENGTHS:
         sizes = (WIDTH, length, HEIGHT)
         if all(abs(edge - size) < size / 6.0 for edge, size in zip(edges, sizes, strict=True)):
@@ -127,7 +127,7 @@ def container_edges(edges: tuple[float, float, float]) -> tuple[float, float, fl
 
 
 def spreader_visual(load: RigidLoad, falls: Falls) -> list[Shape]:
-    """Return a box of even density with the load's moments, or the container it is, and what the falls hold it by.
+    """Return a box of even density with the load's moments, or a container, and what holds it.
 
     That is a spreader, or where the falls' ends are in a line a lug below each; what is long hangs so as a boat does.
     """
@@ -149,7 +149,10 @@ def in_line(points: Array) -> bool:
 
 
 def _boat(edges: tuple[float, float, float], falls: Falls) -> list[Shape]:
-    """Return a hull, narrower at both ends and below, and a canopy, which fill a box with these edges [m]; and lugs."""
+    """Return hull, canopy and lugs that fill a box with these edges [m].
+
+    The hull is narrower at both ends and below.
+    """
     x, y, z = edges
     parts = [(0.7, 1.0, 0.4, -0.05), (1.0, 0.55, 0.35, -0.025), (0.8, 0.6, 0.3, -0.35)]
     hull = [Shape((a * x, b * y, c * z), (0.0, 0.0, at * z), RED) for a, b, c, at in parts]
@@ -173,7 +176,7 @@ STAYED = (0.45, 0.93)  # of the boom's length: where its forestays are fixed
 
 
 class Portal(NamedTuple):
-    """Sizes [m] of the structure, x along the trolley's rail, z from it; the rail is between two girders."""
+    """Sizes [m] of the structure; x along the rail, which is between two girders, z from it."""
 
     ends: tuple[float, float]  # x, of the girders
     legs: tuple[float, float]  # x, of the pairs of legs
@@ -193,7 +196,7 @@ class Portal(NamedTuple):
 
     @property
     def boom(self) -> tuple[float, float] | None:
-        """Where the boom begins and ends, x [m]; None where neither side is longer than the legs are apart."""
+        """Where the boom begins and ends, x [m]; None if no side is longer than the legs' span."""
         (left, right), (near, far) = self.ends, self.legs
         if max(near - left, right - far) <= far - near:
             return None
@@ -206,13 +209,13 @@ class Portal(NamedTuple):
 
 
 def depth_of(scene: Scene) -> float:
-    """Return the depth [m] of the drawn ground below the trolley's rail: a contact's surface, else below all."""
+    """Return the drawn ground's depth [m] below the rail: a contact's surface, else below all."""
     surface = contact_height(scene)
     return -surface if surface is not None else 1.2 * hung_length(scene)
 
 
 def portal_of(scene: Scene) -> Portal:
-    """Return the structure of a scene's gantry: between its legs, and over all that the trolley reaches."""
+    """Return a gantry's structure: between its legs, and over all that the trolley reaches."""
     file = scene.file
     assert isinstance(file, GantryGroups)
     depth, limits = depth_of(scene), scene.model.support.structure.trolley.limits
@@ -247,7 +250,10 @@ def _leg(x: float, y: float, portal: Portal) -> list[Shape]:
 
 
 def _frame(portal: Portal) -> list[Shape]:
-    """Return the beams between the legs: along the quay low down and above the girders, across it in the middle."""
+    """Return the beams between the legs.
+
+    They run along the quay low down and above the girders, and across it in the middle.
+    """
     unit, (near, far), width = portal.unit, portal.legs, 2.0 * portal.half_span
     shapes = [
         Shape((unit, width, unit), (x, 0.0, z), GREY)
@@ -261,7 +267,10 @@ def _frame(portal: Portal) -> list[Shape]:
 
 
 def _mast(portal: Portal, root: float, tip: float) -> list[Shape]:
-    """Return the mast above the legs where the boom begins, its stays, and the machinery house at the other end."""
+    """Return the mast above the legs at the boom's start, its stays, and the machinery house.
+
+    The house is at the other end.
+    """
     unit, (near, far) = portal.unit, portal.legs
     other, out = (far if root == near else near), 1.0 if tip > root else -1.0
     apex, beam = (root, portal.top), 1.0 + 0.8 * unit

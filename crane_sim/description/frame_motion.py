@@ -1,4 +1,4 @@
-"""Motions of a crane's frames in the world: pose, velocity and angular velocity, along the tree of its URDF.
+"""Motions of a crane's frames in the world, along its URDF: pose, velocity, angular velocity.
 
 A child frame at the offset d in a parent frame with rotation matrix R, velocity v and angular velocity w has
 
@@ -44,7 +44,7 @@ class FrameAcceleration(NamedTuple):
 def frame_motions(
     scene: Scene, tree: TransformTree, t: float, q: Sequence[float], v: Sequence[float]
 ) -> dict[str, FrameMotion]:
-    """Return the motions of all frames except `world` at time t [s], joint positions q and velocities v (nq,)."""
+    """Return all frames' motions but `world`'s at time t [s], positions q, velocities v (nq,)."""
     relative = tree.motions(q, v)
     if getattr(scene.model, "base", None) is not None:
         base = base_state(scene, t)
@@ -58,7 +58,9 @@ def frame_motions(
 def frame_accelerations(
     scene: Scene, tree: TransformTree, t: float, q: Sequence[float], v: Sequence[float], a: Sequence[float]
 ) -> dict[str, FrameAcceleration]:
-    """Return the accelerations of all frames except `world`, by central differences of velocities along the motion.
+    """Return the accelerations of all frames but `world`, by central differences of velocities.
+
+    The differences are along the motion.
 
     Args:
         scene, tree: crane, and its URDF's tree of frames.
@@ -82,12 +84,15 @@ def frame_accelerations(
 
 
 def frame_motions_in_base(tree: TransformTree, q: Sequence[float], v: Sequence[float]) -> dict[str, FrameMotion]:
-    """Return the motions of all frames relative to the base in its axes, at joint positions q, velocities v (nq,)."""
+    """Return the motions of all frames relative to the base, in its axes.
+
+    The joint positions q and velocities v are (nq,).
+    """
     return _chain_motions(tree.motions(q, v), BASE)
 
 
 def _chain_motions(relative: Sequence[RelativeMotion], root: str) -> dict[str, FrameMotion]:
-    """Return the motions, relative to the frame `root` and in its axes, of all frames below it in the tree."""
+    """Return the motions of all frames below `root`, relative to it and in its axes."""
     above = {motion.transform.child: motion for motion in relative if motion.transform.child != root}
     found = {root: FrameMotion(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3))}
 

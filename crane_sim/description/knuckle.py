@@ -53,7 +53,7 @@ def add_swing(robot: Robot, tip: str) -> None:
 
 
 def add_knuckle_boom(robot: Robot, support: Knuckle, joints: Sequence[str]) -> str:
-    """Add pedestal, tower, boom and jib; return the link at the jib's end, whose x and y axes stay horizontal."""
+    """Add pedestal, tower, boom and jib; return the jib's end link, with level x and y axes."""
     scale = _visual_scale(support)
     robot.link("base_link", _pedestal(pedestal_height(support), scale))
     tower_inertia, rod_fraction = split_rod_inertia(support)
@@ -82,7 +82,7 @@ def _visual_scale(support: Knuckle) -> float:
 
 
 def split_rod_inertia(support: Knuckle) -> tuple[float, float]:
-    """Return (remaining slew inertia of the tower [kg m²], fraction of a rod's inertia that the tower gives to it).
+    """Return (tower's remaining slew inertia [kg m²], fraction of a rod's inertia given by it).
 
     The fraction is a half, the least that a rigid body can have, or less where the tower's inertia does not suffice.
     """
@@ -102,7 +102,10 @@ def _tower_comment(support: Knuckle, tower_inertia: float) -> str:
 
 
 def _rod_body(rod: Rod, rod_fraction: float) -> Body:
-    """Return the body of a rod; without axial inertia, `rod_fraction` of its inertia about both other axes."""
+    """Return the body of a rod.
+
+    Without axial inertia it has `rod_fraction` of its inertia about both other axes.
+    """
     if rod.axial_inertia is None:
         moments = (rod_fraction * rod.inertia, rod.inertia, rod_fraction * rod.inertia)
     else:
@@ -133,7 +136,7 @@ def _tower(scale: float) -> list[Shape]:
 
 
 def _cylinders(length: float, scale: float) -> list[Shape]:
-    """Return the cylinders of boom and jib, fixed to the boom as they are at about 40 degrees of elevation."""
+    """Return boom and jib cylinders, fixed to the boom as at about 40 degrees of elevation."""
     luffing = hydraulic_cylinder((-0.12 * scale, -0.61 * scale), (0.36 * length, -0.28 * scale), 0.1 * scale)
     return luffing + hydraulic_cylinder((0.5 * length, -0.22 * scale), (0.97 * length, -0.3 * scale), 0.07 * scale)
 

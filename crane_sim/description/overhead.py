@@ -1,4 +1,4 @@
-"""The URDF of an overhead crane: a trolley below a rail along x, with a bridge on runways along y, and a cable.
+"""The URDF of an overhead crane: a trolley below a rail along x, a bridge along y, and a cable.
 
 `base_link` has its origin on the rail's line, at the height of the cable's upper end. Frames `node_1` .. `node_<N-1>`
 and `payload_link` are the nodes of the cable. All masses are point masses, those of the scene; only the cable's links
@@ -58,7 +58,7 @@ def _add_nodes(robot: Robot, cable: SuspendedCable, box: BoundingBox) -> None:
 
 
 def _axis_body(group: AxisGroup | None) -> Body | None:
-    """Return the body of trolley or bridge; None without a mass, which only an axis driven by force needs."""
+    """Return the body of trolley or bridge; None without a mass, which only force drives need."""
     mass = group.mass if group is not None else None
     return point_mass(mass) if mass else None
 
@@ -67,12 +67,12 @@ LOAD_DENSITY, NODE_DENSITY = 2400.0, 7800.0  # kg/m³, of concrete and of steel
 
 
 def base(box: BoundingBox) -> list[Shape]:
-    """Return the fixed structure: a beam on two trestles or, below a bridge, two runways on four columns."""
+    """Return the fixed structure: a beam on trestles or, below a bridge, runways on columns."""
     return _runways(box) if box.spatial else _portal(box)
 
 
 def bridge(box: BoundingBox) -> list[Shape]:
-    """Return the girder along x that carries the trolley, with an end carriage on either runway, at y = 0."""
+    """Return the girder along x that carries the trolley, with its end carriages, at y = 0."""
     unit = box.unit
     left, right = box.rail(0)
     shapes = _girder(left - 0.3 * unit, right + 0.3 * unit, unit)
@@ -82,7 +82,10 @@ def bridge(box: BoundingBox) -> list[Shape]:
 
 
 def trolley(box: BoundingBox) -> list[Shape]:
-    """Return a sheave where the cable begins, two side plates, four wheels on the beam's lower flange, a base plate."""
+    """Return the trolley: a sheave where the cable begins, side plates, wheels, a base plate.
+
+    The four wheels are on the beam's lower flange.
+    """
     unit = box.unit
     shapes = [Shape((0.13 * unit, 0.3 * unit), ORIGIN, STEEL, RPY_ALONG_Y)]
     for side in (1.0, -1.0):
@@ -93,7 +96,7 @@ def trolley(box: BoundingBox) -> list[Shape]:
 
 
 def payload_edge(mass: float, box: BoundingBox) -> float:
-    """Return the edge [m] of the payload: that of a concrete cube, clamped to 4.5 to 13 % of the depth."""
+    """Return the payload's edge [m]: a concrete cube's, within 4.5 to 13 % of the depth."""
     return min(max(cbrt(mass / LOAD_DENSITY), 0.045 * box.depth), 0.13 * box.depth)
 
 
@@ -103,7 +106,7 @@ def payload(mass: float, box: BoundingBox) -> list[Shape]:
 
 
 def node_radius(mass: float, link: float, box: BoundingBox) -> float:
-    """Return the radius [m] of a node's ball below a link [m]: that of a steel ball, clamped so that it can be seen."""
+    """Return the radius [m] of a node's ball below a link [m]: a steel ball's, kept visible."""
     return min(max(cbrt(0.75 * mass / (3.1416 * NODE_DENSITY)), 0.008 * box.depth), 0.02 * box.depth, 0.3 * link)
 
 

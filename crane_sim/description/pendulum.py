@@ -1,4 +1,4 @@
-"""The URDF of a payload below a driven suspension point: three sliding joints, and the rope's direction.
+"""The URDF of a payload below a driven suspension point: sliding joints, the rope's direction.
 
 `base_link` is the frame of the base. The suspension point is drawn as the head of a boom that the model does not have:
 it has no mass, since its motion is given.

@@ -1,4 +1,4 @@
-"""Elements of a URDF document: links with visuals and inertias, the joints between them, and their limits."""
+"""Elements of a URDF document: links with visuals and inertias, joints, and their limits."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ NONNEGATIVE_JOINTS = ("rope", "hoist")  # joints that are never below zero
 
 
 class Robot:
-    """A URDF document that grows; a link that only joints name is a frame without solids and mass."""
+    """A URDF document that grows; a link that only joints name has no solids and no mass."""
 
     def __init__(self, name: str, comments: Iterable[str]) -> None:
         """Begin with comments."""
@@ -72,7 +72,7 @@ class Robot:
         mimic: str = "",
         multiplier: float = -1.0,
     ) -> None:
-        """Add a revolute joint about an axis, which may mimic another one's position by a multiplier."""
+        """Add a revolute joint about an axis; it may mimic another's position by a multiplier."""
         self._mimic(self._joint("revolute", name, parent, child, at, axis), mimic, multiplier)
 
     def slide(
@@ -86,7 +86,7 @@ class Robot:
         mimic: str = "",
         multiplier: float = -1.0,
     ) -> None:
-        """Add a prismatic joint along an axis; `limits` [m] are those that follow from the geometry."""
+        """Add a prismatic joint along an axis; `limits` [m] are those of the geometry."""
         joint = self._joint("prismatic", name, parent, child, at, axis)
         if limits is not None:
             _limit(joint, limits, inf, inf)
@@ -99,7 +99,7 @@ class Robot:
         return f"{name}_link"
 
     def finish(self, scene: Scene) -> str:
-        """Return the document, with the scene's limits for all joints that have none, and all links."""
+        """Return the document with all links, and the scene's limits for joints without any."""
         for joint in self._root.findall("joint"):
             if joint.get("type") != "fixed" and joint.find("limit") is None:
                 _add_limit(joint, scene)
@@ -136,7 +136,10 @@ def _add_solid(geometry: ElementTree.Element, size: Sequence[float]) -> None:
 
 
 def _add_limit(joint: ElementTree.Element, scene: Scene) -> None:
-    """Add what the scene limits: the `limits` of a joint's group, and its actuator's; without ends it is continuous."""
+    """Add a joint's limits: the `limits` of its group in the scene, and its actuator's.
+
+    A revolute joint without ends is continuous.
+    """
     name = joint.attrib["name"]
     low = 0.0 if name in NONNEGATIVE_JOINTS else -inf
     ends = next(((span.low, span.high) for span in scene.limits if span.joint == name), (low, inf))
@@ -157,7 +160,7 @@ def _add_limit(joint: ElementTree.Element, scene: Scene) -> None:
 
 
 def _limit(joint: ElementTree.Element, ends: tuple[float, float] | None, effort: float, velocity: float) -> None:
-    """Add a joint's limit: lower and upper end [rad or m], if any, effort [N m or N], velocity [rad/s or m/s]."""
+    """Add a joint's limit: ends [rad or m], if any, effort [N m or N], velocity [rad/s or m/s]."""
     limit = {} if ends is None else {"lower": max(ends[0], -UNBOUNDED), "upper": min(ends[1], UNBOUNDED)}
     limit |= {"effort": min(effort, UNBOUNDED), "velocity": min(velocity, UNBOUNDED)}
     ElementTree.SubElement(joint, "limit", {key: _numbers(value) for key, value in limit.items()})

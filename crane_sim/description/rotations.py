@@ -27,7 +27,9 @@ def product(a: Quaternion, b: Quaternion) -> Quaternion:
 
 
 def quaternion_of(rotation: Array) -> Quaternion:
-    """Return the unit quaternion (x, y, z, w) of a rotation matrix (3, 3), from its largest component (Shepperd 1978).
+    """Return the unit quaternion (x, y, z, w) of a rotation matrix (3, 3).
+
+    It follows from its largest component (Shepperd 1978).
 
     Every pair of components has its product among the sums and differences of the matrix's entries.
     """
@@ -46,7 +48,9 @@ def quaternion_of(rotation: Array) -> Quaternion:
 
 
 def quaternions_of(roll: Array, pitch: Array, yaw: Array) -> Array:
-    """Return the unit quaternions (K, 4), x y z w, of turns by yaw, then pitch, then roll [rad] about the turned axes.
+    """Return unit quaternions (K, 4), x y z w, of turns by yaw, then pitch, then roll [rad].
+
+    Each turn is about the turned axes.
 
     Args:
         roll: (K,) rad, about x.
@@ -62,7 +66,7 @@ def quaternions_of(roll: Array, pitch: Array, yaw: Array) -> Array:
 
 
 def rotation_matrices(quaternions: Array) -> Array:
-    """Return the rotation matrices (K, 3, 3) of quaternions (K, 4), x y z w, of any size but zero."""
+    """Return rotation matrices (K, 3, 3) of non-zero quaternions (K, 4), x y z w, of any size."""
     n, w = quaternions[:, :3], quaternions[:, 3, None, None]
     zero = np.zeros(len(n))
     x, y, z = n.T

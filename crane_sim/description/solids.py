@@ -40,20 +40,20 @@ class Body(NamedTuple):
 
 
 def tube(start: Sequence[float], end: Sequence[float], radius: float, color: str) -> Shape:
-    """Return a solid cylinder, drawn for a tube, between two points (x, z) [m] of the plane in which a boom luffs."""
+    """Return a solid cylinder, drawn for a tube, between points (x, z) [m] of the luffing plane."""
     along = end[0] - start[0], end[1] - start[1]
     middle = (0.5 * (start[0] + end[0]), 0.0, 0.5 * (start[1] + end[1]))
     return Shape((radius, hypot(*along)), middle, color, (0.0, atan2(*along), 0.0))
 
 
 def hydraulic_cylinder(foot: Sequence[float], rod_end: Sequence[float], radius: float) -> list[Shape]:
-    """Return barrel and rod from the foot to the rod end (x, z) [m]; it hints at the drive, and is not simulated."""
+    """Return barrel and rod from foot to rod end (x, z) [m], which are drawn, not simulated."""
     barrel_end = tuple(a + 0.6 * (b - a) for a, b in zip(foot, rod_end, strict=True))
     return [tube(foot, barrel_end, radius, DARK), tube(barrel_end, rod_end, 0.55 * radius, STEEL)]
 
 
 def payload_box(edge: float) -> list[Shape]:
-    """Return a payload: a box with two bands and a lifting eye on its lid, its centre in the origin."""
+    """Return a payload: a box, centred in the origin, with two bands and an eye on its lid."""
     band = (1.02 * edge, 1.02 * edge, 0.12 * edge)
     return [
         Shape((edge, edge, edge), ORIGIN, RED),
@@ -64,5 +64,5 @@ def payload_box(edge: float) -> list[Shape]:
 
 
 def point_mass(mass: float) -> Body:
-    """Return a mass [kg] in the origin of its link, without inertia: a payload, a node of a chain or a trolley."""
+    """Return a mass [kg] without inertia in its link's origin: payload, chain node or trolley."""
     return Body(mass, ORIGIN, ORIGIN)

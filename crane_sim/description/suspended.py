@@ -1,4 +1,4 @@
-"""The URDF of cranes with a suspended cable: the support, rope and swing, further links, the payload.
+"""The URDF of cranes with a suspended cable: support, rope, swing, further links, payload.
 
 The support's part is that of cranes with falls as well.
 
@@ -67,7 +67,7 @@ def crane_size(scene: Scene) -> float:
 
 
 def hung_length(scene: Scene) -> float:
-    """Return the length [m] of what hangs: of rope and further links, or of falls and the load below them."""
+    """Return the length [m] of what hangs: rope and further links, or falls and their load."""
     falls = getattr(scene.model, "falls", None)
     if falls is None:
         return float(np.sum(scene.model.cable.lengths))
@@ -75,7 +75,7 @@ def hung_length(scene: Scene) -> float:
 
 
 def contact_height(scene: Scene) -> float | None:
-    """Return the height [m] of the surface that a load can be set down on, None where a crane has none."""
+    """Return the height [m] of the surface that can bear a load, None for cranes without one."""
     contact = getattr(scene.model, "contact", None)
     if contact is None:
         return None
@@ -83,7 +83,7 @@ def contact_height(scene: Scene) -> float | None:
 
 
 def ground_height(scene: Scene) -> float:
-    """Return the height [m] of the drawn ground, below all that hangs: a contact's surface, if there is one."""
+    """Return the height [m] of the drawn ground, below all: a contact's surface, if any."""
     if (surface := contact_height(scene)) is not None:
         return surface
     length = hung_length(scene)
@@ -105,7 +105,7 @@ def add_suspended_crane(robot: Robot, scene: Scene) -> None:
 
 
 def add_support(robot: Robot, scene: Scene) -> str:
-    """Add links and joints of a scene's support; return the link at its tip, whose axes are level."""
+    """Add a support's links and joints; return the link at its tip, whose axes are level."""
     support, size = scene.model.support.structure, crane_size(scene)
     bends, rigid = support if isinstance(support, FlexibleSupport) else None, rigid_support(support)
     if isinstance(support, SwayingTower):
@@ -135,7 +135,10 @@ def _add_rigging(robot: Robot, crane: SuspendedCrane, joints: Sequence[str], siz
 
 
 def add_nodes(robot: Robot, crane: SuspendedCrane, unit: float) -> tuple[tuple[float, ...], str]:
-    """Add the nodes between the links, hook blocks of some size [m]; return all masses, and where the payload hangs."""
+    """Add the nodes between the links; return all masses, and the link where the payload hangs.
+
+    The nodes are hook blocks of the size `unit` [m].
+    """
     masses = (*crane.cable.masses[:-1].tolist(), crane.load.mass)
     for k, mass in enumerate(masses[:-1], start=1):
         robot.link(f"node_{k}", hook_block(unit), point_mass(mass))
@@ -158,7 +161,7 @@ def add_payload(robot: Robot, crane: SuspendedCrane, last: str, size: float) -> 
 
 
 def add_drives(robot: Robot, scene: Scene) -> None:
-    """Add the positions of drives with play, reflected to their joints, as links that nothing hangs on."""
+    """Add positions of drives with play, reflected to their joints, as links without children."""
     units = dict(zip(scene.joint_names, scene.joint_units, strict=True))
     for name in (name for name in scene.joint_names if "_drive_" in name):
         add = robot.slide if units[name] == "m" else robot.turn
@@ -199,7 +202,10 @@ def _foot(unit: float, ground: float) -> Shape:
 
 
 def _add_tower(robot: Robot, support: TowerCrane, bends: FlexibleSupport | None, size: float, ground: float) -> str:
-    """Add mast, jib and trolley; return the link where the rope begins. `bends`: what bends, None of a rigid crane."""
+    """Add mast, jib and trolley; return the link where the rope begins.
+
+    `bends`: what bends, None of a rigid crane.
+    """
     unit, inertia = 0.02 * size, getattr(support.slew, "inertia", 0.0)
     mast = Shape((1.6 * unit, 1.6 * unit, -ground), (0.0, 0.0, 0.5 * ground), YELLOW)
     robot.link("base_link", [mast, _foot(unit, ground)])
@@ -219,7 +225,10 @@ def _add_jib_trolley(robot: Robot, jib: str, mass: float, unit: float) -> str:
 
 
 def _add_swaying_tower(robot: Robot, tower: SwayingTower, size: float, ground: float) -> str:
-    """Add the mast on its universal joint, jib and trolley; return the link where the rope begins, in level axes."""
+    """Add mast, on a universal joint, jib and trolley; return the link where the rope begins.
+
+    Its axes are level.
+    """
     unit, h, masses, places = 0.02 * size, tower.height, np.array(tower.masses), np.array(tower.places)
     below = Shape((1.6 * unit, 1.6 * unit, max(-ground - h, unit)), (0.0, 0.0, 0.5 * (ground - h)), YELLOW)
     robot.link("base_link", [_foot(unit, ground), below])
@@ -240,7 +249,7 @@ def _add_swaying_tower(robot: Robot, tower: SwayingTower, size: float, ground: f
 
 
 def _add_bent_jib(robot: Robot, bends: FlexibleSupport, size: float, unit: float) -> str:
-    """Add counter-jib, jib and trolley; return the link where the rope begins, whose axes are level."""
+    """Add counter-jib, jib and trolley; return the link where the rope begins, in level axes."""
     section, rod = bends.inner.base_section, bends.outer.base_section
     counter = [_truss(-COUNTER_JIB * size, 0.0, unit), *_tower_head(size, unit)]
     robot.link("slew_link", counter, Body(section.mass, (section.centre, 0.0, 0.0), ORIGIN))
@@ -265,7 +274,7 @@ def _add_bending(robot: Robot, bends: FlexibleSupport, parent: str, child: str) 
 
 
 def _level_bending(robot: Robot, bends: FlexibleSupport, parent: str) -> str:
-    """Return the link of the parent's origin that bending in the structure's plane does not turn."""
+    """Return the link of the parent's origin that bending in the structure's plane leaves level."""
     if bends.vertical is None:
         return parent
     robot.turn("level_deflection", parent, "level_link", RIGHT, mimic="vertical_deflection")
@@ -315,7 +324,7 @@ def _add_bridge(robot: Robot, support: Bridge, scene: Scene, size: float) -> str
 
 
 def _runway(scene: Scene, ends: tuple[float, float], unit: float, ground: float) -> list[Shape]:
-    """Return the two beams that a bridge runs on, below the `ends` [m] of its girder, each on two columns."""
+    """Return two beams for a bridge, below the `ends` [m] of its girder, each on two columns."""
     places = axis_positions(scene, "bridge")
     low, high = min(places) - 8.0 * unit, max(places) + 8.0 * unit
     top = -0.3 * unit
@@ -329,7 +338,7 @@ def _runway(scene: Scene, ends: tuple[float, float], unit: float, ground: float)
 
 
 def _add_boom(robot: Robot, support: TelescopicBoom, bends: FlexibleSupport | None, size: float, length: float) -> str:
-    """Add carrier, superstructure and boom; return the link at the boom's tip, whose axes are level."""
+    """Add carrier, superstructure and boom; return the boom's tip link, with level axes."""
     unit, parts, (ahead, above) = 0.02 * size, support.superstructure, support.superstructure.foot
     first, second, foot = support.base_section, support.telescope, (ahead, 0.0, above)
     robot.link("base_link", _carrier(size, unit))
@@ -364,7 +373,10 @@ def _add_bent_boom(robot: Robot, bends: FlexibleSupport, foot: tuple[float, floa
 
 
 def _luffing_cylinder(length: float, foot: tuple[float, float], unit: float) -> list[Shape]:
-    """Return the cylinder below a boom, fixed to it as it is at 60 degrees of elevation; `foot` (x, z) of the boom."""
+    """Return the cylinder below a boom, fixed as at 60 degrees of elevation.
+
+    `foot` is the boom's, (x, z).
+    """
     ahead, below = 1.4 * unit - foot[0], -0.4 * unit - foot[1]
     x, z = 0.5 * ahead + 0.866 * below, -0.866 * ahead + 0.5 * below
     return hydraulic_cylinder((x, z), (min(0.5 * length, 9.0 * unit), -0.7 * unit), 0.4 * unit)

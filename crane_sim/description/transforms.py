@@ -1,4 +1,4 @@
-"""Transforms between the frames of a crane, from its URDF and its joint positions: what a tree of transforms holds.
+"""Transforms between a crane's frames, from its URDF and joint positions, as a tree holds them.
 
 Those of fixed joints never change. The others are one for each joint that moves, `world` to `base_link` where the base
 moves, and the payload's turn where its attitude is part of the state: no joint of a URDF can be a quaternion.
@@ -61,7 +61,7 @@ class MovingJoint(NamedTuple):
         return Transform(self.parent, self.child, self.origin, (s * a, s * b, s * c, cos(0.5 * position)))
 
     def motion(self, q: Sequence[float], v: Sequence[float]) -> RelativeMotion:
-        """Return the child's frame and its velocities at the scene's joint positions and rates (nq,)."""
+        """Return the child's frame and its velocities at the scene's positions and rates (nq,)."""
         rate, rest = self.multiplier * v[self.source] * np.array(self.axis), np.zeros(3)
         return RelativeMotion(self.transform(q), *((rate, rest) if self.slides else (rest, rate)))
 
@@ -89,7 +89,7 @@ class TransformTree:
                 self.fixed.append(Transform(parent, child, origin))
 
     def moving(self, q: Sequence[float]) -> list[Transform]:
-        """Return the transforms of all that moves in the base, at joint positions q (nq,) [m or rad]."""
+        """Return the transforms of all that moves in the base, at positions q (nq,) [m or rad]."""
         transforms = [joint.transform(q) for joint in self._moving]
         if self._turned is not None:
             w, x, y, z = (q[i] for i in self._attitude)
@@ -98,7 +98,7 @@ class TransformTree:
         return transforms
 
     def motions(self, q: Sequence[float], v: Sequence[float]) -> list[RelativeMotion]:
-        """Return all frames in the base and their velocities, at joint positions q and rates v (nq,)."""
+        """Return all frames in the base and their velocities, at positions q, rates v (nq,)."""
         rest = np.zeros(3)
         motions = [RelativeMotion(transform, rest, rest) for transform in self.fixed]
         motions += [joint.motion(q, v) for joint in self._moving]
@@ -111,7 +111,10 @@ class TransformTree:
 
 
 def payload_orientation(scene: Scene, t: float, q: Sequence[float]) -> Quaternion:
-    """Return the payload's quaternion in the world at time t [s] and joint positions q (nq,); a point has no turn."""
+    """Return the payload's quaternion in the world at time t [s] and positions q (nq,).
+
+    A point has no turn.
+    """
     indices = [scene.joint_names.index(name) for name in ATTITUDE if name in scene.joint_names]
     if not indices:
         return NO_TURN

@@ -44,7 +44,7 @@ class BoundingBox(NamedTuple):
 
     @property
     def unit(self) -> float:
-        """Return the unit length of trolley and rail visuals, which must not hide a payload hoisted up to them."""
+        """Return the unit length of visuals, which must not hide a payload hoisted up to them."""
         return max(min(self.depth / 6.0, self.shortest), self.depth / 15.0)
 
     @property
@@ -58,7 +58,7 @@ class BoundingBox(NamedTuple):
         return self.low[axis] - overhang, self.high[axis] + overhang
 
     def contains(self, low: Array, high: Array) -> bool:
-        """Return whether another box lies within this one, extended by the overhang of its rails."""
+        """Return whether another box is within this one, extended by its rails' overhang."""
         overhang = RAIL_OVERHANG * self.depth
         return bool(np.all(low > np.array(self.low) - overhang) and np.all(high < np.array(self.high) + overhang))
 

@@ -1,4 +1,4 @@
-"""Tables of numbers in CSV files: a header that names the columns, and a line of numbers for every row."""
+"""Tables of numbers in CSV files: a header names the columns, each row is a line of numbers."""
 
 import csv
 from math import isfinite

@@ -40,7 +40,7 @@ def read(source: str | Path) -> dict[str, Any]:
 
 
 def read_groups(path: Path, what: str) -> dict[str, Any]:
-    """Return the groups of keys of a YAML file, which is `what` in errors; where it has no `name`, that is the file's.
+    """Return the groups of a YAML file, `what` in errors; without a `name` it is the file's.
 
     Raises:
         SceneError: it cannot be read, has a key twice, or holds something else.
@@ -74,7 +74,7 @@ def _unknown_scene(source: str) -> str:
 
 
 def _resolve_paths(document: dict[str, Any], folder: Path) -> None:
-    """Make paths of files in a scene absolute, relative to its folder: the scene is read elsewhere, too."""
+    """Make paths of files in a scene, relative to its folder, absolute: it is read elsewhere."""
     reference, control = document.get("reference"), document.get("control")
     for group in (document.get("base_motion"), reference.get("path") if isinstance(reference, dict) else None):
         if isinstance(group, dict) and isinstance(group.get("file"), str):
@@ -88,13 +88,16 @@ def _resolve_paths(document: dict[str, Any], folder: Path) -> None:
 
 
 def function_from(name: str, folder: Path) -> str:
-    """Return the name of a law or function; of FILE.py:FUNCTION with the path, relative to a folder, made absolute."""
+    """Return the name of a law or function; the path of FILE.py:FUNCTION is made absolute.
+
+    It is relative to a folder.
+    """
     file, colon, function = name.rpartition(":")
     return f"{folder / file}{colon}{function}" if file.endswith(".py") else name
 
 
 def plain_copy(value: Any, copies: dict[int, tuple[Any, Any]] | None = None) -> Any:
-    """Return a copy of groups, lists and numbers as YAML has them: NumPy's and tuples become Python's and lists.
+    """Return a copy of groups, lists and numbers as YAML has them, of Python's own types.
 
     `copies`, by identity, are (value, copy) of what was met before: what is shared stays shared. Other values stay.
     """
@@ -136,7 +139,7 @@ def set_value(document: dict[str, Any], key: str, value: Any) -> None:
 
 
 def with_values(document: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the document with other values by dotted key; groups without changes are shared with it.
+    """Return the document with other values by dotted key; unchanged groups are shared with it.
 
     Raises:
         SceneError: as of `set_value`.
@@ -179,7 +182,7 @@ def without_nulls(group: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def nominal(document: dict[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the document of the law's nominal scene: the scene without its law, with `nominal` merged over it."""
+    """Return the document of the law's nominal scene: without its law, with `nominal` merged in."""
 
     def merge(base: Any, over: Any) -> Any:
         if not (isinstance(base, dict) and isinstance(over, dict)):

@@ -36,11 +36,11 @@ class RenameWarning(FutureWarning):
 
 
 class SceneError(ValueError):
-    """A scene that cannot be used; the message is one line that names the key, its value and what is possible."""
+    """A scene that cannot be used; the message is one line with key, value and what is possible."""
 
 
 def unknown_key(key: str, known: Iterable[str], what: str = "key", of: str = "") -> str:
-    """Return a line on an unknown key, or other `what`, `of` something, with the nearest known one."""
+    """Return a line on an unknown key, or other `what`, `of` something, with the nearest one."""
     names = list(known)
     line = f"unknown {what} {shorten(key)}{' ' * bool(of)}{of}"
     return f"{line}{did_you_mean(key, names)} (known: {', '.join(names)})"
@@ -52,7 +52,7 @@ def nearest(word: str, words: Iterable[Any]) -> str | None:
 
 
 def did_you_mean(word: str, words: Iterable[str]) -> str:
-    """Return ", did you mean ...?" with the nearest of the words; an empty text without a near one."""
+    """Return ", did you mean ...?" with the nearest of the words, or an empty text without one."""
     suggestion = nearest(word, words)
     return f", did you mean {suggestion!r}?" if suggestion else ""
 
@@ -68,7 +68,7 @@ def missing_key(key: str, keys: Iterable[Any], choices: Iterable[str]) -> str:
 
 
 def foreign_path(error: ValidationError) -> tuple[str, ...]:
-    """Return where an unknown key stands, group by group, if that is the first mistake of a validation."""
+    """Return where an unknown key stands, by group, if it is a validation's first mistake."""
     first, _ = _deepest(error.errors())
     return tuple(map(str, _readable_location(first["loc"]))) if first["type"] in _FOREIGN else ()
 
@@ -118,7 +118,7 @@ def _readable_location(where: Sequence[int | str]) -> tuple[int | str, ...]:
 
 
 def _deepest(errors: Sequence[Any]) -> tuple[Any, str]:
-    """Return (first mistake, its message); of a value of several possible kinds the requirement of each.
+    """Return (first mistake, its message); of a value of several kinds each one's requirement.
 
     The nearest kind is the one with the deepest location, or whose bounds the value violates.
     """
@@ -152,7 +152,7 @@ def _at(where: Sequence[int | str], message: str, joint: str = ": ") -> str:
 
 
 def one_word(name: Any, most: int = 60) -> str:
-    """Return a name as it is, or shortened if it is longer than `most` characters or breaks the line."""
+    """Return a name as it is, or shortened if longer than `most` characters or over a line."""
     return name if isinstance(name, str) and name.isprintable() and len(name) <= most else shorten(name, most)
 
 
@@ -162,7 +162,7 @@ def join_lines(error: object) -> str:
 
 
 def shorten(value: Any, most: int = 60) -> str:
-    """Return a value as a text of at most `most` characters for a message, without the line breaks that arrays have."""
+    """Return a value as a text of at most `most` characters for a message, without line breaks."""
     try:
         text = re.sub(r"\s*\n\s*", " ", repr(value))
     except (ValueError, RecursionError) as error:  # an integer of thousands of digits; groups in groups in groups
@@ -176,7 +176,7 @@ def _cut(text: str, most: int) -> str:
 
 
 def fields_at(kind: Any, where: Sequence[int | str]) -> Sequence[str]:
-    """Return the names of the fields of the group at `where` inside `kind`; none where the file chooses its kind."""
+    """Return the names of fields of the group at `where` in `kind`, none where files choose it."""
     for part in where:
         fields = kind.model_fields if isinstance(kind, type) and issubclass(kind, BaseModel) else {}
         if isinstance(part, int):

@@ -1,4 +1,4 @@
-"""What is found by name: laws, commands and views of runs, which installed packages declare as entry points.
+"""What is found by name: laws, commands and views that installed packages declare.
 
 A layer asks for a name; which function that is, a package's `setup.py` says, this one's or one of your own. Groups:
 `crane_sim.laws` (`crane_sim.laws`), `crane_sim.commands` (of `crane`; click commands) and `crane_sim.views`
@@ -21,7 +21,7 @@ def find_extensions(group: str) -> tuple[EntryPoint, ...]:
 
 @lru_cache(maxsize=8)
 def _search(group: str, search_path: tuple[str, ...]) -> tuple[EntryPoint, ...]:
-    """Return the entry points of a group on the interpreter's search path: finding them takes milliseconds."""
+    """Return a group's entry points on the search path, cached: it takes milliseconds."""
     return tuple(entry_points(group=group))
 
 

@@ -19,7 +19,7 @@ _STARTED = time.time()  # s: a file that is older is what others have imported
 
 
 def load_function(key: str, name: str) -> Callable[..., Any]:
-    """Return the function FILE.py:FUNCTION or MODULE:FUNCTION that a file names at a key, of the source as it is now.
+    """Return the function FILE.py:FUNCTION or MODULE:FUNCTION at a key, from its present source.
 
     Raises:
         SceneError: there is no such file or function.
@@ -36,7 +36,7 @@ def load_function(key: str, name: str) -> Callable[..., Any]:
 
 
 def source_of(name: str) -> Path | None:
-    """Return the source file of a function FILE.py:FUNCTION or MODULE:FUNCTION, None where there is none."""
+    """Return the source file of FILE.py:FUNCTION or MODULE:FUNCTION, or None."""
     place = name.rpartition(":")[0]
     if not place.endswith(".py"):
         try:
@@ -48,7 +48,7 @@ def source_of(name: str) -> Path | None:
 
 
 def hash_source(name: str) -> str | None:
-    """Return the SHA-256 of the source of a function FILE.py:FUNCTION or MODULE:FUNCTION, None where there is none."""
+    """Return the SHA-256 of the source of FILE.py:FUNCTION or MODULE:FUNCTION, or None."""
     source = source_of(name)
     try:
         return None if source is None else hashlib.sha256(source.read_bytes()).hexdigest()
@@ -78,7 +78,10 @@ def _import_module(name: str, place: str) -> ModuleType:
 
 
 class _SourceLoader(SourceFileLoader):
-    """Loads a file from its source: Python's byte code is taken for that of any file of this second and size."""
+    """Loads a file from its source.
+
+    Python's byte code would be taken for that of any file of the same second and size.
+    """
 
     def get_code(self, fullname: str) -> CodeType:
         """Return the code of the file as it is now."""

@@ -45,17 +45,17 @@ PACKAGES = {
 
 
 class MissingPackage(SceneError):
-    """An optional package is not installed; the message is one line that names it and the command that installs it."""
+    """An optional package is not installed; the message is one line with the command for it."""
 
 
 def is_of_this_tree() -> bool:
-    """Return whether the script `crane` of this tree made the environment: its stamp names the tree."""
+    """Return whether the script `crane` of this tree made the environment, by its stamp."""
     made = Path(sys.prefix, "crane.stamp")
     return made.is_file() and made.read_text().splitlines()[-1] == str(config_folder().parent)
 
 
 def how_to_install(group: str, extra: str = "") -> str:
-    """Return the command that installs a group of packages; elsewhere that is pip, and the `extra` of that name."""
+    """Return the command that installs a group of packages, elsewhere by pip with an `extra`."""
     return f"./crane install {group}" if is_of_this_tree() else f"pip install 'crane_sim[{extra or group}]'"
 
 
@@ -72,7 +72,7 @@ def import_optional(module: str, purpose: str) -> Any:
 
 
 def require(module: str, purpose: str) -> None:
-    """Raise MissingPackage where the optional package of a module, which `purpose` needs, is not installed."""
+    """Raise MissingPackage where the optional package that `purpose` needs is not installed."""
     try:
         found = find_spec(module) is not None
     except ModuleNotFoundError:  # of the package of a module

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
-    """Write a file under another name of the same kind and rename it, so that it is there whole or not at all.
+    """Write a file under another name of its kind and rename it: it is there whole, or not.
 
     What a link leads to is written, with the permissions that it had; a device or a pipe as it is.
 
@@ -43,7 +43,7 @@ def write_text(path: Path, text: str) -> None:
 
 
 def write_output(option: str, file: Path, write: Callable[[Path], object]) -> None:
-    """Write the file that a command's option names as `write_whole` does, and its folder where there is none.
+    """Write the file of a command's option as `write_whole` does, and its folder where missing.
 
     Raises:
         SceneError: it cannot be written; one line with the option, the file and why.
@@ -56,5 +56,5 @@ def write_output(option: str, file: Path, write: Callable[[Path], object]) -> No
 
 
 def partial_files(path: Path) -> Iterator[Path]:
-    """Yield what processes have left that were killed while they wrote a file with `write_whole`."""
+    """Yield the files left by processes that were killed during `write_whole`."""
     return path.parent.glob(f".{path.name}.*")

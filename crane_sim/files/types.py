@@ -1,4 +1,4 @@
-"""Physical quantities as annotated types: unit conversion and range of a parameter, declared with it."""
+"""Physical quantities as annotated types, which convert units and check ranges of parameters."""
 
 import re
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, TypeAdapter
 
 @cache
 def type_adapter(kind: Any) -> TypeAdapter[Any]:
-    """Return the validator of a type: building one takes a millisecond, its use some microseconds."""
+    """Return the validator of a type, cached: building one takes a millisecond."""
     return TypeAdapter(kind)
 
 
@@ -34,7 +34,7 @@ def to_radians(value: Any) -> Any:
 
 
 def check_unitless_angle(largest: float, turn: str) -> Callable[[Any], Any]:
-    """Return a validator of angles: a number without a unit is at most `largest` [rad], `turn` in messages.
+    """Return a validator of angles: at most `largest` [rad] without a unit, `turn` in errors.
 
     A larger one is probably in degrees; text with a unit may be any angle.
     """

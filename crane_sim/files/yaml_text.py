@@ -1,4 +1,4 @@
-"""Texts in YAML, which may come from anywhere: what they expand to is bounded before it is built."""
+"""Texts in YAML from anywhere: what they expand to is bounded before it is built."""
 
 from itertools import chain
 from math import inf
@@ -18,7 +18,7 @@ DEEPEST = 100  # groups and lists in each other
 
 
 def check_regular(path: Path) -> None:
-    """Raise OSError for a path that is neither a file nor a folder: a pipe or a device may have no end."""
+    """Raise OSError for a path that is no file or folder: pipes and devices may have no end."""
     mode = path.stat().st_mode
     if not (S_ISREG(mode) or S_ISDIR(mode)):
         raise OSError("is no regular file")
@@ -37,7 +37,7 @@ def read_yaml(path: Path, several: bool = False) -> Any:
 
 
 def parse_yaml(text: str, several: bool = False) -> Any:
-    """Return the value of a YAML text; of `several` documents that it may have, the first one counts.
+    """Return the value of a YAML text; where it may have `several` documents, of the first one.
 
     Raises:
         YAML_ERRORS: it is no YAML, has a key of a group twice, or expands to too much.
@@ -64,7 +64,7 @@ class _BoundedLoader(yaml.SafeLoader):
         return node
 
     def compose_mapping_node(self, anchor: Any) -> Any:
-        """Return the node of a group as the file has it, before groups are merged into it by `<<`."""
+        """Return the node of a group as in the file, before `<<` merges groups into it."""
         node = super().compose_mapping_node(anchor)
         keys = [key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode)]
         if len(set(keys)) < len(keys):
@@ -74,7 +74,9 @@ class _BoundedLoader(yaml.SafeLoader):
 
 
 def _measure(node: Any, measured: dict[int, tuple[float, float]]) -> tuple[float, float]:
-    """Return (values, depth) of a node with its aliases expanded; `measured` has those of groups and lists, by id.
+    """Return (values, depth) of a node with its aliases expanded.
+
+    `measured` has those of groups and lists, by id.
 
     Raises:
         ConstructorError: there are too many, or it is too deep, as one that contains itself.

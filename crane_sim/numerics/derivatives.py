@@ -1,4 +1,4 @@
-"""Jacobians of functions of states, by forward mode: exact to rounding, several columns in one evaluation."""
+"""Jacobians of functions of states, by forward mode: exact to rounding, several columns at once."""
 
 from typing import Any
 
@@ -10,7 +10,10 @@ from crane_sim.tracing.derivatives import directional_derivatives as directional
 
 
 def state_and_time_jacobian(f, p, t, x, u):
-    """Return the derivatives by x, a state of n floats, (n, n), and by t (n,), of f(p, t, x, u), a state like x."""
+    """Return the derivatives by x (n, n) and by t (n,) of f(p, t, x, u), x being n floats.
+
+    f returns a state like x.
+    """
     n = dimension(x)
     seeds, out = np.empty((n + 1, DIRECTIONS)), np.empty((n, n + 1))
     for first in range(0, n + 1, DIRECTIONS):
@@ -38,7 +41,7 @@ def directions_like(x: Any, seeds: Any, first: int) -> Any:
 
 
 def write_columns(derivative, out, first, count):
-    """Write `count` directions of the derivative of a state into columns of `out` from `first` on."""
+    """Write `count` directions of a state's derivative into columns of `out` from `first` on."""
     rows = rows_of(derivative)
     for i in range(len(rows)):
         for k in range(count):
@@ -46,7 +49,7 @@ def write_columns(derivative, out, first, count):
 
 
 def rows_of(derivative: Any) -> Any:
-    """Return the derivatives of each float of a state: an array as it is, a flat tuple of arrays."""
+    """Return the derivatives of each float of a state: an array, or a flat tuple of arrays."""
     if not isinstance(derivative, tuple):
         return derivative
     return tuple([row for part in derivative for row in (rows_of(part) if isinstance(part, tuple) else (part,))])

@@ -1,4 +1,4 @@
-"""Sine and cosine of an angle, and products and sums rounded once: the same bits compiled, in Python, on any processor.
+"""Sine, cosine and fused sums with the same bits compiled, in Python, and on any processor.
 
 Sine and cosine are straight-line arithmetic, in vectors too. What processors call a fused multiply-add is asked for by
 name, and not left to the compiler; a processor without the instruction only takes longer.
@@ -18,7 +18,7 @@ _ROUND = 6755399441055744.0  # 1.5 * 2^52: adding and taking it away rounds to a
 
 
 def _reduce(angle: Any) -> Any:
-    """Return (quarters of a turn in an angle [rad], a whole number; what is left of it; the rest of that)."""
+    """Return (whole quarters of a turn in an angle [rad], what is left of it, that one's rest)."""
     k = (angle * _TWO_OVER_PI + _ROUND) - _ROUND
     first = fma(k, -_HALF_PI, angle)
     rest = k * _HALF_PI_REST
@@ -56,7 +56,9 @@ def _turn(s: Any, c: Any, quarter: Any) -> Any:
 
 
 def sincos(angle: Any) -> Any:
-    """Return (sine, cosine) of an angle [rad], within 1.2e-16 up to 1e5 rad and within an angle's own last digit above.
+    """Return (sine, cosine) of an angle [rad], within 1.2e-16 up to 1e5 rad.
+
+    Above, the error is within the angle's own last digit.
 
     Beyond 1e15 rad, where neighbouring doubles are a radian apart, what is returned means nothing.
     """
@@ -65,7 +67,7 @@ def sincos(angle: Any) -> Any:
 
 
 def _sincos_often_small(angle: Any) -> Any:
-    """Return the bits of `sincos`, with branches: small angles need not wait for their reduction. Lanes have none."""
+    """Return the bits of `sincos`, with branches, which lanes lack, for quick small angles."""
     x, y, quarter = angle, 0.0, 0
     if abs(angle) >= _SMALL:
         k, x, y = _reduce(angle)

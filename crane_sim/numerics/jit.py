@@ -48,7 +48,7 @@ def optimisation(level: Optimisation) -> Callable[[Function], Function]:
 
 
 def seldom_called(f: Function) -> Function:
-    """Mark an entry point's function that is called for a few instants of a run: code pays from the ninth call on."""
+    """Mark an entry point called for a few instants of a run: it is compiled at the ninth call."""
     f.plain_calls = 8  # type: ignore[attr-defined]
     return optimisation(NONE)(f)
 
@@ -60,7 +60,7 @@ def routine(f: Function) -> Function:
 
 
 class TypeDispatched(Protocol):
-    """A function with single dispatch: its implementation depends on the type of its first argument."""
+    """A function with single dispatch: the type of its first argument chooses the code."""
 
     def __call__(self, *args: Any) -> Any:
         """Call the implementation for these arguments."""
@@ -76,7 +76,7 @@ class TypeDispatched(Protocol):
 
 
 def generic(f: Function) -> TypeDispatched:
-    """Return a function with single dispatch on the type of its first argument, in Python and in compiled code alike.
+    """Return a function with dispatch on the type of its first argument, in Python and compiled.
 
     `f.register(Type, …)` adds the implementation for NamedTuple classes, for `tuple` (any other tuple), for `float`,
     `np.ndarray` or `type(None)` (the part is absent), as functools.singledispatch does. `f` is the default.
@@ -106,7 +106,7 @@ def generic(f: Function) -> TypeDispatched:
 
 
 class _Implementations(dict[type, Function]):
-    """Implementations by class that were looked up: singledispatch's own cache takes as long as a small function."""
+    """Implementations by class that were looked up, faster than in singledispatch's own cache."""
 
     def __init__(self, dispatch: Callable[[type], Function]) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""Many cranes side by side: trees of numbers as trees of columns, and states as columns of one buffer.
+"""Many cranes side by side: trees of numbers as columns, states as columns of one buffer.
 
 A loop over the lanes of a buffer, a `simd_range`, becomes vector instructions: one crane in each lane, with the very
 arithmetic of one crane alone.
@@ -16,7 +16,7 @@ LANES = 16
 
 
 def take_entry(columns: Any, i: int) -> Any:
-    """Return crane i: entry i of every array of a tree of columns; types of NamedTuples are kept."""
+    """Return crane i: entry i of every array of a tree of columns, in the same NamedTuples."""
     if isinstance(columns, tuple):
         return rebuilt(columns, [take_entry(part, i) for part in columns])
     return None if columns is None else _plain(columns[i])

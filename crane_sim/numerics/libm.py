@@ -45,7 +45,7 @@ def arctan(x: Array) -> Array:
 
 
 def geometric_sequence(first: float, last: float, count: int) -> Array:
-    """Return `count` numbers (count,) from the first to the last one, each the same multiple of the one before."""
+    """Return `count` numbers (count,) in a geometric series from the first to the last one."""
     sequence = exponential(10.0, np.linspace(math.log10(first), math.log10(last), count))
     sequence[0], sequence[-1] = first, last
     return sequence

@@ -7,7 +7,7 @@ from crane_sim.numerics.jit import routine
 
 @routine
 def factor_dense(a):
-    """Overwrite the matrix a (n, n) with its LU factors by partial pivoting; return the order of its rows (n,)."""
+    """Overwrite a (n, n) with its LU factors by partial pivoting; return its rows' order (n,)."""
     n = len(a)
     order = np.arange(n)
     for j in range(n):
@@ -41,7 +41,7 @@ def solve_dense(a, order, b):
 
 @routine
 def factor_band(a):
-    """Overwrite a band with its LU factors, without pivoting: for matrices that are as good as positive definite.
+    """Overwrite a band with its LU factors, without pivoting: for nearly definite matrices.
 
     Args:
         a: entry (i, j) of the matrix at a[i, width + j - i], for |j - i| <= width; (n, 2 width + 1). The diagonal

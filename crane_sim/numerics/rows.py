@@ -7,7 +7,7 @@ from crane_sim.numerics.jit import simd_range
 
 
 def elementwise(f: Callable[..., tuple[Any, ...]]) -> Callable[..., None]:
-    """Return a function (n, outputs, inputs) that fills the first n of each output row with f of those of the inputs.
+    """Return a function (n, outputs, inputs) that applies f to the first n entries of rows.
 
     f takes a float from each input, a row or a float, and returns one for each output. Rows that are written are none
     of those that are read.

@@ -1,4 +1,4 @@
-"""Eight stages of a step side by side: a row of a buffer holds one entry of the state at all of them, a stage a lane.
+"""Eight stages of a step side by side: a row per entry of the state, a lane per stage.
 
 Sums have an order of their own: that in which vectors of the processor add them up.
 """
@@ -27,21 +27,24 @@ def _fold(values: Any) -> float:
 
 
 def mix_stages(matrix: Any, source: Any, i: int, to: Any, k: int, scale: float) -> None:
-    """Write scale M s into row k of `to`, s being row i of `source`; `matrix` (8, 8) has the columns of M as rows."""
+    """Write scale M s into row k of `to`, s being row i of `source`; `matrix` (8, 8) is Mᵀ."""
     row = source[i]
     for j in simd_range(STAGES):
         to[k, j] = scale * _mix(matrix, row, j)
 
 
 def reach_stages(matrix: Any, source: Any, i: int, to: Any, k: int, path: tuple[float, float, float, Any]) -> None:
-    """Write x + nodes move + scale M s into row k of `to`, path = (x, move, scale, nodes (8,)), see `mix_stages`."""
+    """Write x + nodes move + scale M s into row k of `to`, see `mix_stages`.
+
+    path = (x, move, scale, nodes (8,)).
+    """
     (x, move, scale, nodes), row = path, source[i]
     for j in simd_range(STAGES):
         to[k, j] = fma(scale, _mix(matrix, row, j), fma(nodes[j], move, x))
 
 
 def take_row(source: Any, to: Any, i: int) -> float:
-    """Copy the stages of row i from `source` to `to`; return the sum of the squares of what changes there."""
+    """Copy the stages of row i from `source` to `to`; return the sum of the squared changes."""
     squares = local_array((STAGES,))
     for j in simd_range(STAGES):
         change = source[i, j] - to[i, j]

@@ -1,4 +1,4 @@
-"""Arithmetic on states: floats, arrays of floats, and tuples of states nested to any depth, which are in registers.
+"""Arithmetic on states in registers: floats, arrays of floats, and nested tuples of states.
 
 A structural zero of a tableau is None and costs no arithmetic. Sums run left to right over the stages and meet the
 state last.
@@ -44,7 +44,10 @@ def add_scaled(x: State, a: float, y: State) -> State:
 
 
 def weighted_sum(h: float, row: tuple[float | None, ...], ks: tuple[State, ...]) -> State:
-    """Return the sum of h row[j] ks[j] over the entries of `row` that are not None (at least one is not)."""
+    """Return the sum of h row[j] ks[j] over the entries of `row` that are not None.
+
+    At least one is not None.
+    """
     terms = [(h * a, k) for a, k in zip(row, ks, strict=True) if a is not None]
     total = scale(*terms[0])
     for a, k in terms[1:]:
@@ -53,7 +56,7 @@ def weighted_sum(h: float, row: tuple[float | None, ...], ks: tuple[State, ...])
 
 
 def add_weighted(x: State, h: float, row: tuple[float | None, ...], ks: Any, out: State) -> State:
-    """Return x + the sum of `weighted_sum`; an array as `out`, which is filled; its ks are rows of a scratch."""
+    """Return x + the sum of `weighted_sum`; of an array in `out`, from ks in rows of a scratch."""
     if isinstance(x, np.ndarray):
         move_rows(x, h, dense(row), ks.rows, out)
         return out

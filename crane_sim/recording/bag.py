@@ -1,4 +1,4 @@
-"""Reader of bags of `crane run --mcap`: the scene from the metadata, the control steps from the messages."""
+"""Reader of bags of `crane run --mcap`: the scene from the metadata, steps from the messages."""
 
 from __future__ import annotations
 
@@ -37,7 +37,9 @@ class BagSteps(NamedTuple):
 
 
 def read_bag_run(path: Path) -> RecordedRun:
-    """Return the run in a bag as its recording would have it, but for events and metrics, which no message has.
+    """Return the run in a bag, as its recording would have it, but for events and metrics.
+
+    No message has these.
 
     Of one that is cut or damaged that are the steps whose messages are whole.
 
@@ -93,7 +95,10 @@ def _summary(scene: Scene, steps: BagSteps, end: Mapping[str, str]) -> dict[str,
 
 
 def _assess(scene: Scene, rows: Sequence[Row], end: Mapping[str, str], damage: str) -> Completeness:
-    """Return the completeness of a bag; of one by an older version, without an end, by the scene's duration."""
+    """Return the completeness of a bag.
+
+    A bag by an older version has no end: it is compared to the scene's duration.
+    """
     good = len(rows)
     steps = int(end["steps"]) if end else max(good, scene.steps)
     lost = 0 if damage else steps - good
@@ -143,7 +148,10 @@ class _Decoder:
             self.steps.add_accepted(stamp, command)
 
     def _on_held(self, stamp: int, message: Any) -> None:
-        """Add what the drives were given, none while the brakes act: it takes precedence over the accepted command."""
+        """Add what the drives were given, none while the brakes act.
+
+        It takes precedence over the accepted command.
+        """
         if stamp:  # as every step has
             self._uses_held_command = True
             self.steps.add_accepted(stamp, self._command(message))
@@ -155,7 +163,7 @@ class _Decoder:
                 self.steps.add_reference(stamp, target)
 
     def _command(self, message: Any) -> tuple[float, ...] | None:
-        """Return a command (nu,), each joint's number from the field that its drive is commanded by.
+        """Return a command (nu,), each joint's number from the field that commands its drive.
 
         None where joints do not fit or a number is not finite: a held command is NaN while the brakes act.
         """
@@ -166,6 +174,6 @@ class _Decoder:
 
 
 def _reorder(joints: Sequence[str], names: Sequence[str], values: Sequence[float]) -> tuple[float, ...] | None:
-    """Return the values in the order of `joints`; None where a name or value is missing, or a name is unknown."""
+    """Return the values in the order of `joints`; None if one is missing or unknown."""
     found = dict(zip(names, map(float, values), strict=False))
     return tuple(found[name] for name in joints) if found.keys() == set(joints) else None

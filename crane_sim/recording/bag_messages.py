@@ -1,4 +1,4 @@
-"""Messages of a bag of ROS 2: FILE.mcap, or a folder of rosbag2. Only reading needs the package rosbags."""
+"""Messages of a ROS 2 bag: FILE.mcap, or a folder of rosbag2, which needs the package rosbags."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class BagContents(NamedTuple):
 
 
 def read_messages(path: Path, required: Sequence[str], optional: Sequence[str] = ()) -> BagContents:
-    """Return the messages of topics; those that cannot be decoded are left out, and a warning counts them.
+    """Return the messages of topics; a warning counts those that cannot be decoded.
 
     Args:
         path: the bag.

@@ -25,7 +25,10 @@ def base_of(scene: Scene) -> AnyBase | None:
 
 
 def base_quaternions(base: Array) -> Array:
-    """Return the quaternions (K, 4), x y z w, of a base (K, 6): surge, sway, heave [m], roll, pitch, yaw [rad]."""
+    """Return quaternions (K, 4), x y z w, of a base (K, 6).
+
+    The base is surge, sway, heave [m], roll, pitch, yaw [rad].
+    """
     return quaternions_of(*base[:, 3:].T)
 
 

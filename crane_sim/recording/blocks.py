@@ -1,4 +1,4 @@
-"""Blocks of steps, from messages of a run or from a run without ROS: derives what a recording shows of them."""
+"""Blocks of steps, from a run's messages or a run without ROS, with the derived quantities."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ MOST_REFERENCES, MANY_STEPS = 20, 2000
 
 
 def _targets(scene: Scene, t: Array, reference: Array, q: Array, nodes: Array, base: Array | None) -> Array:
-    """Return the crane's nodes with the reference's posture and the payload hanging still below the tip.
+    """Return the crane's nodes in the reference's posture, the payload at rest below the tip.
 
     `nodes` are in the frame of the base (K, 6), what is returned is in the world.
     """
@@ -164,7 +164,10 @@ def _targets(scene: Scene, t: Array, reference: Array, q: Array, nodes: Array, b
 
 
 def _fill_resting_joints(scene: Scene, reference: Array, q: Array) -> None:
-    """Fill into positions (K, nq) those of loads on falls and of what bends at rest at the references (K, nu)."""
+    """Fill into positions (K, nq) those of falls' loads and bending parts at rest.
+
+    They are at rest at the references (K, nu).
+    """
     rows, of = np.unique(reference, axis=0, return_inverse=True)
     is_stream = len(rows) > MOST_REFERENCES * (1 + len(q) // MANY_STEPS)
     for i, row in enumerate(() if is_stream else rows.tolist()):
@@ -249,12 +252,15 @@ class StateTimelines:
         self._tripped = np.zeros(len(layout.actuated), dtype=bool)
 
     def find_changes(self, block: Block) -> Iterator[StepChanges]:
-        """Yield (timeline, steps at which its state changes, the states from then on) of the next block."""
+        """Yield (timeline, steps at which its state changes, new states) of the next block."""
         for timeline, normal, other, where in self._evaluate(block):
             yield from self._compare(timeline, normal, block.step, np.where(where, other, normal))
 
     def find_change(self, timeline: str, normal: str, step: int, state: str) -> Iterator[StepChanges]:
-        """Yield the change of a timeline, which begins in the state `normal`, at one step, as `find_changes` does."""
+        """Yield a timeline's change at one step, as `find_changes` does.
+
+        The timeline begins in the state `normal`.
+        """
         yield from self._compare(timeline, normal, np.array([step]), np.array([state]))
 
     def _compare(self, timeline: str, normal: str, step: NDArray[np.int64], values: Any) -> Iterator[StepChanges]:
@@ -270,7 +276,7 @@ class StateTimelines:
         yield timeline, steps, states
 
     def _evaluate(self, block: Block) -> Iterator[tuple[str, str, Any, Any]]:
-        """Yield (timeline, normal state, the other one, whether it is in that one (K,)) for the steps of a block."""
+        """Yield (timeline, normal state, other state, whether in the other (K,)) of a block."""
         layout = self._layout
         if layout.actuated and layout.commanded:
             yield BRAKES, "released", "acting", block.braked

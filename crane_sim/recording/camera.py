@@ -63,7 +63,7 @@ def of_knuckle(scene: Scene) -> Framing:
 
 
 def of_suspended(scene: Scene) -> Framing:
-    """Return how to draw a tower, mobile or bridge crane: all of it, to both ends of its slewing."""
+    """Return how to draw all of a tower, mobile or bridge crane, to both ends of its slewing."""
     size, ground = crane_size(scene), ground_height(scene)
     if "slew" not in scene.joint_names:
         return _beside_bridge(scene, size, ground)
@@ -83,7 +83,7 @@ def of_suspended(scene: Scene) -> Framing:
 
 
 def _boom_extent(scene: Scene, size: float) -> tuple[float, float]:
-    """Return how far out and how high a telescopic boom goes [m]: all that it can where it has no target."""
+    """Return a telescopic boom's reach and height [m]: the greatest ones without a target."""
     if scene.reference is None:
         return 0.8 * size, 1.05 * size
     (low, high), (_, length) = _span_of(scene, 1), _span_of(scene, 2)
@@ -116,7 +116,7 @@ def of_gantry(scene: Scene) -> Framing:
 
 
 def _span_of(scene: Scene, i: int) -> tuple[float, float]:
-    """Return the least and the largest of start, target and prescribed positions of coordinate i."""
+    """Return the least and largest of coordinate i's start, target and prescribed positions."""
     places = axis_positions(scene, scene.joint_names[i])
     return min(places), max(places)
 
@@ -127,14 +127,14 @@ def heaviest_load(crane: Any) -> float:
 
 
 def hung_mass(crane: Any) -> float:
-    """Return the mass [kg] that hangs on a crane's rope: of links and load, the heaviest one where it is exchanged."""
+    """Return the mass [kg] on a crane's rope: links and load, the heaviest of exchanged ones."""
     if not isinstance(crane, SuspendedCrane):
         return heaviest_load(crane) if isinstance(crane, FallsCrane) else crane.load.mass
     return heaviest_load(crane) + float(crane.cable.masses[:-1].sum())
 
 
 def gantry_scales(scene: Scene) -> tuple[float, ...]:
-    """Return the efforts (nu,) of a gantry crane that are drawn as arrows of a seventh of its size."""
+    """Return the efforts (nu,) drawn as arrows of a seventh of a gantry crane's size."""
     crane = scene.model
     weight, portal = crane.gravity * heaviest_load(crane), crane.support.structure.bridge.mass
     scales = {"trolley": 0.1 * weight, "bridge": max(0.05 * portal, 1e-9)}
@@ -143,7 +143,7 @@ def gantry_scales(scene: Scene) -> tuple[float, ...]:
 
 
 def suspended_scales(scene: Scene) -> tuple[float, ...]:
-    """Return the efforts (nu,) that are drawn as arrows of a seventh of a tower or mobile crane's size.
+    """Return the efforts (nu,) drawn as arrows of a seventh of a tower or mobile crane's size.
 
     A joint needs this much to carry the load at the initial radius, boom and telescope the telescoped section with it,
     a slew or a trolley a tenth of it.
@@ -162,7 +162,7 @@ def suspended_scales(scene: Scene) -> tuple[float, ...]:
 
 
 def of_pendulum(scene: Scene) -> Framing:
-    """Return how to draw a suspension point and its payload, from the start to the target, and all along their path."""
+    """Return how to draw a suspension point and its payload, from start to target, and its path."""
     (x, y, z), length = scene.initial_q[:3], cable_length(scene)
     places = np.array([(x, y), (scene.reference or (x, y))[:2]])
     if scene.trajectory is not None:
@@ -181,7 +181,7 @@ def of_pendulum(scene: Scene) -> Framing:
 
 
 def knuckle_scales(scene: Scene) -> tuple[float, ...]:
-    """Return the efforts (nu,) that are drawn as arrows of a seventh of a knuckle-boom crane's size.
+    """Return the efforts (nu,) drawn as arrows of a seventh of a knuckle-boom crane's size.
 
     A joint needs this much to carry the outstretched crane; the slew, which carries nothing, gets a fifth. A winch that
     takes its acceleration or its rate gets one of its unit.
@@ -196,7 +196,7 @@ def knuckle_scales(scene: Scene) -> tuple[float, ...]:
 
 
 def pictures_of(scene: Scene) -> tuple[Framing, tuple[float, ...]]:
-    """Return how to draw a crane that is no overhead crane, and the scales (nu,) of its efforts' arrows."""
+    """Return how to draw a crane that is not overhead, and its effort arrows' scales (nu,)."""
     framing, scales = {
         "knuckle": (of_knuckle, knuckle_scales),
         "gantry": (of_gantry, gantry_scales),
@@ -206,7 +206,9 @@ def pictures_of(scene: Scene) -> tuple[Framing, tuple[float, ...]]:
 
 
 def of_room(room: BoundingBox, lifts: bool) -> Framing:
-    """Return how to draw an overhead crane whose motion fills a room; it `lifts` if its hoist's force is an arrow.
+    """Return how to draw an overhead crane whose motion fills a room.
+
+    It `lifts` if its hoist's force is an arrow.
 
     All of it is in the picture, unless the rail is so long that the crane would be too small: then the eye follows the
     trolley.
@@ -250,7 +252,7 @@ class MotionRange:
         self._is_shown &= bool(self._framing.follows) or _shows(self._framing, points)
 
     def fit(self) -> Framing | None:
-        """Return how to look at all of the motion, from the same side of the crane; None if that is as before."""
+        """Return the view of all motion from the same side of the crane; None if unchanged."""
         if self._is_shown:
             return None
         framing, margin = self._framing, MARGIN * self._framing.size
@@ -264,7 +266,7 @@ class MotionRange:
 
 
 def _working_heading(framing: Framing, place: Any) -> float:
-    """Return the heading [rad] of a place from the middle of the ground; 0 where it is above that."""
+    """Return the heading [rad] of a place from the middle of the ground; 0 above the middle."""
     x, y, _ = np.subtract(place, framing.ground)
     return atan2(y, x) if hypot(x, y) > MARGIN * framing.size else 0.0
 
@@ -289,7 +291,10 @@ def _corners(*sides: tuple[float, float]) -> np.ndarray:
 
 
 def _look(corners: np.ndarray, heading: float, height: float) -> tuple[Vector, Vector]:
-    """Return (eye, look_at) with all corners (n, 3) in view, from a heading and an elevation [degrees]."""
+    """Return (eye, look_at) at a heading and an elevation [degrees], with all corners in view.
+
+    The corners are (n, 3).
+    """
     middle, towards = 0.5 * (corners.min(axis=0) + corners.max(axis=0)), _outwards(heading, height)
     eye = middle + _distance(corners - middle, towards) * towards
     (a, b, c), (x, y, z) = eye.tolist(), middle.tolist()

@@ -1,4 +1,4 @@
-"""Runs of one crane side by side: their metrics, and the differences of every quantity on common time."""
+"""Runs of one crane side by side: metrics, and differences of all quantities on common time."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def _read_run(run: RecordedRun | Rollout | Path | str) -> RecordedRun:
 
 
 def _label_runs(runs: Sequence[RecordedRun]) -> tuple[str, ...]:
-    """Return the names of files or scenes; of equal ones with the files' suffixes, or with numbers."""
+    """Return the names of files or scenes; equal names get the files' suffixes, or numbers."""
     names = [run.path.stem if run.path else run.name for run in runs]
     files = [run.path.name if run.path else run.name for run in runs]
     pairs = zip(names, files, strict=True)
@@ -141,7 +141,10 @@ def _common_time(runs: Sequence[RecordedRun]) -> Array:
 
 
 def _compare_columns(first: RecordedRun, run: RecordedRun, t: Array) -> dict[str, Difference]:
-    """Return the differences of all quantities that both runs have as finite numbers, `payload` being a distance."""
+    """Return the differences of all quantities that are finite in both runs.
+
+    That of `payload` is a distance.
+    """
     reference, other = first.columns(), run.columns()
     columns = {}
     for name in (name for name in reference if name in other):
@@ -164,7 +167,7 @@ def _not_compared(first: RecordedRun, run: RecordedRun, differences: Mapping[str
 
 
 def _hold(t: Array, steps: Array, values: Array) -> Array:
-    """Return the values at times t (K,), each held from its step on; rounding of the times is tolerated."""
+    """Return values at times t (K,), each held from its step on, with tolerance for rounding."""
     return values[np.searchsorted(steps, t + TIME_TOLERANCE, side="right") - 1]
 
 

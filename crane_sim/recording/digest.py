@@ -39,7 +39,7 @@ class Rows(NamedTuple):
 
 
 def digest_rows(quantities: Iterable[Rows]) -> str:
-    """Return the digest of the rows of some quantities in whichever order; those without rows do not count."""
+    """Return the digest of quantities' rows in any order; those without rows do not count."""
     sha = hashlib.sha256()
     for rows in sorted((each for each in quantities if len(each.step)), key=lambda each: each.name):
         sha.update(f"{rows.name} {len(rows.step)} {rows.values.size}\n".encode())
@@ -54,7 +54,10 @@ def describe_block(first: int, last: int, quantities: Iterable[Rows]) -> str:
 
 
 def verified_steps(curves: Iterable[Rows], blocks: Iterable[str]) -> NDArray[np.int64]:
-    """Return the steps of blocks all of whose rows are as they were written, in order; `blocks` have their digests."""
+    """Return, in order, the steps of blocks all of whose rows are as they were written.
+
+    `blocks` have their digests.
+    """
     listed, good = list(curves), [np.empty(0, np.int64)]
     for text in blocks:
         with suppress(ValueError, TypeError, LookupError, OverflowError):  # the digest is damaged
@@ -78,7 +81,10 @@ def with_digest(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def agrees(values: Mapping[str, Any], required: bool) -> bool:
-    """Whether values are those of the digest among them; without one, as of older versions, where none is required."""
+    """Whether values agree with the digest among them.
+
+    Without one, as of older versions, they agree if none is required.
+    """
     return values[DIGEST] == digest_values(values) if DIGEST in values else not (required and values)
 
 

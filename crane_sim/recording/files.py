@@ -17,7 +17,7 @@ from pathlib import Path
 
 
 def describe_gaps(recorded: int, steps: int, lost_commands: int = 0) -> str:
-    """Return one line on the steps and commands that are missing in a recording, empty where none are."""
+    """Return one line on a recording's missing steps and commands, empty if none are missing."""
     if recorded == steps and not lost_commands:
         return ""
     without = f", {lost_commands} of them without their command" if lost_commands else ""
@@ -25,13 +25,16 @@ def describe_gaps(recorded: int, steps: int, lost_commands: int = 0) -> str:
 
 
 def describe_failure(recorded: int, steps: int, before_reset: int) -> str:
-    """Return a phrase on the steps in a file that could not be written further; others are of before a reset."""
+    """Return a phrase on the steps in a file that could not be written further.
+
+    Steps from before a reset are counted apart.
+    """
     suffix = f" since the last reset, and {before_reset} from before it" if before_reset else ""
     return f"it has {recorded} of {steps} steps{suffix}"
 
 
 def part_of(path: str, number: int) -> Path:
-    """Return the name of a part of a file, counted from 1; the first one has the complete file's."""
+    """Return the name of a file's part, counted from 1; the first has the complete file's name."""
     file = Path(path)
     return file if number == 1 else file.with_name(f"{file.stem}.part{number}{file.suffix}")
 
@@ -58,7 +61,10 @@ def existing_parts(path: str, count: int, since: float) -> list[Path]:
 
 
 def files_before_resets(path: str, since: float) -> list[Path]:
-    """Return a file's, and its parts', predecessors renamed at resets since `since` [s of the system's clock]."""
+    """Return the renamed predecessors of a file and its parts.
+
+    They were renamed at resets since `since` [s of the system's clock].
+    """
     folder, stem, suffix = Path(path).parent, re.escape(Path(path).stem), re.escape(Path(path).suffix)
     name = re.compile(rf"{stem}(\.part\d+)?\.before_reset_\d+{suffix}")
     matching = [file for file in folder.iterdir() if name.fullmatch(file.name)] if folder.is_dir() else []
@@ -66,20 +72,20 @@ def files_before_resets(path: str, since: float) -> list[Path]:
 
 
 def before_reset(path: Path, number: int) -> Path:
-    """Return `<name>.before_reset_<number>.<kind>`, or the next such name that is free, of an unfinished file, too."""
+    """Return the first free `<name>.before_reset_<number>.<kind>`, also for an unfinished file."""
     names = (path.with_name(f"{path.stem}.before_reset_{n}{path.suffix}") for n in itertools.count(number))
     return next(name for name in names if not (name.exists() or unfinished_name(name).exists()))
 
 
 def set_aside(parts: Sequence[Path], complete_file: Path) -> None:
-    """Rename the parts of a file, in order: a single one to `complete_file`, several to the names of its parts."""
+    """Rename a file's parts, in order: a single one to `complete_file`, several to part names."""
     for number, part in enumerate(parts, start=1):
         target = part_of(str(complete_file), number)
         part.replace(unfinished_name(target) if part.name.endswith(".part") else target)
 
 
 def claim(part: Path) -> FileIO:
-    """Make an unfinished file, empty, and lock it until it is closed, or this process ends in any way.
+    """Make an empty unfinished file, locked until it is closed or this process ends.
 
     Raises:
         OSError: it cannot be made; FileExistsError: another process has it.
@@ -96,7 +102,7 @@ def claim(part: Path) -> FileIO:
 
 
 def acquire_lock(path: Path) -> int | None:
-    """Lock a file or folder until the returned descriptor is closed, or this process ends in any way.
+    """Lock a file or folder until the returned descriptor is closed or this process ends.
 
     Returns None where a living process has it, or has removed it meanwhile.
     """
@@ -122,7 +128,7 @@ def lock_file(path: Path) -> Iterator[bool]:
 
 
 def recovered_name(part: Path) -> Path:
-    """Return `<name>.recovered.<kind>` for `<name>.<kind>.part`, or the first numbered one that is free."""
+    """Return a free `<name>.recovered.<kind>` for `<name>.<kind>.part`, numbered if necessary."""
     complete_file = part.with_name(part.name.removesuffix(".part"))
     number, path = 1, complete_file.with_name(f"{complete_file.stem}.recovered{complete_file.suffix}")
     while path.exists():

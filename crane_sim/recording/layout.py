@@ -37,7 +37,7 @@ FRAME_NS = 33_000_000  # of scene time between two frames of the 3D scene
 
 
 def source_note(scene: Scene, truth: bool) -> str:
-    """Return one phrase on what energies, tension and swing are computed from, empty where that is the truth.
+    """Return a phrase on the source of energies, tension and swing, empty if it is the truth.
 
     A recorder computes them from the published states, true or measured, and the scene's payload.
     """
@@ -55,7 +55,7 @@ def select_tensions(tensions: Array) -> Array:
 
 
 def tension_names(count: int, falls: bool) -> tuple[str, ...]:
-    """Return the names of the recorded tensions of a load on `count` falls, or on a cable of as many links."""
+    """Return the names of the recorded tensions of `count` falls, or of as many links."""
     kind = "fall" if falls else "link"
     if 1 < count <= MAX_TENSIONS:
         return tuple(f"{kind} {k}" for k in range(1, 1 + count))
@@ -155,7 +155,7 @@ class Layout(NamedTuple):
         return f"tension of each {'link' if self.ropes.falls is None else 'fall'}"
 
     def fall_ends(self, block: Block) -> Array | None:
-        """Return the upper and the lower ends (K, n, 2, 3) [m] of n falls in the frame of the base; None without."""
+        """Return falls' ends (K, n, 2, 3) [m], upper and lower, in the base's frame, or None."""
         if self.ropes.falls is None:
             return None
         tip = to_base(block.nodes, block.base)[:, self.ropes.tip]
@@ -169,12 +169,12 @@ class Layout(NamedTuple):
 
     @property
     def moving(self) -> list[int]:
-        """Return the indices of the coordinates that are plotted: of the cable's only those in `swings`."""
+        """Return the indices of the plotted coordinates: of the cable's only those in `swings`."""
         return [i for i, joint in enumerate(self.joints) if joint in self.swings or not joint.startswith(COORDINATES)]
 
 
 class Block(NamedTuple):
-    """K consecutive control steps: the state at the start of each and the effort held over it (SI, radians)."""
+    """K consecutive control steps: initial states and the efforts held (SI, radians)."""
 
     step: NDArray[np.int64]  # (K,) 1 for the first step
     q: Array  # (K, nq)
@@ -203,7 +203,7 @@ class Block(NamedTuple):
 
 
 def layout_of_scene(scene: Scene, run_id: str, truth: bool = True) -> Layout:
-    """Return the layout of a scene's recording; without `truth` its states are the measured ones."""
+    """Return the layout of a scene's recording; without `truth` it has measured states."""
     sensed = sensed_coordinates(scene.hardware, len(scene.joint_names)) if truth else ()
     return _make_layout(scene, run_id, truth, suspension(scene))._replace(
         sensed=sensed, path_unit=path_unit_of_scene(scene)
@@ -246,7 +246,7 @@ def _pictures(scene: Scene, cable: Suspension | None) -> tuple[Framing, tuple[fl
 
 
 def of_rollout(rollout: Rollout, run_id: str) -> Layout:
-    """Return the layout of the recording of a run without ROS, which derives everything from the true state."""
+    """Return the layout of a run without ROS, all of it derived from the true state."""
     layout = layout_of_scene(rollout.scene, run_id)
     properties = {**layout.properties, "derived": "from the true state"}
     return layout._replace(provenance="", paced=False, properties=properties)

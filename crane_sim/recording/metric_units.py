@@ -38,7 +38,7 @@ _UNIT_SUFFIXES = {"_deg": "deg", "_us": "µs"}
 
 
 class MetricUnit(NamedTuple):
-    """What a metric is called where it is shown, its unit, and the factor from the summary's number to it."""
+    """A metric's displayed name, its unit, and the factor from the summary's number to it."""
 
     label: str
     unit: str
@@ -52,7 +52,10 @@ def metric_label(key: str) -> str:
 
 
 def plain_unit(key: str, path: str) -> str:
-    """Return the unit of a metric that is one number, empty: none; `path` is the unit of the path's coordinates."""
+    """Return the unit of a metric that is one number, empty: none.
+
+    `path` is the unit of the path's coordinates.
+    """
     if key in _PATH_POWERS:
         return _to_power(path, _PATH_POWERS[key])
     return next((unit for ending, unit in _UNIT_SUFFIXES.items() if key.endswith(ending)), UNITS.get(key, ""))
@@ -63,7 +66,10 @@ def _to_power(unit: str, power: int) -> str:
 
 
 def metric_unit(name: str, run: RecordedRun) -> MetricUnit:
-    """Return how a metric of a run's summary is shown: NAME, NAME.JOINT (of one it lacks: bare) or NAME.QUANTILE."""
+    """Return how a metric is shown; its name is NAME, NAME.JOINT or NAME.QUANTILE.
+
+    Of a joint that the run lacks, the number is bare.
+    """
     crane = run.crane
     key, _, part = name.partition(".")
     label = " ".join([metric_label(key), *[part] * bool(part)])
@@ -79,7 +85,7 @@ def metric_unit(name: str, run: RecordedRun) -> MetricUnit:
 
 
 def metric_row(name: str, runs: Sequence[RecordedRun], values: Sequence[float | None]) -> tuple[str, str, list[str]]:
-    """Return (label, unit, texts) of a metric of several runs: its values, and differences from the first run.
+    """Return (label, unit, texts) of a metric: its values, and differences from the first run.
 
     A value in another unit than that of the row is shown with its unit, and has no difference.
     """
@@ -116,7 +122,7 @@ def summary_properties(summary: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def summary_table(title: str, summary: Mapping[str, Any], path_unit: str) -> str:
-    """Return the summary as a markdown document: plain values first, then what is given per joint or per kind.
+    """Return the summary as markdown: plain values first, then those per joint or per kind.
 
     `path_unit` is the unit of the path's coordinates, empty where they have different ones.
     """

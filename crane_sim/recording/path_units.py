@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def path_unit(of_joints: bool, joint_units: Sequence[str]) -> str:
-    """Return the unit of a path: of the payload's m, else that of the joints; empty where these have different ones."""
+    """Return the unit of a path: m for the payload, else the joints', empty if they differ."""
     units = set(joint_units) if of_joints else {"m"}
     return units.pop() if len(units) == 1 else ""
 

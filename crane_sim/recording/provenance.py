@@ -1,4 +1,4 @@
-"""Provenance of a run: versions of the packages that computed it, the processor, the hash of the locked packages."""
+"""Provenance of a run: package versions, the processor, the hash of the locked packages."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _CPU = Path("/proc/cpuinfo")
 
 
 def of_this_process() -> dict[str, str]:
-    """Return the versions by package, `python`, `system`, `cpu`, and `lock_sha256` of the file of locked packages."""
+    """Return versions by package, `python`, `system`, `cpu`, and the lock file's `lock_sha256`."""
     return {"python": platform.python_version()} | versions_of(PACKAGES) | _machine() | _lock_hash()
 
 

@@ -1,4 +1,4 @@
-"""The quantities of a run that are drawn, by the viewer, on pages, in figures and in comparisons; angles in degrees.
+"""The quantities of a run drawn in the viewer, pages, figures, comparisons; angles in degrees.
 
 Titles and units stand here alone. The curves of a run that was read back are those of `curve_sets`: pages and figures
 draw all of them, comparisons the first of each set. The viewer's are written while a run goes on (`rerun/curves`).
@@ -100,7 +100,7 @@ def drawn_unit(unit: str) -> tuple[str, float]:
 
 
 def shown_joints(run: RecordedRun) -> list[str]:
-    """Return the names of the joints that are drawn: of a cable's many coordinates only a few swings."""
+    """Return the names of the drawn joints: of a cable's many coordinates only a few swings."""
     names = run.crane.joint_names
     swings = [name for name in names if name.startswith("swing_")]
     return [name for name in names if not name.startswith(COORDINATES) and name not in "qwqxqyqz"] + swings[:MAX_SWINGS]
@@ -113,7 +113,7 @@ def curve_sets(run: RecordedRun) -> list[CurveSet]:
 
 
 def common_quantities(runs: Sequence[RecordedRun]) -> dict[Quantity, tuple[Array, ...]]:
-    """Return the quantities that all runs have, with the values (K,) of each run, in the order of the first run."""
+    """Return the quantities that all runs have, in the first run's order, with values (K,)."""
     by_run = [{Quantity(s.alone, s.unit): s.curves[0].values for s in curve_sets(run) if s.alone} for run in runs]
     shared = [key for key in by_run[0] if all(key in each for each in by_run)]
     return {key: tuple(each[key] for each in by_run) for key in shared}
@@ -159,7 +159,7 @@ def _rates(run: RecordedRun) -> Iterator[CurveSet]:
 
 
 def _measured(name: str, hue: int, factor: float, true: Array, measured: Array | None, i: int) -> Iterator[Curve]:
-    """Yield the curve of what a sensor measures of coordinate i, or of its velocity, where it differs from `true`."""
+    """Yield the measured curve of coordinate i, or its velocity, if it differs from `true`."""
     if measured is not None and not np.array_equal(true[:, i], measured[:, i]):
         yield Curve(f"{name} measured", factor * measured[:, i], hue, MEASURED)
 
@@ -205,7 +205,7 @@ def _payload(run: RecordedRun) -> Iterator[CurveSet]:
 
 
 def _tensions(run: RecordedRun) -> Iterator[CurveSet]:
-    """Yield the tensions of links, or of falls where the frames have them, and of a rope over sheaves."""
+    """Yield the tensions of links, of falls if the frames have them, and of a rope over sheaves."""
     falls, several = run.frames.falls is not None, run.tensions.shape[1] > 1
     for k, values in enumerate(run.tensions.T if several or falls else [run.tension]):
         name = f"{'fall' if falls else 'link'} {k + 1}" if several or falls else "uppermost link"

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def read_recording(path: Path | str) -> RecordedRun:
-    """Return the run in a recording FILE.rrd of `crane run`, `crane simulate --record` or `Rollout.record`.
+    """Return a run of `crane run`, `crane simulate --record` or `Rollout.record` from FILE.rrd.
 
     Or the run in a bag FILE.mcap of `crane run --mcap`, without events and metrics; needs the package rosbags.
     What a killed run has left, FILE.rrd.part or FILE.mcap.part, is read likewise. Of a file that is cut or

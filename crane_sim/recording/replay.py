@@ -1,4 +1,4 @@
-"""Replay of a recorded run: a fresh plant takes the recorded commands, and its states are compared bit for bit."""
+"""Replay of a run: a fresh plant takes its commands, and states are compared bit for bit."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def _acts(changes: Changes, t: float) -> bool:
 
 
 def _difference(scene: Scene, k: int, run: RecordedRun, state: tuple[Vector, Vector]) -> Difference | None:
-    """Return the first component of (q, v) that differs at the start of period k, None where all agree."""
+    """Return the first component of (q, v) that differs as period k starts, None if none does."""
     for quantity, recorded, replayed in zip(("position", "velocity"), (run.q[k], run.v[k]), state, strict=True):
         for joint, then, now in zip(scene.joint_names, recorded.tolist(), replayed, strict=True):
             if _bits(then) != _bits(now):

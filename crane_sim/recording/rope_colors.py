@@ -1,4 +1,4 @@
-"""Colours of ropes by their tension: grey at that of the start, red at twice as much, orange where slack."""
+"""Colours of ropes by tension: grey as at the start, red at twice as much, orange where slack."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def usual_tensions(tensions: Array) -> Array:
 
 
 def rope_colors(tensions: Array, usual: Array) -> NDArray[np.uint8]:
-    """Return colours (F, L, 3), 0 to 255, of ropes with tensions (F, L) [N], compared to `usual` (L,)."""
+    """Return rope colours (F, L, 3), 0 to 255, of tensions (F, L) [N] relative to `usual` (L,)."""
     ratio = tensions / usual
     stops = (0.0, 1.0, 2.0)
     channels = [

@@ -1,4 +1,4 @@
-"""A recorded run as a Python object: the arrays of its steps, its scene, its metrics, and how it ended."""
+"""A recorded run as a Python object: its steps' arrays, scene and metrics, and how it ended."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class AnimationFrames(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class RecordedRun:
-    """A run from its recording: K control steps, joint coordinates in the order of crane.joint_names.
+    """A run from its recording: K control steps, coordinates in the order of crane.joint_names.
 
     World frame, SI units, angles in rad. The attributes that a `Rollout` has as well have its names. A step's values
     are those at its start; the instant at which the run ended is no step.
@@ -144,7 +144,7 @@ class RecordedRun:
 
     @property
     def falls(self) -> Array:
-        """Tensions (K, n) [N] of the falls of a rope that is reeved over sheaves, from the drum on; (K, 0) without."""
+        """Tensions (K, n) [N] of a rope's falls over sheaves, from the drum on; (K, 0) without."""
         return np.empty((len(self.t), 0)) if self.reeved is None else self.reeved[:, 1:]
 
     @property
@@ -173,7 +173,7 @@ class RecordedRun:
         return parse_scene(self.scene_text, self.path)
 
     def load_scene(self, law: str | None = None) -> Scene:
-        """Return the scene as `crane_sim.load_scene` does: `crane_sim.simulate` of it repeats the run.
+        """Return the scene, as `crane_sim.load_scene` does; `simulate` of it repeats the run.
 
         Args:
             law: in place of the run's. A law FILE.py:FUNCTION or MODULE:FUNCTION is only executed if it is named here.
@@ -190,19 +190,19 @@ class RecordedRun:
         return scene
 
     def _with_law(self, law: str) -> dict[str, Any]:
-        """Return the values of the scene file with another law, which has the settings of the run's."""
+        """Return the values of the scene file with another law, with the run's law settings."""
         control = self.scene_values.get("control")
         return self.scene_values | {"control": (control if isinstance(control, dict) else {}) | {"law": law}}
 
     @cached_property
     def path_unit(self) -> str:
-        """Unit of the coordinates of the scene's path: m of the payload's, empty of joints with different ones."""
+        """Unit of the path's coordinates: m of the payload's, empty if the joints' units differ."""
         path = (self.scene_values.get("reference") or {}).get("path") or {}
         return path_unit(path.get("of") == "joints", [self.crane.joint_units[i] for i in self.crane.driven])
 
     @cached_property
     def versions(self) -> dict[str, str]:
-        """Versions by package, and `python`, `system`, `cpu`, `lock_sha256` (of the file of locked packages)."""
+        """Versions by package, and `python`, `system`, `cpu`, the lock file's `lock_sha256`."""
         return json.loads(self.properties["provenance"])
 
     @property
@@ -215,7 +215,7 @@ class RecordedRun:
 
     @property
     def _early_end(self) -> str:
-        """One phrase on a run that ended before its time without an error, empty for another one."""
+        """One phrase on a run that ended early without an error, otherwise empty."""
         reason, planned = self.summary.get("ended_by", ""), round(self.properties["duration"] / self.period)
         steps = self.summary.get("steps", len(self.t))
         if not reason or steps >= planned:
@@ -239,7 +239,9 @@ class RecordedRun:
         return f"failed: {self.error}" if self.error else "finished"
 
     def to_dataframe(self) -> Any:
-        """Return a `pandas.DataFrame` (needs pandas), one row a step, index t [s]; `attrs["units"]`: unit by column.
+        """Return a `pandas.DataFrame` (needs pandas), one row a step, index t [s].
+
+        `attrs["units"]` has the unit of each column.
 
         Columns: `q.JOINT`, `v.JOINT`, `u.JOINT`, `command.JOINT`, `reference.JOINT`, `payload.x`, `tip.x`, ..., and
         `tension`, `swing`, `kinetic`, `potential`, `base.AXIS`, `lyapunov`, `lyapunov_rate` where the run has them;
@@ -290,14 +292,17 @@ class RecordedRun:
         return columns if self.contact is None else columns | {"contact": (self.contact, "N")}
 
     def plot(self) -> Any:
-        """Return a `matplotlib.figure.Figure` (needs matplotlib) of the run, SI units, angles in degrees.
+        """Return a `matplotlib.figure.Figure` (needs matplotlib), SI units, angles in degrees.
 
         Positions with their targets, speeds, efforts, swing, payload, tension and energy over time.
         """
         return find_view("plot")(self)
 
     def show(self, height: int = 900) -> Any:
-        """Return the page of `crane report` for a notebook: it plays the run in a frame `height` pixels high."""
+        """Return the page of `crane report`, which plays the run, for a notebook.
+
+        Its frame is `height` pixels high.
+        """
         return find_view("show")(self, height)
 
 

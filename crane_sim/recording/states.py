@@ -83,7 +83,7 @@ def make_fault_timelines(summary: Mapping[str, Any]) -> dict[str, Changes]:
 
 
 def make_event_timelines(events: Sequence[tuple[float, str]]) -> dict[str, Changes]:
-    """Return the timelines by name that follow from events [s, text]: of friction, drives with play, the payload."""
+    """Return the timelines by name from events [s, text]: friction, play in drives, payload."""
     timelines: dict[str, Changes] = {}
     for t, text in events:
         for pattern, name, first_state in EVENTS:
@@ -112,7 +112,7 @@ class Span(NamedTuple):
 
 
 def make_spans(changes: Changes, begin: float, end: float, min_duration: float) -> list[Span]:
-    """Return the spans of a timeline between two times [s]; those that follow each other have different states.
+    """Return a timeline's spans between two times [s]; successive ones have different states.
 
     A span shorter than `min_duration` [s] is merged into the one before it, unless that one's state is normal: a short
     departure from the normal state stays visible.

@@ -1,4 +1,4 @@
-"""Assembler of control steps from messages: the state, the effort and the command with the same stamp.
+"""Assembler of control steps from messages: state, effort and command with the same stamp.
 
 Stamps are integer nanoseconds; step k carries k times the period. Each topic arrives in order, the topics among
 themselves do not.
@@ -61,7 +61,7 @@ class StepAssembler:
         self.lost_steps = self.lost_commands = 0
 
     def follows_reset(self, stamp: int) -> bool:
-        """Whether a state of this stamp can only come from a plant that was reset: states arrive in order."""
+        """Whether a state of this stamp implies that the plant was reset: states are in order."""
         return stamp < self._newest_state
 
     def add_state(self, stamp: int, q: Vector, v: Vector) -> None:
@@ -83,7 +83,10 @@ class StepAssembler:
             self._efforts[stamp] = effort
 
     def add_command(self, stamp: int, effort: Vector) -> None:
-        """Take a command that answers the state of this stamp; where several do, the plant has refused all but one."""
+        """Take a command that answers this stamp's state.
+
+        Where several do, the plant has refused all but one.
+        """
         if self._acceptance_known or not self._expects(stamp):
             return
         commands = self._commands.setdefault(stamp, [])
@@ -92,7 +95,10 @@ class StepAssembler:
         self._newest_command = max(self._newest_command, stamp)
 
     def add_accepted(self, stamp: int, effort: Vector | None) -> None:
-        """Take a command that the plant has accepted; from the first one on no other counts. None: the brakes act."""
+        """Take a command that the plant has accepted. None: the brakes act.
+
+        From the first one on no other counts.
+        """
         if not self._acceptance_known:
             self._acceptance_known = True
             braked_since = stamp if effort is None else 0  # lockstep, where every command before has counted
@@ -124,7 +130,7 @@ class StepAssembler:
         return min(newest, self._newest_true_state if self._sensed else newest) >= step * self._period_ns
 
     def pop_rows(self, final: bool = False) -> list[Row]:
-        """Remove and return the complete rows; the final call returns those without a command as well."""
+        """Remove and return complete rows; the final call includes those without a command."""
         oldest = max(self._newest_command, self._newest_effort - MAX_ROWS_PENDING * self._period_ns)
         if self._commanded and not final and oldest <= self._done:
             return []  # at once: this is called with every message
@@ -149,7 +155,7 @@ class StepAssembler:
         return Row(stamp // self._period_ns, q, v, efforts, demanded, reference, measured, braked)
 
     def _demanded_efforts(self, stamp: int) -> Vector | None:
-        """Return the only command of a stamp, of several the one that was applied; None where none is that."""
+        """Return a stamp's only command, of several the applied one; None if none was applied."""
         commands = self._commands.get(stamp, [])
         fitting = commands if len(commands) == 1 else [effort for effort in commands if effort == self._efforts[stamp]]
         return fitting[0] if fitting else None

@@ -1,4 +1,4 @@
-"""What a recording shows of an overhead crane's cable: which angles are plotted, the scale of efforts, the target."""
+"""What a recording shows of an overhead crane's cable: plotted angles, effort scale, target."""
 
 from __future__ import annotations
 
@@ -40,7 +40,10 @@ class Suspension(NamedTuple):
 
     @property
     def links(self) -> list[int]:
-        """Return the numbers, from 1 for the uppermost, of the links whose angles are plotted: of many only a few."""
+        """Return the numbers, from 1 at the top, of the links whose angles are plotted.
+
+        Of many links these are only a few.
+        """
         if not self.planar:
             return []
         count = 1 if self.shape == "rod" else len(self.hang.lengths)
@@ -74,7 +77,10 @@ def effort_scales(scene: Scene, hang: SuspendedCable) -> tuple[float, ...]:
 
 
 def hanging_still(actuated: Sequence[str], reference: Array, nodes: Array) -> Array:
-    """Return the nodes (K, N+1, 3) at rest where the references (K, nu) are, each link as long as in `nodes`."""
+    """Return the nodes (K, N+1, 3) at rest at the references (K, nu).
+
+    Each link is as long as in `nodes`.
+    """
     target = dict(zip(actuated, reference.T, strict=True))
     lengths = np.linalg.norm(np.diff(nodes, axis=1), axis=2)
     lengths[:, 0] = target.get("hoist", lengths[:, 0])

@@ -1,1 +1,1 @@
-"""Pictures of a run from its recording: a figure, and one self-contained HTML page that plays it."""
+"""Pictures of a run from its recording: a figure, and a self-contained HTML page that plays it."""

@@ -1,4 +1,4 @@
-"""The content of a comparison's page: the first run's crane, the others as ghosts, curves of all on common axes."""
+"""The content of a comparison's page: the first run's crane, the others' ghosts, curves of all."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def _metric_rows(comparison: Comparison) -> list[list[str]]:
 
 
 def _difference_rows(comparison: Comparison) -> list[list[str]]:
-    """Return the rows of the largest differences of every quantity, with names where there are more than two runs."""
+    """Return rows of every quantity's largest differences, with names for more than two runs."""
     others = comparison.names[1:]
     return [
         [

@@ -1,4 +1,4 @@
-"""Decimation: fewer rows with the same shape of the curve, and numbers encoded with the accuracy that drawing needs."""
+"""Decimation: fewer rows with the same curve shape, and numbers as accurate as drawing needs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ MIN_SPAN = 1e-12  # m or rad: a smaller span is rounding
 
 
 def rows_with_peaks(values: Array, count: int) -> NDArray[np.int64]:
-    """Return the rows (M,), M <= 3/2 `count` + 2, that keep a curve's shape: its ends, the peaks and gaps of stretches.
+    """Return rows (M,), M <= 3/2 `count` + 2, that keep a curve's ends, peaks and gaps.
+
+    Of each stretch of the curve these are the lowest and the highest value, and the first gap.
 
     Args:
         values: (K,); those that are not finite are no peaks; of each stretch that has any, the first is kept.

@@ -1,4 +1,4 @@
-"""The figure of a run: every panel over one time axis, and the payload's path; drawn by matplotlib."""
+"""The figure of a run, by matplotlib: every panel over one time axis, and the payload's path."""
 
 from __future__ import annotations
 
@@ -65,7 +65,9 @@ def _save(figure: Any, file: Path) -> None:
 
 
 def comparison_figure(comparison: Comparison) -> Any:
-    """Return the `matplotlib.figure.Figure` of several runs: a panel for each quantity that all have and that moves.
+    """Return the `matplotlib.figure.Figure` of several runs.
+
+    It has a panel for each quantity that all have and that moves.
 
     Each run has one colour in all panels, and one legend names them.
     """
@@ -91,7 +93,7 @@ def plot(run: RecordedRun | Rollout) -> Any:
 
 
 def run_figure(run: RecordedRun) -> Any:
-    """Return the `matplotlib.figure.Figure` of a run: all panels of `panels_of`, then the payload's path."""
+    """Return the `matplotlib.figure.Figure` of a run: `panels_of`, then the payload's path."""
     panels = panels_of(run)
     planes = [plane for plane in PLANES if np.ptp(run.payload[:, plane[2]]) > 1e-9]
     rows = ceil((len(panels) + len(planes) + bool(run.states)) / COLUMNS)
@@ -158,7 +160,7 @@ def _draw_path(axis: Any, run: RecordedRun, view: str, across: int, up: int) -> 
 
 
 def _draw_states(axis: Any, run: RecordedRun) -> None:
-    """Draw the timelines of states as bands, one row each, with the names of the states that are not normal."""
+    """Draw timelines of states as bands, one row each, with the names of states not normal."""
     end = float(run.t[-1]) + run.period
     for row, changes in enumerate(run.states.values()):
         for begin, until, state in make_spans(changes, 0.0, end, end / MAX_SPANS):

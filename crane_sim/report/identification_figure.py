@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 
 
 def save_identification_figure(found: Identification, units: dict[str, str], file: Path) -> None:
-    """Draw every measured joint (angles in degrees) and its residual into a file; OSError: it cannot be written."""
+    """Draw measured joints (angles in degrees) and residuals into a file.
+
+    OSError: it cannot be written.
+    """
     joints = found.data.joints
     figure: Any = Figure(figsize=(10.0, 1.0 + 2.5 * len(joints)), layout="constrained")
     axes = figure.subplots(len(joints), 2, sharex=True, squeeze=False)

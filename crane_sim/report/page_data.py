@@ -1,4 +1,4 @@
-"""The content of a run's page as plain data: the crane, its frames, curves, metrics, versions and hashes."""
+"""The content of a run's page as plain data: crane, frames, curves, metrics, versions, hashes."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ MAX_SPANS = 1000  # of a timeline of states
 
 
 def page_data(run: RecordedRun, max_frame_values: int = MAX_FRAME_VALUES) -> dict[str, Any]:
-    """Return the content of a run's page; `max_frame_values`: largest number of values in its frames.
+    """Return a run's page content, with at most `max_frame_values` values in its frames.
 
     The failure window: the last FAILURE_INTERVAL seconds of a run that failed. `headed_table` has rows below a row of
     column names, `plain_table` rows of a name and its values.
@@ -72,7 +72,7 @@ def page_data(run: RecordedRun, max_frame_values: int = MAX_FRAME_VALUES) -> dic
 
 
 def state_rows(run: RecordedRun, end: float) -> list[dict[str, Any]]:
-    """Return the timelines of states up to a time [s]: name and spans, [begin, end, state, colour]."""
+    """Return state timelines up to a time [s]: name and spans, [begin, end, state, colour]."""
     spans = {name: make_spans(changes, 0.0, end, end / MAX_SPANS) for name, changes in run.states.items()}
     return [
         {"name": name, "spans": [[*span, get_color(span.state)] for span in each[:MAX_SPANS]]}
@@ -113,7 +113,7 @@ def curve_points(t: Array, values: Array, count: int) -> dict[str, str]:
 
 
 def frames_of(run: RecordedRun, moving: list[int], max_values: int = MAX_FRAME_VALUES) -> dict[str, Any]:
-    """Return the frames of the 3D scene as columns, and by quantity which columns it has: [first, count]."""
+    """Return the 3D scene's frames as columns, and each quantity's columns: [first, count]."""
     frames, tip = run.frames, run.crane.tip_index
     steps = run.frame_steps
     parts = {"t": frames.t[:, None], "q": run.q[steps][:, moving], "nodes": _flat(frames.nodes[:, tip:])}
@@ -134,12 +134,12 @@ def frames_of(run: RecordedRun, moving: list[int], max_values: int = MAX_FRAME_V
 
 
 def rope_loads(run: RecordedRun) -> Array:
-    """Return the ratios (K, L) of tensions to the usual ones, at most `MAX_LOAD_RATIO`, for the colours of ropes."""
+    """Return ratios (K, L) of tensions to usual ones, up to `MAX_LOAD_RATIO`, for rope colours."""
     return np.minimum(run.tensions / usual_tensions(run.tensions[:USUAL_ROWS]), MAX_LOAD_RATIO)
 
 
 def _select_frames(t: Array, columns: Array, max_values: int) -> NDArray[np.bool_]:
-    """Return a mask (F,) of the frames that are kept: of a long run every n-th, but all at its end."""
+    """Return a mask (F,) of the kept frames: of a long run every n-th, but all at its end."""
     varying = max(1, int(np.count_nonzero(np.ptp(columns, axis=0) > 0.0)))
     stride = max(1, -(-len(t) * varying // max_values))
     dense = t > t[-1] - DENSE_INTERVAL
@@ -250,7 +250,7 @@ def plain_metrics(run: RecordedRun) -> list[tuple[str, str]]:
 
 
 def joint_table(run: RecordedRun) -> list[list[str]]:
-    """Return the rows of the actuated joints below the names of the columns; empty where there is nothing to say."""
+    """Return rows of actuated joints below column names; empty where there is nothing to say."""
     crane, summary = run.crane, run.summary
     units = dict(zip(crane.joint_names, crane.joint_units, strict=True))
     efforts = dict(zip(crane.actuated, crane.effort_units, strict=True))

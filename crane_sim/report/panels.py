@@ -1,4 +1,4 @@
-"""The panels that a figure and a page of a run show: which curves share an axis, in which unit and colour."""
+"""The panels of a run's figure and page: which curves share an axis, in which unit, colour."""
 
 from __future__ import annotations
 
@@ -57,7 +57,10 @@ def _group_by_axis(title: str, unit: str, curve_sets: Sequence[Sequence[Curve]])
 
 
 def _title(title: str, group: Sequence[Sequence[Curve]], count: int) -> str:
-    """Return the title of a panel; where a quantity has several, with the name of the first curve of each set."""
+    """Return a panel's title.
+
+    Where a quantity has several, it has the name of the first curve of each set.
+    """
     names = [curves[0].name for curves in group]
     more = ", ..." if names[MAX_TITLE_NAMES:] else ""
     return f"{title}: {', '.join(names[:MAX_TITLE_NAMES])}{more}" if count > 1 else title
@@ -75,7 +78,7 @@ def _fit_one_axis(curve_sets: Sequence[Sequence[Curve]]) -> bool:
 
 
 def _value_range(curves: Sequence[Curve]) -> tuple[float, float]:
-    """Return the smallest and the largest finite value of curves; a curve without any counts as 0."""
+    """Return the smallest and largest finite value of curves; one without any counts as 0."""
     finite = [curve.values[np.isfinite(curve.values)] for curve in curves]
     low = min(each.min() if each.size else 0.0 for each in finite)
     high = max(each.max() if each.size else 0.0 for each in finite)

@@ -1,4 +1,7 @@
-"""Figures of the pages as PNG files, drawn by matplotlib, an optional package: without it a page has no figure."""
+"""Figures of the pages as PNG files, drawn by matplotlib, which is optional.
+
+Without it a page has no figure.
+"""
 
 import sys
 from collections.abc import Callable
@@ -12,7 +15,9 @@ RED, BLUE, GREEN, GREY = "#c43d3d", "#2a78b8", "#2f9e62", "#555555"
 
 
 def save_figure(draw: Callable[[Any, Any], None], data: Any, file: Path, dpi: int) -> bool:
-    """Write a figure into a PNG file and return True; without matplotlib a line on stderr, and False.
+    """Write a figure into a PNG file, and return whether there is matplotlib to draw it.
+
+    Without it, a line on stderr says so.
 
     Args:
         draw: draws data into a `matplotlib.figure.Figure` without axes.

@@ -1,4 +1,4 @@
-"""The page of a study: one HTML file with failures, metrics by variant, their differences, and the worst runs."""
+"""The HTML page of a study: failures, metrics by variant, their differences, worst runs."""
 
 import io
 import json

@@ -34,7 +34,7 @@ def average_scene(scene: Scene) -> Scene:
 
 @singledispatch
 def average(part: Any) -> Any:
-    """Return a part of a model with its time-varying quantities at their mean; what has none as it is."""
+    """Return a part of a model with its time-varying quantities, if any, at their mean."""
     if not isinstance(part, tuple):
         return part
     means = [average(each) if isinstance(each, tuple) else each for each in part]

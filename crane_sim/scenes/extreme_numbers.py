@@ -1,4 +1,4 @@
-"""Numbers of a scene that are too large or too small for its equations: products or quotients of them overflow."""
+"""Numbers of a scene that are so large or so small that its equations overflow."""
 
 import sys
 from collections.abc import Iterator, Mapping
@@ -13,7 +13,7 @@ from crane_sim.files.errors import SceneError
 
 @contextmanager
 def refuse_extreme_numbers(document: Mapping[str, Any]) -> Iterator[None]:
-    """Raise SceneError, which names the most extreme number of a scene's document, where arithmetic fails within."""
+    """Raise SceneError with the document's most extreme number where arithmetic fails."""
     try:
         yield
     except (ArithmeticError, np.linalg.LinAlgError) as error:

@@ -60,7 +60,7 @@ class Periods:
 
 
 def equipment_of(file: SceneFile, period: float) -> tuple[HardwareConfig | None, dict[str, Any]]:
-    """Return (the hardware of a scene whose control period is given [s], None where it has none, notes on it).
+    """Return (the hardware of a scene with this control period [s] or None, notes on it).
 
     Raises:
         SceneError: a joint is unknown, or a group does not fit the crane.
@@ -93,12 +93,15 @@ def equipment_of(file: SceneFile, period: float) -> tuple[HardwareConfig | None,
 
 
 def is_nonideal(equipment: HardwareConfig | None) -> bool:
-    """Return whether there are groups between law and crane: efforts or what laws measure may be others."""
+    """Return whether groups between law and crane may change efforts or measurements."""
     return equipment is not None and not equipment.ideal
 
 
 def varies_within_period(equipment: HardwareConfig | None, duration: float) -> bool:
-    """Return whether held commands give efforts that change within a period of a run of that duration [s]."""
+    """Return whether held commands give efforts that change within a period of a run.
+
+    The run has that duration [s].
+    """
     if equipment is None:
         return False
     drives = equipment.drives
@@ -106,13 +109,13 @@ def varies_within_period(equipment: HardwareConfig | None, duration: float) -> b
 
 
 def stateful_joints(equipment: HardwareConfig | None, actuated: Sequence[str]) -> tuple[str, ...]:
-    """Return the actuated joints whose drives have a state of their own: a lag, a rate limit or a servo's loops."""
+    """Return the actuated joints whose drives have a state: lag, rate limit or servo loops."""
     states = () if equipment is None else zip(actuated, equipment.drives.has_state, strict=True)
     return tuple(joint for joint, has_state in states if has_state)
 
 
 def commands_of(equipment: HardwareConfig | None, nu: int) -> tuple[str, ...]:
-    """Return what the drives of the actuated joints are commanded (nu,): effort, velocity or position."""
+    """Return the commands of the drives of actuated joints (nu,): effort, velocity or position."""
     servos = equipment.servos if equipment is not None else None
     return ("effort",) * nu if servos is None else tuple(COMMANDS[kind] for kind in servos.kind)
 
@@ -142,7 +145,7 @@ def _drives(file: SceneFile, periods: Periods) -> Any:
 
 
 def _limit_switches(file: SceneFile, joint: str, group: ActuatorGroup) -> tuple[float, float]:
-    """Return the positions of a joint's limit switches, infinite without; raises SceneError where one is no use."""
+    """Return a joint's limit switches, infinite without; SceneError where one is of no use."""
     if group.limit_switches is None:
         return -inf, inf
     (low, high), start = group.limit_switches, file.initial_q[file.joint_names.index(joint)]

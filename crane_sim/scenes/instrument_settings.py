@@ -9,7 +9,7 @@ from crane_sim.scenes.schema.scene_file import SceneFile
 
 
 def instruments_of(file: SceneFile, period: float) -> tuple[Instruments | None, dict[str, Any]]:
-    """Return (the instruments of a scene whose control period is given [s], None where it has none, notes on them).
+    """Return (the instruments of a scene with this control period [s] or None, notes on them).
 
     Raises:
         SceneError: a time is too many periods.

@@ -1,4 +1,4 @@
-"""The kinds of crane: which support, and what may hang below it; the schema of the scene files of each."""
+"""The kinds of crane and the schemas of their files: a support and what may hang below it."""
 
 from typing import Any, Literal
 
@@ -30,7 +30,7 @@ ADDED = {"rope": {"rope": Positive, "swing_tangential": Tilt, "swing_radial": Ti
 
 
 def in_words(kinds: dict[str, Any], per: str = "") -> str:
-    """Return the unit of most joints, with the names of all and other units, from the types of their positions."""
+    """Return the unit of most joints, then all names with other units, from the joints' types."""
     units = {name: f"{'m' if kind in (Positive, Real) else 'rad'}{per}" for name, kind in kinds.items()}
     values = list(units.values())
     most = max(values, key=values.count)
@@ -38,7 +38,7 @@ def in_words(kinds: dict[str, Any], per: str = "") -> str:
 
 
 def start_of(support: type[SupportGroups], winch: str, base: type[Group]) -> type[Group]:
-    """Return the group `initial` of a crane whose joints have positions and velocities in their order."""
+    """Return the group `initial` of a crane: positions and velocities in the joints' order."""
     kinds = {joint.name: joint.kind for joint in support.joints} | ADDED[winch]
     return create_model(
         "Initial",

@@ -43,7 +43,7 @@ DEFAULT_PERIOD = 0.01  # s, between published states, unless the law has a perio
 
 @dataclass(frozen=True, repr=False)
 class Scene:
-    """A checked scene. Joint coordinates are in the order of joint_names, the actuated ones first."""
+    """A checked scene; joint coordinates are in the order of joint_names, actuated ones first."""
 
     name: str  # of its file
     crane: str  # the kind of crane: knuckle, tower, overhead, ...
@@ -84,7 +84,7 @@ class Scene:
 
     @property
     def commands(self) -> tuple[str, ...]:
-        """What the drives of the actuated joints are commanded (nu,): effort, velocity or position."""
+        """Commands of the drives of actuated joints (nu,): effort, velocity or position."""
         return commands_of(self.hardware, len(self.actuated))
 
     @property
@@ -105,12 +105,12 @@ class Scene:
 
     @property
     def idle_command(self) -> tuple[float, ...]:
-        """The command (nu,) that moves nothing at the start: the initial position where it is one, else zero."""
+        """The command (nu,) that moves nothing at the start: the initial position, or zero."""
         start = dict(zip(self.joint_names, self.initial_q, strict=True))
         return self.zero_command([start[name] for name in self.actuated])
 
     def zero_command(self, last: Sequence[float]) -> tuple[float, ...]:
-        """Return the command (nu,) of zero efforts and speeds; positions are those of the `last` one (nu,).
+        """Return the command (nu,) of zero efforts and speeds, positions as in `last` (nu,).
 
         A command is a position of a position drive, or of a suspension point that is moved.
         """
@@ -125,7 +125,7 @@ class Scene:
         return self.trajectory
 
     def with_external_commands(self) -> "Scene":
-        """Return the scene with its own law and inputs left out: commands come from outside, one every period."""
+        """Return the scene without its law and inputs, for external commands every period."""
         return replace(self, law=None, law_name=None, source=None, sampled=True)
 
     def to_dict(self) -> dict[str, Any]:
@@ -153,7 +153,7 @@ SceneSource = str | Path | Mapping[str, Any] | Scene
 
 
 def load_scene(source: SceneSource, overrides: Mapping[str, Any] | None = None, own_law: bool = True) -> Scene:
-    """Return the scene of a catalogue name, a file path, a dict of a file's shape, or another scene with changes.
+    """Return the scene of a catalogue name, a file path, a dict as in a file, or another scene.
 
     Args:
         source: what to read; a Scene without overrides is returned as it is.
@@ -177,7 +177,7 @@ def load_scene(source: SceneSource, overrides: Mapping[str, Any] | None = None, 
 def load_scenes(
     source: SceneSource, changes: Sequence[Mapping[str, Any]], own_law: bool = True
 ) -> list[Scene | SceneError]:
-    """Return for each of many changes of a scene what `load_scene` returns, or the error that it raises.
+    """Return, for each of many changes of a scene, the result or the error of `load_scene`.
 
     The source is read once, and laws of the same name are designed together.
 
@@ -198,7 +198,10 @@ def load_scenes(
 
 
 def _changed_document(document: dict[str, Any], changes: Mapping[str, Any]) -> tuple[Any, Sequence[str]]:
-    """Return (a document with changes, the settings of its law that they leave out); or (an error, none)."""
+    """Return (the changed document, settings of its law that the changes leave out).
+
+    Where that fails it is (the error, none).
+    """
     try:
         switched, ignored = switch_law(document, changes)
         return with_values(switched, changes), ignored
@@ -209,7 +212,10 @@ def _changed_document(document: dict[str, Any], changes: Mapping[str, Any]) -> t
 
 
 def _attempt(document: Any, function: Callable[..., Any], *args: Any) -> Any:
-    """Return what a function returns, or its error with the name of the document's scene; a document's error as is."""
+    """Return what a function returns, or its error with the scene's name.
+
+    A document that is itself an error is returned as it is.
+    """
     if isinstance(document, SceneError):
         return document
     try:
@@ -223,7 +229,10 @@ def _with_name(document: Mapping[str, Any], error: Exception) -> SceneError:
 
 
 def _by_law(found: Sequence[Scene | SceneError], own_law: bool) -> dict[str, list[int]]:
-    """Return the numbers of the scenes by the name of the law that each takes; without `own_law` installed ones."""
+    """Return the numbers of the scenes by the name of their law.
+
+    Without `own_law` only installed laws count.
+    """
     groups: dict[str, list[int]] = {}
     for i, scene in enumerate(found):
         name = scene.law_name if isinstance(scene, Scene) else None
@@ -259,12 +268,12 @@ def _with_law(scene: Scene, law: Law) -> Scene:
 
 
 def _source(source: Any, method: Any, model: Any) -> Any:
-    """Return a source of efforts; its steps end at its kinks where a method chooses them by their error."""
+    """Return a source of efforts, with its kinks as ends of steps for adaptive methods."""
     return with_breakpoints(source, model) if hasattr(method, "rtol") else source
 
 
 def _note_left_out(scene: Any, ignored: Sequence[str], control: Any) -> Any:
-    """Return the scene with a note on the settings of its original `control` group that were left out."""
+    """Return the scene with a note on the settings of its own `control` that were left out."""
     if not ignored or isinstance(scene, SceneError):
         return scene
     left_out = f"{', '.join(map(str, ignored))} of law {control.get('law')!r}"
@@ -306,7 +315,7 @@ def _build_scene(document: dict[str, Any], period: float | None = None) -> Scene
 
 
 def _motion(file: SceneFile, crane: Assembly, method: Any, varies: bool) -> dict[str, Any]:
-    """Return the fields of a scene on what is integrated, and what drives it; its law is yet to be added.
+    """Return the fields of a scene on what is integrated and what drives it, without its law.
 
     Args:
         file, crane: of the scene.
@@ -366,7 +375,10 @@ def _join_notes(*notes: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _load_notes(file: SceneFile, crane: Assembly, duration: float) -> dict[str, Any]:
-    """Return notes on base motion, wind, and changes of the payload that a run of `duration` [s] does not reach."""
+    """Return notes on base motion, wind and payload changes after the end of the run.
+
+    The run ends at `duration` [s].
+    """
     motion, wind = file.base_motion, getattr(crane.model, "wind", None)
     of_base = motion.notes(crane.model.base, file.duration) if motion is not None else {}
     of_wind = file.wind.notes(wind, file.seed) if file.wind is not None and wind is not None else {}
@@ -379,7 +391,10 @@ def _load_notes(file: SceneFile, crane: Assembly, duration: float) -> dict[str, 
 
 
 def _clock(file: SceneFile, period: float | None) -> tuple[float, float, dict[str, Any]]:
-    """Return (period [s], duration [s] in whole periods, at least one, a note when the file has another one)."""
+    """Return (period [s], duration [s] in whole periods, a note when the file's is another).
+
+    The duration is at least one period.
+    """
     period, duration = _period(file) if period is None else period, file.duration
     exact = duration / period
     steps = max(1, round(exact))
@@ -397,7 +412,7 @@ def _period(file: SceneFile) -> float:
 
 
 def check_limits(crane: Assembly, target: Sequence[float] | None) -> None:
-    """Raise SceneError when a crane starts, or should end at a target (nu,), outside its travel limits."""
+    """Raise SceneError when a crane's start or target (nu,) is outside its travel limits."""
     for limit in crane.limits:
         i, key = crane.joint_names.index(limit.joint), f"{limit.key} = {[limit.low, limit.high]}"
         start, unit = crane.initial_q[i], crane.joint_units[i]

@@ -44,7 +44,7 @@ def _fill(servo: Any, group: ActuatorGroup, settings: ServoGroup) -> None:
 
 
 def _checked_servo(file: SceneFile, joint: str, group: ActuatorGroup, unit: str) -> ServoGroup:
-    """Return the settings of a joint's servo drive; raises SceneError where keys contradict each other."""
+    """Return the settings of a joint's servo drive; SceneError where keys are contradictory."""
     drive = f"actuators.{group_name(file.actuators, joint, 'drive')}.drive = {group.drive!r}"
     if unit in ("m/s", "m"):
         rest = "it follows by itself, without a servo drive; name the other joints"
@@ -63,7 +63,7 @@ def _checked_servo(file: SceneFile, joint: str, group: ActuatorGroup, unit: str)
 
 
 def _check_keys(key: str, drive: str, servo: ServoGroup) -> None:
-    """Reject settings of a servo drive that lack what the kind of drive needs, or have what it does not."""
+    """Reject settings of a servo drive that lack what its kind needs, or have what it does not."""
     exact = servo.gain == inf
     if drive == POSITION and servo.max_speed is None:
         raise SceneError(f"{key}.max_speed: is missing, drive = {drive!r} needs one")
@@ -79,7 +79,7 @@ def _check_keys(key: str, drive: str, servo: ServoGroup) -> None:
 
 
 def _check_exact(file: SceneFile, joint: str, group: ActuatorGroup) -> None:
-    """Reject what keeps a drive from following its reference exactly: limits, impulses, play, friction, faults."""
+    """Reject what keeps a drive from an exact motion: limits, impacts, play, friction, faults."""
     motor = motor_of(file, joint)
     limits = {"limit": group.limit is not None, "motor": motor is not None and motor.torque < inf}
     for key, given in limits.items():

@@ -78,7 +78,7 @@ def key_of_other_cranes(path: Sequence[str], crane: str) -> str:
 
 
 def places_of(path: Sequence[str]) -> str:
-    """Return the end of a line on an unknown key: where cranes have it in a group, empty where none does."""
+    """Return the end of a line on an unknown key: where cranes have it, empty where none does."""
     if len(path) != 1:
         return ""
     groups = dict.fromkeys(group for schema in ALL_SCHEMAS.values() for group in schema.model_fields)

@@ -1,4 +1,4 @@
-"""Arguments of an entry point: their structure, which code is made for, and the numbers and addresses that it gets."""
+"""Arguments of an entry point: their structure, for which code is made, numbers and addresses."""
 
 import struct
 import sys

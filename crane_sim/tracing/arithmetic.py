@@ -170,7 +170,7 @@ def combine(operation: str, a: Any, b: Any) -> Any:
 
 
 def _structural(operation: str, a: Any, b: Any) -> Any:
-    """Return the result where an operand is the integer 0 or 1 of the structure, which costs nothing; else None."""
+    """Return the result, for free, where an operand is the integer 0 or 1 of structure, or None."""
     first, second = (x if type(x) is int else None for x in (a, b))
     if (first is None and second is None) or operation not in _STRUCTURAL or common_kind(a, b) is not Kind.REAL:
         return None
@@ -215,7 +215,7 @@ def _name_of(x: Any) -> str:
 
 
 def raise_to_power(graph: Graph, a: Any, b: Any) -> Any:
-    """Return a to the power of b: of a whole number that is known, products by repeated squaring."""
+    """Return a to the power of b; of a known whole number by repeated squaring."""
     if isinstance(b, int) and 0 <= b < 64:
         return _whole_power(combine("add", a, 0) if is_flag(a) else a, b)
     x, y = convert(graph, a, Kind.REAL), convert(graph, b, Kind.REAL)
@@ -234,7 +234,7 @@ def _whole_power(a: Any, exponent: int) -> Any:
 
 
 def divide_with_remainder(graph: Graph, operation: str, a: Any, b: Any) -> Any:
-    """Return the quotient rounded down, or the remainder, which has the sign of b; of integers by 0 both are 0."""
+    """Return the quotient rounded down, or the remainder with the sign of b; integers by 0: 0."""
     kind = common_kind(a, b)
     if kind is Kind.REAL:
         return _divide_reals(graph, operation, a, b)
@@ -366,7 +366,7 @@ def _extreme(better: Callable[[Any, Any], Any], numbers: tuple[Any, ...]) -> Any
 
 
 def _call_native(name: str, numbers: tuple[Any, ...]) -> float:
-    """Return a function of known reals as the code has it: by the C library where Python raises an error."""
+    """Return a function of known reals as the code does: by the C library where Python fails."""
     if name == "copy_sign":
         return math.copysign(*numbers)
     try:
@@ -383,7 +383,10 @@ def call_library(name: str, numbers: tuple[Any, ...]) -> float:
 
 
 def call_function(name: str, *numbers: Any) -> Any:
-    """Return a function of reals, of the processor or the C library, by its name in `llvm`; of a float by `math`."""
+    """Return a function of reals by its name in `llvm`, of the processor or the C library.
+
+    Of a float it is computed by `math`.
+    """
     graph = graph_of(*numbers)
     if graph is None:
         return _call_native(name, numbers)

@@ -1,4 +1,4 @@
-"""Arrays of traced functions: memory at an address, of a type and a shape that NumPy's arrays have."""
+"""Arrays of traced functions: memory at an address, with the type and shape of NumPy's arrays."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -56,7 +56,7 @@ def contiguous_strides(shape: tuple[Any, ...], itemsize: int) -> tuple[Any, ...]
 
 
 def is_contiguous(array: ArraySymbol) -> bool:
-    """Return whether an array is known to have its elements one behind the other, the last index varying fastest."""
+    """Return whether an array is known to be contiguous, the last index varying fastest."""
     dense = contiguous_strides(array.shape, array.dtype.itemsize)
     return all(_known_equal(a, b) for a, b in zip(array.strides, dense, strict=True))
 
@@ -124,7 +124,7 @@ def for_each(graph: Graph, count: Any, body: Any) -> None:
 
 
 def locate(array: ArraySymbol, index: Any) -> ArraySymbol:
-    """Return the view of an array that an index, a slice or a tuple of them selects; of an element, without a shape."""
+    """Return the view of an array at an index, a slice or a tuple of them; no shape: an element."""
     indices = index if isinstance(index, tuple) else (index,)
     if len(indices) > len(array.shape):
         raise TraceError(f"{len(indices)} indices of an array with {len(array.shape)}")
@@ -149,7 +149,7 @@ def locate(array: ArraySymbol, index: Any) -> ArraySymbol:
 
 
 def _elements_of(part: slice, length: Any) -> tuple[Any, Any, int]:
-    """Return (the first index, the number of elements, the step) of a slice, cut to the array as Python does it.
+    """Return (first index, number of elements, step) of a slice, cut to the array as in Python.
 
     One whose bounds are known lies in an array whose length is not, so its number of elements is known as well.
     """
@@ -262,7 +262,7 @@ def copy_of(array: ArraySymbol) -> ArraySymbol:
 
 
 def elementwise(function: Any, *operands: Any) -> ArraySymbol:
-    """Return the new array of a function of the elements of arrays, and of numbers that go with each of them."""
+    """Return the new array of a function of arrays' elements, and of numbers, the same for each."""
     model = next(x for x in operands if isinstance(x, ArraySymbol))
     out = allocate(model.graph, model.shape, np.dtype("f8"))
 
@@ -281,7 +281,7 @@ def elementwise(function: Any, *operands: Any) -> ArraySymbol:
 
 
 def extreme(array: ArraySymbol, name: str) -> Value:
-    """Return the smallest ("min") or the largest element of an array (n,), or what is not a number among them."""
+    """Return the smallest ("min") or largest element of an array (n,), nan where it has one."""
     better = "less" if name == "min" else "greater"
 
     def turn(best: Any, x: Any) -> Any:

@@ -79,7 +79,7 @@ static inline void release(struct block *block) {{
 
 
 def c_source(function: Function, name: str) -> str:
-    """Return the source of a function that C calls by a name, and of all that it calls; it returns nothing."""
+    """Return the source of a function that C calls by a name, of no result, and of its callees."""
     functions = functions_with_callees(function)
     texts = [_FunctionSource(f).text for f in functions]
     kinds = list(zip(function.block.parameters, function.parameter_kinds, strict=True))
@@ -195,7 +195,7 @@ class _FunctionSource:
         raise AssertionError(operation)
 
     def _arithmetic(self, operator: str, instruction: Instruction) -> str:
-        """Return a sum, a difference, a product or a quotient; of integers one that goes round, as in machine code."""
+        """Return a sum, difference, product or quotient; of integers it wraps, as machine code."""
         a, b = (f"v{number}" for number in instruction.arguments)
         if self._kind(instruction.results[0]) is Kind.INTEGER:
             return f"(int64_t)((uint64_t){a} {operator} (uint64_t){b})"

@@ -29,7 +29,7 @@ UNDIGESTED = (
 
 
 def digest(folders: tuple[Path, ...] = _PACKAGES) -> str:
-    """Return a digest of the Python sources below `folders`, except UNDIGESTED ones, and of what compiles them."""
+    """Return a digest of the sources below `folders`, but UNDIGESTED ones, and of the compiler."""
     sha = hashlib.sha256(f"{sys.version} {_LLVMLITE}".encode())
     for folder in map(str, folders):
         for file in sorted(_sources(folder)):
@@ -52,14 +52,14 @@ class SourceState:
         self.digest = digest(folders)
 
     def is_current(self) -> bool:
-        """Return whether the sources are unchanged; their contents are read only where a file's stamp differs."""
+        """Return whether the sources are unchanged; contents are read where stamps differ."""
         stamps = self._read_stamps()
         if stamps != self._stamps and digest(self._folders) == self.digest:
             self._stamps = stamps
         return stamps == self._stamps
 
     def includes(self, file: str) -> bool:
-        """Return whether the digest includes a file; "" and names in brackets, of code that no file has, are none."""
+        """Return whether the digest includes a file; "" and names in brackets are no files."""
         return os.path.realpath(file) in self._stamps
 
     def is_unchanged(self, file: str) -> bool:
@@ -84,7 +84,7 @@ def _stamp_of(file: str) -> tuple[int, ...]:
 
 
 def _sources(package: str) -> Iterator[str]:
-    """Yield the Python sources below a package's folder, except UNDIGESTED ones; as strings, which are quick."""
+    """Yield the Python sources below a package's folder, but UNDIGESTED ones, as strings (fast)."""
     return _sources_below(package, {os.path.join(package, undigested) for undigested in UNDIGESTED})
 
 
@@ -102,12 +102,15 @@ MAX_CACHES = 8  # folders of compiled code that are kept, one for each state of 
 
 
 def cache_root() -> Path:
-    """Return the folder below which compiled code is to be: $CRANE_SIM_CACHE, else the user's cache folder."""
+    """Return the folder for compiled code of all sources: $CRANE_SIM_CACHE, else the user's."""
     return Path(os.environ.get("CRANE_SIM_CACHE") or os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))
 
 
 def cache_folder() -> Path:
-    """Return the folder for compiled code of these sources, one of temporary files where `cache_root` is read-only."""
+    """Return the folder for compiled code of these sources.
+
+    Where `cache_root` is read-only, it is one of temporary files.
+    """
     folder = cache_root() / "crane_sim" / SOURCES_AT_IMPORT.digest
     try:
         if not folder.is_dir():
@@ -122,7 +125,7 @@ def cache_folder() -> Path:
 
 @cache
 def _temporary_folder() -> Path:
-    """Return a folder of this user's below that of temporary files, where any user could have made one by that name.
+    """Return a folder of this user's among temporary files, where others could make one as well.
 
     What it contains is executed: where the folder is another user's, or a link, there is a new one for this process.
     """

@@ -1,4 +1,4 @@
-"""Calls while tracing: a function is traced once for each structure of its arguments, and called from then on.
+"""Calls while tracing: a function is traced once for each structure of its arguments.
 
 Entry points of one kind of scene share most functions: what has been traced is kept for those that follow.
 """
@@ -65,7 +65,7 @@ class Calls:
         self.functions: set[types.FunctionType] = set()  # that are traced
 
     def call(self, graph: Graph, function: Any, arguments: list[Any], keywords: dict[str, Any]) -> Any:
-        """Return the result of a call of any function or class with symbols, arrays and other objects.
+        """Return the result of a call of any function or class with symbols and objects.
 
         Raises:
             TraceError: it is not traced.
@@ -107,7 +107,7 @@ class Calls:
     def function_of(
         self, graph: Graph, function: types.FunctionType, arguments: list[Any]
     ) -> tuple[tuple[Any, ...], tuple[Value, ...], Traced]:
-        """Return (arguments of a call with defaults, their leaves, the function as it is traced for such arguments).
+        """Return (arguments of a call with defaults, their leaves, the function traced for it).
 
         Raises:
             TraceError: it does what is not traced, or calls itself.
@@ -133,7 +133,7 @@ class Calls:
         return tuple(leaves), traced
 
     def _run_in_place(self, graph: Graph, source: Source, variables: dict[str, Any]) -> Any:
-        """Return the result of a short function without branches, whose instructions become the caller's own."""
+        """Return the result of a short function without branches, inlined into the caller."""
         self.functions.add(source.function)
         arrays = {name: self.as_argument(graph, x) for name, x in variables.items() if isinstance(x, _ARRAYS)}
         outer, graph.structural = graph.structural, _is_of_packages(source.function.__code__.co_filename)
@@ -214,7 +214,9 @@ class Calls:
 
 
 def trace_on_arrays(function: types.FunctionType, sizes: tuple[int | None, ...]) -> Function:
-    """Return a function traced for arguments that are reals, where a size is None, or arrays of so many reals.
+    """Return a function traced for arguments: reals, where a size is None, or arrays of reals.
+
+    An array has as many reals as its size says.
 
     Raises:
         TraceError: it does what is not traced.
@@ -283,7 +285,7 @@ def _has_symbols(tree: Any) -> bool:
 
 
 def take_apart(tree: Any, graph: Graph, integers: bool) -> tuple[list[Value], Any, Rebuild]:
-    """Return (the leaves of arguments, what else tells one structure from another, what makes arguments of leaves).
+    """Return (leaves of arguments, the rest of their structure, what makes them of leaves).
 
     Args:
         tree: of the arguments; floats that are known are leaves as well.

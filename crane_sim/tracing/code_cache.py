@@ -40,7 +40,7 @@ class _OuterValue(NamedTuple):
 
 
 def read_entry(function: Any, key: Any) -> Any:
-    """Return the code of a function for a structure of arguments, None where there is none that is whole and fits."""
+    """Return a function's code for a structure of arguments, None where none is whole and fits."""
     try:
         if not SOURCES_AT_IMPORT.is_current():
             return None
@@ -78,7 +78,7 @@ def write_entry(function: Any, key: Any, code: Any, functions: Iterable[types.Fu
 
 
 def note_implementation(function: Any, cls: Any, implementation: Any) -> None:
-    """Note an implementation in another file than the packages' and its type's: code with it is kept apart."""
+    """Note an implementation outside the packages and its type's file: its code is kept apart."""
     file = implementation.__code__.co_filename
     of_cls = getattr(sys.modules.get(cls.__module__), "__file__", None) if isinstance(cls, type) else None
     if file != of_cls and not SOURCES_AT_IMPORT.includes(file):
@@ -123,7 +123,7 @@ def _dependencies(functions: Iterable[types.FunctionType]) -> tuple[list[tuple[s
 
 
 def _names_of(code: types.CodeType) -> Iterator[str]:
-    """Yield the outer names of a function and of those inside it; names of attributes are among them."""
+    """Yield the outer names, also of attributes, of a function and of those inside it."""
     yield from code.co_names
     for inner in code.co_consts:
         if isinstance(inner, types.CodeType):
@@ -135,7 +135,10 @@ def _is_current(value: _OuterValue) -> bool:
 
 
 def _state_of(x: Any) -> str:
-    """Return a text that tells an outer value from others: of a module, class or function its file and its defaults."""
+    """Return a text that tells an outer value from others; of functions: file and defaults.
+
+    Of modules and classes it is the same.
+    """
     if x is None or isinstance(x, bool | int | float | str):
         return repr(x)
     if isinstance(x, tuple | list):

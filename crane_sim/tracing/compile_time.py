@@ -6,7 +6,7 @@ from contextlib import AbstractContextManager, contextmanager
 
 
 class CompileTimer:
-    """A timer of this process's compilations. Its blocks may be nested: the outermost one counts."""
+    """A timer of this process's compilations; of nested blocks the outermost one counts."""
 
     def __init__(self) -> None:
         self._seconds, self._depth, self._started = 0.0, 0, 0.0
@@ -50,5 +50,5 @@ def compile_time() -> float:
 
 
 def watch_compiling(callback: Callable[[], object]) -> AbstractContextManager[None]:
-    """Call `callback` whenever a function is compiled within the block, but not when one is loaded from the cache."""
+    """Call `callback` for each function compiled within the block, not for one from the cache."""
     return COMPILE_TIMER.watch(callback)

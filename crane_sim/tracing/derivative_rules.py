@@ -1,4 +1,4 @@
-"""Rules of forward mode: by operation, the partial derivatives of its result by each of its operands.
+"""Rules of forward mode: partial derivatives of each operation by each of its operands.
 
 A slope that is infinite counts as 0: it is that of a length, or of an angle, where a length vanishes, and what is made
 of it, such as |v| v, has a derivative there. So has |x| at 0, the mean of both sides.

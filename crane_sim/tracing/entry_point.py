@@ -1,4 +1,4 @@
-"""Functions that Python calls and that run as machine code, traced once for each structure of their arguments.
+"""Functions that Python calls as machine code, traced once per structure of their arguments.
 
 The code of a structure is kept in a folder of the user's (`code_cache`). It is the source's own, so Python can run a
 function as it stands instead: with CRANE_SIM_INTERPRETED=1 it does.
@@ -76,7 +76,7 @@ define void @run(ptr %memory) nounwind {{
 
 @contextmanager
 def _without_collection() -> Iterator[None]:
-    """Collect no garbage within the block: most of what a trace makes lives on, and looking through it takes long."""
+    """Collect no garbage within the block: a trace's objects live on, and searching takes long."""
     enabled = gc.isenabled()
     gc.disable()
     try:
@@ -137,7 +137,7 @@ class EntryPoint:
         return result
 
     def with_own_calls(self) -> "EntryPoint":
-        """Return the function for a caller whose arguments hardly change, while others call with different ones."""
+        """Return the function for one caller whose arguments hardly change."""
         own = EntryPoint(self.py_func)
         own._loaded, own._shared = self._loaded, self._shared or self
         return own
@@ -147,7 +147,7 @@ class EntryPoint:
         return self.__qualname__ if self._shared is None else (EntryPoint.with_own_calls, (self._shared,))
 
     def _call_anew(self, arguments: tuple[Any, ...]) -> Any:
-        """Return the result of a call with arguments of another structure than those of the call before."""
+        """Return the result of a call with another structure of arguments than before."""
         key = describe(arguments, [], {})
         loaded = self._loaded.pop(key, None) or self._load(key)
         if loaded is None:

@@ -1,4 +1,4 @@
-"""Expressions while tracing, and targets of assignments: what is known is computed, what depends on symbols noted."""
+"""Expressions and targets of assignments while tracing: known ones are computed, others noted."""
 
 import ast
 from collections.abc import Callable
@@ -43,7 +43,7 @@ def _name(frame: Frame, node: ast.Name) -> Any:
 
 
 def _without_list(x: Any) -> Any:
-    """Return a list as a tuple, as the lists that a function makes are: one is not changed while tracing."""
+    """Return a list as a tuple, as those of a function: lists do not change while tracing."""
     return tuple(x) if type(x) is list else x
 
 
@@ -69,7 +69,7 @@ def _operate_on_one(frame: Frame, node: ast.UnaryOp) -> Any:
 
 
 def condition_of(frame: Frame, node: ast.expr) -> Any:
-    """Return whether an expression holds; of `and` and `or` only those parts are evaluated that decide it."""
+    """Return whether an expression holds; of `and` and `or` only deciding parts are evaluated."""
     if isinstance(node, ast.BoolOp):
         return _decide(frame, node.values, isinstance(node.op, ast.And), condition_of)
     return arithmetic.holds(evaluate(frame, node))

@@ -1,4 +1,4 @@
-"""Calls of machine code from Python: memory for arguments, which keeps what did not change since the last, and results.
+"""Calls of machine code from Python: memory for arguments, kept where unchanged, and results.
 
 A call's memory has the address of what the code allocates, then the leaves of the arguments, then those of the result,
 eight bytes each.
@@ -64,7 +64,7 @@ class Call:
     """Memory of one call at a time, with the arguments of the call before."""
 
     def __init__(self, entry: LoadedEntry, limit: float) -> None:
-        """Begin without arguments; those with more than `limit` bytes of arrays are not kept for the next call."""
+        """Begin without arguments; those above `limit` bytes of arrays are not kept."""
         count = len(entry.keys)
         self.entry, self._limit, self._indices = entry, limit, range(count)
         self._memory = bytearray(entry.size)
@@ -75,7 +75,7 @@ class Call:
         self._large: list[int] = []  # arguments whose arrays would take much memory until the next call
 
     def take(self, arguments: tuple[Any, ...]) -> bool:
-        """Take the arguments of a call; return whether they have the structure that the code is for.
+        """Take the arguments of a call; return whether their structure is that of the code.
 
         An object that is the one before has its structure and its numbers: tuples do not change, and arrays stay where
         they are.

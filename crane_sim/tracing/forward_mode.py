@@ -1,4 +1,4 @@
-"""Forward mode: a traced function becomes one that also computes the derivatives of its numbers along directions.
+"""Forward mode: functions traced anew, with derivatives of their numbers along directions.
 
 Each instruction is kept as it is, so values have the bits of the function itself; beside it stand those of the rule of
 its derivative. A real that moves has a tangent, its derivatives along `DIRECTIONS` directions at once; memory of reals
@@ -27,14 +27,17 @@ _NUMBERS = count()
 
 
 class Dual(NamedTuple):
-    """A value and its tangent: of a real its derivatives, of an address that of tangents; None: it does not move."""
+    """A value and its tangent: derivatives of a real, tangents' address of an address, or None.
+
+    None stands for a value that does not move.
+    """
 
     value: Value
     tangent: Value | None = None
 
 
 class Transformed(NamedTuple):
-    """A function with derivatives: of its arguments those that move have their tangents behind all arguments."""
+    """A function with derivatives: tangents of moving arguments stand behind all arguments."""
 
     function: Function
     moved: tuple[bool, ...]  # results that have a tangent, which stand behind all results
@@ -258,7 +261,7 @@ class _Transformation:
             self._need([address])
 
     def _keep_address(self, number: int, address: int, offset: int) -> None:
-        """Keep an address's tangents where it is kept itself; all that one place may have need them, or none."""
+        """Keep an address's tangents with it; of all kept in one place each has them, or none."""
         dual, place, origin = self._duals[number], self._duals[address].tangent, (self._origins[address], offset)
         if origin in self._active and place is not None:
             if dual.tangent is None:

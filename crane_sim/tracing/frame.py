@@ -1,4 +1,4 @@
-"""One call of a function while tracing: its variables, branches between them, and what it returns from inside loops."""
+"""One call while tracing: its variables, branches, and returns from inside loops."""
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -19,7 +19,7 @@ CODES = {Kind.REAL: "f8", Kind.INTEGER: "i8", Kind.WORD: "u8", Kind.BOOLEAN: "b1
 
 
 def read_leaves(address: Value, kinds: Iterable[Kind], first: int = 0) -> list[Value]:
-    """Return numbers and addresses that are kept one behind the other, eight bytes each, from byte `first` on."""
+    """Return consecutive numbers and addresses, eight bytes each, from byte `first` on."""
     append, places = address.graph.append, count(first, 8)
     return [append("read", (address.number,), (kind,), (next(places), CODES[kind]))[0] for kind in kinds]
 
@@ -54,12 +54,12 @@ class Caller(Protocol):
 
 
 class Frame:
-    """The variables of one call, and where the results of returns that end with a number (`RETURNS`) are stored."""
+    """The variables of one call, and where returns that end with `RETURNS` store results."""
 
     def __init__(
         self, graph: Graph, calls: Caller, source: Source, variables: dict[str, Any], result_kinds: dict[int, Kind]
     ) -> None:
-        """Begin with the parameters as variables, and with kinds that stored results need in place of their own."""
+        """Begin with the parameters, and with kinds of stored results in place of their own."""
         self.graph, self.calls, self.source, self.variables = graph, calls, source, variables
         self.depth = 0  # of loops and branches in which a return stores its result
         self._result: tuple[Rebuild, list[Kind], Value, Any] | None = None
@@ -106,7 +106,7 @@ class Frame:
         return rebuild(iter(read_leaves(slot, kinds)))
 
     def finish(self, code: Any, following: Callable[[], Any]) -> Any:
-        """Return the outcome of a function after statements that end with a number; what follows may not run."""
+        """Return a function's outcome after statements with `code`; what follows may not run."""
         if self._result is None or (not isinstance(code, Value) and code != RETURNS):
             return following()
         if not isinstance(code, Value):
@@ -176,7 +176,7 @@ class Frame:
 
 
 def _join_variables(merge: Merge, ours: dict[str, Any], theirs: dict[str, Any]) -> dict[str, Any]:
-    """Return what makes each variable of leaves: a function, or the value alone in a tuple where both sides have it.
+    """Return what makes variables of leaves: a function, or (the value,) where sides share it.
 
     A variable whose values differ in structure is undefined: an error only where it is read.
     """

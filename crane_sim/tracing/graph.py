@@ -1,4 +1,4 @@
-"""A traced computation: instructions in single-assignment form, and the symbols that name their results."""
+"""A traced computation: instructions in single-assignment form, and symbols for their results."""
 
 from collections.abc import Callable
 from contextlib import contextmanager
@@ -33,7 +33,7 @@ _PYTHON_TYPES: dict[Kind, Callable[[Any], Number]] = {
 
 
 class Graph:
-    """Records instructions. A value that an enclosing block has computed already is not computed again."""
+    """Records instructions; a value that an enclosing block has computed is not computed again."""
 
     def __init__(self) -> None:
         """Begin with an empty block."""
@@ -68,7 +68,7 @@ class Graph:
         return Value(self, len(self.kinds) - 1)
 
     def new_slot(self, count: int) -> "Value":
-        """Return the address of memory for `count` numbers of eight bytes, that of the whole function."""
+        """Return the address of memory for `count` numbers of 8 bytes, the whole function's."""
         self.kinds.append(Kind.ARRAY)
         self._owners.append(self._open[1])
         value = Value(self, len(self.kinds) - 1)

@@ -1,4 +1,4 @@
-"""Instructions in single-assignment form, their kinds of values, and what is known of their operations."""
+"""Instructions in single-assignment form, kinds of values, and properties of operations."""
 
 from enum import Enum
 from typing import Any, NamedTuple

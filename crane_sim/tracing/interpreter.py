@@ -1,4 +1,4 @@
-"""Interpreter of Python functions that are called with symbols: what does not depend on numbers happens while tracing.
+"""Interpreter of Python functions on symbols: what depends on no number happens while tracing.
 
 A function of plain Python runs statement by statement. Types, optional parts and loops of known length are resolved;
 arithmetic on symbols notes instructions; a condition that is a symbol becomes a branch or a loop, whose variables are
@@ -151,7 +151,7 @@ def _code_of(frame: Frame, statements: list[ast.stmt]) -> Any:
 
 
 def _go_on(frame: Frame, code: Any, rest: list[ast.stmt]) -> Any:
-    """Run what follows statements unless they end the turn of a loop, or the function; return the outcome."""
+    """Run what follows statements unless they end a turn or the function; return the outcome."""
     if not frame.depth:
         return frame.finish(code, lambda: run(frame, rest))
     if not isinstance(code, Value):

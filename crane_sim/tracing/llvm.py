@@ -15,7 +15,7 @@ def module_text(entry: Function) -> str:
 
 
 def module_texts(entry: Function) -> tuple[str, str]:
-    """Return (the module of a function, that of its loops that are to become lanes), which are linked.
+    """Return (the module of a function, that of its loops for lanes), which are linked.
 
     LLVM makes lanes in a sequence of passes that takes three times as long as those that other code needs.
     """
@@ -36,7 +36,7 @@ def _is_with_loops(function: Function) -> bool:
 
 
 def _module(functions: list[Function], exported: set[str], outer: list[Function], places: Places) -> str:
-    """Return the module of functions, each after those that it calls; `outer` are those of another module."""
+    """Return the module of functions, callees first; `outer` are those of another module."""
     nodes = itertools.count(1)  # of metadata
     inlined = _inlined_names(functions, exported)
     passed = {name: {} if name in inlined else known for name, known in places.items()}
@@ -48,7 +48,7 @@ def _module(functions: list[Function], exported: set[str], outer: list[Function]
 
 
 def _inlined_names(functions: list[Function], exported: set[str]) -> set[str]:
-    """Return the functions that are inlined: those that are marked, and those that are called at one place then."""
+    """Return the inlined functions: those marked, and those called at one place after that."""
     calls, names = Counter[str](), set[str]()
     for function in reversed(functions):
         copies = 1

@@ -96,7 +96,7 @@ class FunctionText(ValueText):
             self._lines.append(self._phi(number, *origins))
 
     def _origins(self, numbers: tuple[int, ...]) -> list[str]:
-        """Return values as a phi takes them that come from the end of the basic block that is being written."""
+        """Return values as a phi takes them from the end of the present basic block."""
         names = list(map(self._name, numbers))  # which may read them
         return [f"[{name}, %{self._label}]" for name in names]
 
@@ -124,7 +124,7 @@ class FunctionText(ValueText):
         self._begin(end)
 
     def _mark_memory(self, loop: Instruction) -> str:
-        """Return the name of the last block of memory before a loop, none where it allocates nothing."""
+        """Return the last memory block's name before a loop, or none without allocations."""
         if self._is_simd(loop) or not any(map(allocates, loop.literal)):
             return ""
         mark = f"%{self._new_label('m')}"
@@ -132,7 +132,7 @@ class FunctionText(ValueText):
         return mark
 
     def _sweep_memory(self, mark: str, loop: Instruction) -> None:
-        """Free what earlier turns of a loop have allocated and the turn that begins cannot reach."""
+        """Free what a loop's earlier turns allocated and the beginning one cannot reach."""
         if not mark:
             return
         roots = [self._name(number) for number in loop.results if self._kind(number) is Kind.ARRAY]
@@ -153,7 +153,7 @@ class FunctionText(ValueText):
         return bool(loop.results) and loop.results[0] in self._function.graph.simd_loops
 
     def _loop_hint(self, loop: Instruction) -> str:
-        """Have what follows marked where a loop's turns are independent; return what marks the loop's end."""
+        """Mark what follows where a loop's turns are independent; return its end's mark."""
         hint, node = next(self._nodes), next(self._nodes)
         if self._is_simd(loop):
             accesses = next(self._nodes)

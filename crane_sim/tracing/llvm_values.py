@@ -1,4 +1,4 @@
-"""Values of a function as text in LLVM's language: their names and types, what computes them, reads and writes them."""
+"""Values of a function as LLVM text: names, types, and what computes, reads and writes them."""
 
 import struct
 from collections.abc import Callable, Iterator
@@ -21,7 +21,7 @@ _ALIGNMENT = {"i4": 4, "b1": 1}  # bytes; of all others 8
 
 
 class ValueText:
-    """Writes instructions without control flow; a value is named by its number, a label by the order of labels."""
+    """Writes instructions without control flow; names are numbers of values or orders of labels."""
 
     def __init__(self, function: Function, places: dict[int, Place], nodes: Iterator[int]) -> None:
         """Begin to write.
@@ -92,7 +92,7 @@ class ValueText:
         return self._conversion(operation, kind, names) or self._operation(operation, kind, names)
 
     def _conversion(self, operation: str, kind: Kind, name: str) -> str:
-        """Return the expression of an operation that changes the kind of a value, empty for another one."""
+        """Return the expression of an operation that changes a value's kind, else empty."""
         match operation:
             case "flag_to_integer":
                 return f"zext i1 {name} to i64"
@@ -161,7 +161,7 @@ class ValueText:
         self._write_place(instruction.arguments, instruction.literal, self._name(instruction.results[0]))
 
     def _write_place(self, arguments: tuple[int, ...], offset: int, name: str) -> None:
-        """Write the address that is `offset` bytes, and an argument's number of bytes, from another one."""
+        """Write an address from another one, `offset` and an argument's bytes further."""
         base = self._name(arguments[0])
         if len(arguments) > 1:
             self._write(f"{name}i = getelementptr inbounds i8, ptr {base}, {self._typed(arguments[1])}")
@@ -181,7 +181,7 @@ class ValueText:
             self._write(f"{name} = " + (f"sext i32 {loaded} to i64" if code == "i4" else f"trunc i8 {loaded} to i1"))
 
     def _read_argument(self, number: int) -> str:
-        """Write the read of an argument of the entry point, which nothing changes; return its name."""
+        """Write the read of an entry point's argument, which is constant; return its name."""
         (offset, code), self._reads = self._places[number], self._reads + 1
         name, place = f"%a{self._reads}", f"%b{self._reads}"
         self._write(f"{place} = getelementptr inbounds i8, ptr %memory, i64 {offset}")

@@ -1,4 +1,4 @@
-"""Loops while tracing: their turns one after the other where these are known, else one loop in the code."""
+"""Loops while tracing: known turns one after the other, unknown ones as a loop in the code."""
 
 import ast
 from collections.abc import Callable
@@ -43,7 +43,7 @@ class _LateVariable(Exception):
 
 
 def turns_of(frame: Frame, loop: ast.For | ast.While) -> Any:
-    """Return what a loop goes over: a list, a `range` or a `Range`; None for one that goes by a condition.
+    """Return what a loop goes over: a list, `range` or `Range`; None for one by a condition.
 
     Raises:
         TraceError: it is nothing of this.
@@ -65,7 +65,7 @@ def turns_of(frame: Frame, loop: ast.For | ast.While) -> Any:
 
 
 def known_turns(loop: ast.For | ast.While, turns: Any) -> list[Any] | None:
-    """Return what the variable of a loop is in its turns, None for one that is a loop in the code, too."""
+    """Return the values of a loop's variable, None for one that is a loop in the code, too."""
     if isinstance(turns, list):
         return turns
     if isinstance(turns, range) and len(turns) <= UNROLLED and not has_jump(loop):
@@ -96,7 +96,7 @@ def trace_loop(frame: Frame, loop: ast.For | ast.While, turns: Any, turn: Callab
 
 
 class _Recorder:
-    """Records one loop; its state: the variables of some names, the index of a range, and how the last turn ended."""
+    """Records one loop; its state: some variables, a range's index, and how the last turn ended."""
 
     def __init__(
         self, frame: Frame, loop: Any, steps: Range | None, names: list[str], late: dict[str, Any],
@@ -151,7 +151,7 @@ class _Recorder:
         return [arithmetic.convert(self._frame.graph, condition, Kind.BOOLEAN)]
 
     def _continues(self, runs: Any) -> Any:
-        """Return whether the condition of a while loop holds; it is not evaluated when the loop has been left."""
+        """Return whether a while loop's condition holds; not evaluated once the loop is left."""
         frame, test = self._frame, self._loop.test
         if runs is None:
             return condition_of(frame, test)

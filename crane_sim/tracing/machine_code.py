@@ -9,7 +9,7 @@ from llvmlite import __version__ as LLVMLITE
 
 
 class Optimisation(Enum):
-    """How much time goes into code so that it runs fast; its bits are the same: (level of passes, of code generation).
+    """Effort in making code fast, with the same bits: (level of passes, of code generation).
 
     Code that runs for some hundred instants costs more to optimise than it takes.
     """
@@ -86,7 +86,7 @@ _PASSES = (
 
 
 def _run_passes(module: Any, builder: Any) -> None:
-    """Run what matters to code without lanes: LLVM's own sequence for a module takes three times as long."""
+    """Run the passes for code without lanes, in a third of the time of LLVM's own sequence."""
     passes = llvm.create_new_module_pass_manager()
     for name in _PASSES:
         getattr(passes, f"add_{name}_pass")()

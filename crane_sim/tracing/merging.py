@@ -1,4 +1,4 @@
-"""What a variable is after a branch or a loop: trees of numbers, arrays and other objects, made equal in structure."""
+"""Variables after a branch or a loop: trees of numbers and objects, made equal in structure."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -40,7 +40,7 @@ def base_address(graph: Graph, part: ArraySymbol | RecordSymbol) -> Value:
 
 
 def with_address(part: Any, address: Value, leaves: Iterator[Value]) -> Any:
-    """Return an array or a record at an address, with sizes from an iterator in place of those that are symbols."""
+    """Return an array or a record at an address; an iterator gives sizes that are symbols."""
     if isinstance(part, RecordSymbol):
         return RecordSymbol(address, 0, part.dtype)
     sizes = [next(leaves) if isinstance(x, Value) else x for x in (*part.shape, *part.strides)]

@@ -19,7 +19,7 @@ def sqrt(x: Any) -> Any:
 
 
 def to_integer(x: Any) -> Any:
-    """Return a whole number as an integer; of nan, and of 2^63 and above, what comes out means nothing."""
+    """Return a whole number as an integer, without meaning for nan and from 2^63 on."""
     return int(x) if abs(x) < 2.0**63 else 0
 
 

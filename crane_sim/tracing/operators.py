@@ -37,7 +37,7 @@ _COMPARE = {
 
 
 def evaluate_operation(operator: ast.operator, a: Any, b: Any) -> Any:
-    """Return the result of a binary operation on numbers, arrays or what else Python knows it for."""
+    """Return the result of a binary operation on numbers, arrays or other Python objects."""
     operation = _BINARY.get(type(operator))
     if operation is None:
         raise TraceError("a product of matrices is not traced")

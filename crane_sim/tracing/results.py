@@ -1,4 +1,4 @@
-"""What an entry point returns: its structure, and the result made of the numbers and addresses of a call."""
+"""What an entry point returns: its structure, made of the numbers and addresses of a call."""
 
 import ctypes
 from collections.abc import Callable
@@ -91,7 +91,7 @@ def _take_array(
     shape: tuple[int, ...],
     strides: tuple[int, ...],
 ) -> Any:
-    """Return the array at an address: one of the arguments', or a new one with a copy of what is there."""
+    """Return the array at an address: one of the arguments', or a new one with a copy."""
     for arrays in arguments.values():
         found = arrays.get(address)
         if found is not None and found.shape == shape and found.strides == strides and found.dtype == dtype:

@@ -1,4 +1,4 @@
-"""Sources of functions: their syntax trees, the variables that parts of them assign and read, and outer names."""
+"""Sources of functions: syntax trees, variables that parts of them use, and outer names."""
 
 import ast
 import builtins
@@ -85,7 +85,7 @@ def _is_straight(statement: ast.stmt) -> bool:
 
 @cache
 def _tree_of(file: str, time_stamp: int) -> ast.Module:
-    """Return the tree of a file that was changed last at a time stamp: a module may be imported anew."""
+    """Return the tree of a file with this time stamp: a module may be imported anew."""
     return ast.parse(Path(file).read_text(encoding="utf-8"))
 
 
@@ -103,7 +103,7 @@ def _candidates(code: types.CodeType, version: tuple[str, int]) -> list[Any]:
 
 
 def _parse_alone(code: types.CodeType, lines: list[str]) -> ast.FunctionDef | None:
-    """Return the tree of a function's lines, which takes a tenth of its file's, None where they are no function."""
+    """Return the tree of a function's lines alone, in a tenth of its file's time, or None."""
     first = code.co_firstlineno - 1
     last = max(end for inner in _codes_in(code) for _, end, _, _ in inner.co_positions() if end)
     indent = _indent(lines[first])
@@ -140,7 +140,7 @@ def _codes_in(code: types.CodeType) -> Iterator[types.CodeType]:
 
 @cache
 def _functions_of(file: str, time_stamp: int) -> dict[tuple[str, int], list[Any]]:
-    """Return functions by name and by the line that their code begins in: that of the first decorator."""
+    """Return functions by name and by the line of their first decorator or definition."""
     found: dict[tuple[str, int], list[Any]] = {}
     for node in _statements(_tree_of(file, time_stamp)):
         if isinstance(node, ast.FunctionDef):
@@ -193,7 +193,7 @@ def source_of(function: types.FunctionType) -> Source:
 
 
 def _contains(tree: Any, code: types.CodeType) -> bool:
-    """Return whether all of a function's code is from the body of a tree: of several that begin in one line."""
+    """Return whether a function's code is from a tree's body, as of several on one line."""
     first, last = (tree.body, tree.body) if isinstance(tree, ast.Lambda) else (tree.body[0], tree.body[-1])
     start, end = (first.lineno, first.col_offset), (last.end_lineno, last.end_col_offset)
     places = [(a, c, b, d) for a, b, c, d in code.co_positions() if None not in (a, b, c, d) and (a, c) != (b, d)]
@@ -221,13 +221,13 @@ def has_return(node: ast.AST) -> bool:
 
 @cache
 def has_jump(loop: ast.For | ast.While, kinds: Any = ast.Break | ast.Continue) -> bool:
-    """Return whether the body of a loop may leave a turn of this loop, not of one inside it, by such a statement."""
+    """Return whether a loop's body may leave a turn of this loop by such a statement."""
     return any(isinstance(part, kinds) for statement in loop.body for part in _parts_of_turn(statement))
 
 
 @cache
 def has_exit(statement: ast.stmt) -> bool:
-    """Return whether a statement may leave the function, or a turn of the loop that it is part of."""
+    """Return whether a statement may leave the function, or a turn of its own loop."""
     jumps = any(isinstance(part, ast.Break | ast.Continue) for part in _parts_of_turn(statement))
     return jumps or has_return(statement)
 
@@ -266,7 +266,7 @@ def _find_read_later(source: Source, loop: ast.AST) -> frozenset[str]:
 
 
 def _uses(node: ast.AST) -> list[tuple[ast.Name, bool]]:
-    """Return the variables that a statement uses, and whether it assigns them, in the order of execution."""
+    """Return a statement's variables, in order of execution, and whether it assigns them."""
     if isinstance(node, ast.Name):
         return [(node, isinstance(node.ctx, ast.Store))]
     parts = list(ast.iter_child_nodes(node))

@@ -1,4 +1,4 @@
-"""Arguments of an entry point that the functions it calls read themselves, where a call would have to pass them.
+"""Arguments of an entry point that its callees read themselves, instead of being passed them.
 
 A crane's masses and lengths go unchanged through many calls, some hundred numbers each. What every call of a function
 passes from the same place of the entry point's memory is no parameter of its code.
@@ -16,7 +16,7 @@ Sources = dict[int, int]
 
 
 def shared_places(entry: Function) -> dict[str, dict[int, Place]]:
-    """Return, for each function by name, its parameters that are always the same argument of the entry point."""
+    """Return, by function, its parameters that are always the same argument of the entry point."""
     functions, sources = functions_with_callees(entry), dict[str, Sources]()
     for function in functions:
         sources[function.name] = _sources_in(function.block, sources)

@@ -1,4 +1,4 @@
-"""What a function says of its loops that are to become vector instructions, and of arrays that it needs for itself."""
+"""What functions say of loops that become vector instructions, and of their own arrays."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 def simd_range(*bounds: int) -> range:
-    """Return range(*bounds) for a loop that stays one: its turns are independent, and run in lanes of vectors.
+    """Return range(*bounds) for a loop in the code whose independent turns run in vector lanes.
 
     A turn reads no element of an array that another one writes. Where it calls a `routine`, or has a loop, there are
     no lanes, nor where few turns, whose number is known, leave lanes of vectors free: they are written out. Other loops
@@ -16,7 +16,7 @@ def simd_range(*bounds: int) -> range:
 
 
 def local_array(shape: tuple[int, ...]) -> Any:
-    """Return an undefined array of floats that is gone when the function that asks for it returns."""
+    """Return an undefined array of floats that ends with the function that asks for it."""
     return np.empty(shape)
 
 

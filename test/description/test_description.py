@@ -58,7 +58,7 @@ def payload(scene: Scene, q: tuple[float, ...]) -> np.ndarray:
 @settings(max_examples=50)
 @given(st.tuples(ANGLE, ANGLE, ANGLE, st.floats(0.1, 8.0), SWING, SWING))
 def test_forward_kinematics_is_the_models(q: tuple[float, ...]) -> None:
-    """The payload link is where the model puts the payload: level frames and rope chain are right at any posture."""
+    """The payload link is at the model's payload in any posture, by level frames and rope chain."""
     actual = link_position(urdf(SCENE), dict(zip(SCENE.joint_names, q, strict=True)), "payload_link")
     # lengths up to 17 m in double precision
     assert actual == pytest.approx(payload(SCENE, q), abs=1e-12)
@@ -89,7 +89,7 @@ def test_links_make_one_tree(scene: Scene) -> None:
 
 
 def test_masses_and_inertias_are_the_models() -> None:
-    """Masses of rods and payload are the scene's, and every inertia is one that a rigid body can have."""
+    """Rod and payload masses are the scene's; every inertia is possible for a rigid body."""
     robot = ElementTree.fromstring(urdf(SCENE))
     inertials = {link.attrib["name"]: link.find("inertial") for link in robot.iter("link")}
     support = SCENE.model.support
@@ -109,14 +109,17 @@ def test_masses_and_inertias_are_the_models() -> None:
 
 @pytest.mark.parametrize("scene", OVERHEAD.values(), ids=OVERHEAD)
 def test_free_joints_of_an_overhead_crane_are_the_scenes(scene: Scene) -> None:
-    """Joint states move everything, however many links there are: no other joint moves on its own."""
+    """Joint states move everything, whatever the number of links; no other joint is free."""
     robot = ElementTree.fromstring(urdf(scene))
     free = [j.attrib["name"] for j in robot.iter("joint") if j.attrib["type"] != "fixed" and j.find("mimic") is None]
     assert sorted(free) == sorted(scene.joint_names)
 
 
 def posture(scene: Scene, seed: int) -> np.ndarray:
-    """Return joint positions (nq,) of a random posture; a hoist in space keeps its length, see `cables`."""
+    """Return joint positions (nq,) of a random posture; a spatial hoist keeps its length.
+
+    See `cables`.
+    """
     random = np.random.default_rng(seed)
     turns = random.normal(size=(len(scene.joint_names), 3))
     turns /= np.linalg.norm(turns, axis=1, keepdims=True)
@@ -131,7 +134,7 @@ def posture(scene: Scene, seed: int) -> np.ndarray:
 
 @pytest.mark.parametrize("scene", OVERHEAD.values(), ids=OVERHEAD)
 def test_the_nodes_are_the_models(scene: Scene) -> None:
-    """Every node of the cable is where the model puts it, from the joint positions and the URDF alone."""
+    """Every cable node is at the model's place, by joint positions and URDF alone."""
     q = posture(scene, 1)
     nodes, _ = world_points(scene.model, 0.0, q, np.zeros_like(q))
     document, joints = urdf(scene), dict(zip(scene.joint_names, q, strict=True))
@@ -152,6 +155,6 @@ def test_a_hoist_in_space_is_exact_below_the_trolley() -> None:
 
 
 def test_locked_rope_is_described_too() -> None:
-    """A scene whose rope is locked still describes the rope, since the joint states still contain it."""
+    """A scene with a locked rope still describes the rope, since joint states contain it."""
     scene = load_scene(SCENE.to_dict() | {"rope": {"drive": "locked"}})
     assert 'name="rope" type="prismatic"' in urdf(scene)

@@ -17,7 +17,7 @@ STEP = 1e-5  # s, of central differences
 
 @pytest.mark.parametrize("name", NAMES[::2])
 def test_velocities_are_the_rates_of_poses(name: str) -> None:
-    """Every frame's velocities are the central differences of its pose; the payload is where the model has it."""
+    """Frame velocities are central differences of poses; the payload is where the model has it."""
     scene = load_scene(name)
     tree = TransformTree(urdf(scene), scene.joint_names)
     for seed in range(3):
@@ -39,7 +39,7 @@ def test_velocities_are_the_rates_of_poses(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES[1::2])
 def test_accelerations_are_the_second_derivatives_of_positions(name: str) -> None:
-    """Every frame's acceleration is the second difference of its place, its angular one that of its turning."""
+    """A frame's accelerations are the second differences of its place and its turning."""
     scene = load_scene(name)
     tree, step = TransformTree(urdf(scene), scene.joint_names), 1e-3
     t, q = random_state(scene, 1)
@@ -62,14 +62,14 @@ def test_accelerations_are_the_second_derivatives_of_positions(name: str) -> Non
 
 
 def _keep_size(joints: tuple[str, ...], q: np.ndarray, v: np.ndarray) -> None:
-    """Take from the rate of a quaternion (in place) the part that changes its size: the frame has none."""
+    """Take the size-changing part from a quaternion's rate, in place: the frame has none."""
     indices = [joints.index(name) for name in ATTITUDE if name in joints]
     if indices:
         v[indices] -= q[indices] * (q[indices] @ v[indices])
 
 
 def test_a_long_cable_has_all_its_frames() -> None:
-    """A cable of as many links as a scene may have needs no recursion: its last frame is where the links end."""
+    """A cable with the most links needs no recursion: its last frame is where the links end."""
     links, length = 500, 0.1  # m
     cable = {"links": links, "lengths": length, "node_masses": 1.0}
     scene = load_scene({"crane": "overhead", "duration": 1.0, "trolley": {"drive": "fixed"}, "cable": cable})

@@ -1,4 +1,4 @@
-"""The drawn structure of a gantry crane: where its scene says, a boom where the rail goes far beyond the legs."""
+"""A gantry crane's drawn structure: in its scene's place, with a boom where the rail is long."""
 
 from xml.etree import ElementTree
 
@@ -22,7 +22,7 @@ def boxes_of(document: str, link: str) -> list[list[float]]:
 
 @pytest.mark.parametrize("name", SHIP_TO_SHORE)
 def test_a_ship_to_shore_crane_has_a_boom(name: str) -> None:
-    """It stands on the legs of its scene, reaches over the trolley's start by its boom, and the mast is the top."""
+    """It has its scene's legs, its boom reaches beyond the trolley's start, its mast is highest."""
     scene = load_scene(name)
     portal, legs = portal_of(scene), scene.to_dict()["legs"]
     assert portal.boom is not None and portal.boom[0] == legs[0]
@@ -36,7 +36,7 @@ def test_a_ship_to_shore_crane_has_a_boom(name: str) -> None:
 
 
 def test_a_container_has_its_true_size() -> None:
-    """The load of 40 ft is drawn as the ISO container that its moments are near, another box as it is."""
+    """The load of 40 ft is drawn as the ISO container near its moments, another box as it is."""
     boxes = boxes_of(urdf(load_scene("port_sts_container")), "payload_link")
     assert [WIDTH, LENGTHS[1], HEIGHT] == pytest.approx(boxes[0], abs=1e-9)
     assert container_edges((2.4, 6.0, 2.4)) == (WIDTH, LENGTHS[0], HEIGHT)
@@ -44,7 +44,7 @@ def test_a_container_has_its_true_size() -> None:
 
 
 def test_a_long_load_on_falls_in_a_line_is_a_boat() -> None:
-    """A lifeboat is drawn with hull and canopy, within the box of its moments, and with a lug below each fall."""
+    """A lifeboat is drawn with hull and canopy in the box of its moments, a lug below each fall."""
     scene = load_scene("pendulum_lifeboat")
     x, y, z = box_edges(scene.model.load)
     *boat, bow, stern = np.array(boxes_of(urdf(scene), "payload_link"))
@@ -53,7 +53,7 @@ def test_a_long_load_on_falls_in_a_line_is_a_boat() -> None:
 
 
 def test_without_legs_or_overhang_it_is_a_bare_portal() -> None:
-    """A scene without legs stands at the ends of its rail, and one whose rail ends near them has no boom."""
+    """Without legs it stands at its rail's ends; one whose rail ends near them has no boom."""
     plain = portal_of(load_scene("spreader_skew", {"legs": None}))
     assert plain.boom is None and np.ptp(plain.legs) > 0.8 * np.ptp(plain.ends)
     assert portal_of(load_scene("spreader_skew", {"legs": [-20.0, 20.0]})).boom is None

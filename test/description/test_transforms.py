@@ -1,4 +1,4 @@
-"""The tree of transforms, and URDF with the base's transform, put every crane of the catalogue where its model does."""
+"""Transforms, and URDF with the base's transform, put catalogue cranes where their models do."""
 
 from typing import Any
 
@@ -60,7 +60,7 @@ TIPS = {"overhead": "trolley_link", "pendulum": "tip_link", "gantry": "trolley_l
 
 
 def test_every_kind_of_scene_is_among_the_names() -> None:
-    """The scenes that stand for all have every crane, set of joints and kind of motion of the base, each once."""
+    """The representative scenes have each crane, set of joints and kind of base motion once."""
     scenes = {name: load_scene(name) for name in sorted(scene_files(), reverse=True)}
     short = {name: scene for name, scene in scenes.items() if len(scene.joint_names) < LONGEST}
     kinds = {
@@ -71,7 +71,7 @@ def test_every_kind_of_scene_is_among_the_names() -> None:
 
 
 def random_state(scene: Scene, seed: int) -> tuple[float, np.ndarray]:
-    """Return (time, joint positions (nq,)): unit vectors and quaternions of any direction, all else near the start."""
+    """Return (time, positions (nq,)): random unit vectors, quaternions, else near the start."""
     random = np.random.default_rng(seed)
     q = np.array(scene.initial_q) + random.uniform(-0.3, 0.3, len(scene.initial_q))
     groups: dict[str, list[int]] = {}
@@ -85,7 +85,7 @@ def random_state(scene: Scene, seed: int) -> tuple[float, np.ndarray]:
 
 
 def poses(transforms: list[Transform]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return (rotation (3, 3), position (3,)) in the world of every frame, by chaining its transforms."""
+    """Return every frame's (rotation (3, 3), position (3,)) in the world by chained transforms."""
     above = {transform.child: transform for transform in transforms}
     assert len(above) == len(transforms)  # one parent each
     found: dict[str, tuple[np.ndarray, np.ndarray]] = {"world": (np.eye(3), np.zeros(3))}
@@ -112,7 +112,7 @@ def transforms_at(scene: Scene, tree: TransformTree, t: float, q: np.ndarray) ->
 @pytest.mark.long(cases=[name for name in ALL if name not in NAMES])
 @pytest.mark.parametrize("name", ALL)
 def test_chained_transforms_give_payload_tip_and_nodes(name: str) -> None:
-    """From the world through all transforms to payload, tip and nodes: the model's points; the URDF's are the same."""
+    """The transforms, and the URDF, give the model's points for payload, tip and nodes."""
     check_frames(load_scene(name))
 
 
@@ -144,7 +144,7 @@ def check_frames(scene: Scene) -> None:
 
 @pytest.mark.parametrize("name", ["tower_gust", "port_sts_container"])
 def test_the_pose_of_a_load_on_a_ship_has_its_turn_in_the_world(name: str) -> None:
-    """The orientation of `payload_pose` is that of the payload's frame in the tree: base and attitude together."""
+    """`payload_pose` has the orientation of the payload's frame: base and attitude together."""
     turns = {"roll": {"amplitude": 0.1, "frequency": 0.7}, "yaw": {"amplitude": 0.2, "frequency": 0.4}}
     scene = load_scene(name, {"base_motion": turns | {"mount": {"yaw": 2.0}}})
     for seed in range(5):
@@ -155,7 +155,7 @@ def test_the_pose_of_a_load_on_a_ship_has_its_turn_in_the_world(name: str) -> No
 
 
 def test_a_moving_base_is_the_root_of_the_urdf() -> None:
-    """Only below a base that rests is there a `world` in the URDF: one frame has one parent, and one publisher."""
+    """The URDF has a `world` only below a base at rest: a frame has one parent, one publisher."""
     assert '<link name="world"' not in urdf(load_scene("overhead_sway"))
     assert '<link name="world"' in urdf(load_scene("overhead_energy"))
 

@@ -56,7 +56,7 @@ FREE_SCENES = {
 
 
 class Frame(NamedTuple):
-    """Frame of a link in the world, and the Jacobians of its motion by the joints' velocities (n,)."""
+    """Frame of a link in the world, and its motion's Jacobians by joint velocities (n,)."""
 
     R: np.ndarray  # (3, 3) its axes, as columns
     origin: np.ndarray  # (3,) m
@@ -119,7 +119,7 @@ def mass_matrix(document: str, names: tuple[str, ...], q: np.ndarray) -> np.ndar
 
 @pytest.mark.parametrize("scene", ACTUATED_SCENES.values(), ids=ACTUATED_SCENES)
 def test_efforts_accelerate_the_urdf_as_they_do_the_crane(scene: Scene) -> None:
-    """The mass matrix of the URDF times what a unit effort adds to the simulated accelerations is that effort."""
+    """The URDF's mass matrix times the simulated acceleration by a unit effort is that effort."""
     random = np.random.default_rng(1)
     q = np.array(scene.initial_q) + random.uniform(0.1, 0.4, len(scene.initial_q))
     v, nu = random.normal(size=len(q)), len(scene.actuated)
@@ -136,7 +136,10 @@ def test_efforts_accelerate_the_urdf_as_they_do_the_crane(scene: Scene) -> None:
 
 @pytest.mark.parametrize("scene", FREE_SCENES.values(), ids=FREE_SCENES)
 def test_kinetic_energy_of_the_urdf_is_the_cranes(scene: Scene) -> None:
-    """The URDF has the simulated kinetic energy, also where efforts are no forces or coordinates not independent."""
+    """The URDF has the simulated kinetic energy.
+
+    That holds, too, where efforts are no forces or coordinates are not independent.
+    """
     random, q = np.random.default_rng(2), np.array(scene.initial_q)
     links = [i for i, name in enumerate(scene.joint_names) if name.startswith("link_")]
     directions = random.normal(size=(len(links) // 3, 3))
@@ -154,7 +157,7 @@ def test_kinetic_energy_of_the_urdf_is_the_cranes(scene: Scene) -> None:
 
 
 def test_nothing_weighs_more_than_in_the_scene() -> None:
-    """The masses of the links add up to those of the scene: solids that are only drawn have none."""
+    """The links' masses add up to the scene's: solids that are only drawn have none."""
     scenes = {"knuckle": 2.0 + 3.0 + 1.0, "hoisted rope": 5.0 + 10.0, "pendulum": 4.0}
     for name, mass in scenes.items():
         robot = ElementTree.fromstring(urdf((ACTUATED_SCENES | FREE_SCENES)[name]))
@@ -178,7 +181,7 @@ def number(value: float | str) -> float:
 
 @pytest.mark.parametrize("name", sorted(scene_files()))
 def test_limits_of_the_catalogue_are_those_of_its_files(name: str) -> None:
-    """Travel and effort of every joint of every scene are what its file says, and where it says nothing unbounded."""
+    """Every joint's travel and effort are as in its scene file, else unbounded."""
     scene, document = load_scene(name), load_scene(name).to_dict()
     drives = document.get("actuators") or {}
     for joint, (kind, actual) in limits(scene).items():
@@ -199,7 +202,7 @@ def test_limits_of_the_catalogue_are_those_of_its_files(name: str) -> None:
 
 
 def test_no_limit_is_invented() -> None:
-    """Where the scene has no limit, revolute joints are continuous, and limits of prismatic ones are unbounded."""
+    """Without a scene's limit, revolute joints are continuous, prismatic ones unbounded."""
     actual = limits(ACTUATED_SCENES["knuckle"])
     assert {kind for name, (kind, _) in actual.items() if name not in ("base", "rope")} == {"continuous"}
     free = {"upper": UNBOUNDED, "effort": UNBOUNDED, "velocity": UNBOUNDED}
@@ -210,7 +213,7 @@ def test_no_limit_is_invented() -> None:
 
 
 def test_the_urdf_says_what_is_not_simulated() -> None:
-    """Comments in the URDF say that visuals are drawings, which number stands for no limit, what has no mass."""
+    """URDF comments explain drawn visuals, the number for no limit, and what has no mass."""
     for scene in (ACTUATED_SCENES["knuckle"], ACTUATED_SCENES["hoisted rope"], FREE_SCENES["pendulum"]):
         assert "every visual is a drawing" in urdf(scene)
         assert f"{UNBOUNDED:g} stands for no limit" in urdf(scene)

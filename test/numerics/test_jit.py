@@ -71,7 +71,7 @@ def compiled_mass(part, other):
 
 
 def test_a_generic_function_chooses_by_type() -> None:
-    """The body is chosen by the type of the first argument, in Python and compiled; None takes the default."""
+    """The first argument's type chooses the body, compiled or not; None takes the default."""
     assert compiled_mass(None, 3.0) == mass_of(None, 3.0) == 3.0
     assert compiled_mass(Part(2.0), 3.0) == mass_of(Part(2.0), 3.0) == 2.0
     assert compiled_mass(Pair(2.0, 1.0), 3.0) == mass_of(Pair(2.0, 1.0), 3.0) == 2.0
@@ -88,7 +88,7 @@ def test_a_group_set_to_none_is_one_left_out(group: str) -> None:
 
 @jit.routine
 def changed_state(state: Any, given: Any) -> Any:
-    """Return the state, a tuple whose last entry may be an array, with the sum of an array added to its first entry."""
+    """Return the state, a tuple that may end with an array, with an array's sum added in front."""
     return (state[0] + given.sum(), *state[1:])
 
 

@@ -1,4 +1,4 @@
-"""Functions of floats applied to rows of arrays: compiled code in vectors against Python, element by element."""
+"""Functions of floats applied to rows: compiled vectors against Python, by element."""
 
 import numpy as np
 import pytest
@@ -33,7 +33,7 @@ ANGLES = np.concatenate([np.linspace(-9.0, 9.0, 20), [0.0, -0.0, 1e4, -1e4, np.p
 
 @pytest.mark.parametrize("n", [0, 1, 2, 3, 7, 8, 10, 29])
 def test_rows_of_any_length_have_the_bits_of_floats(n: int) -> None:
-    """However a row falls into vectors, each element is what Python computes, and nothing behind it is touched."""
+    """However a row falls into vectors, elements are Python's, and nothing behind is touched."""
     b, out = np.linspace(0.1, 2.0, len(ANGLES)), np.full((4, len(ANGLES)), 7.0)
     fill_rows(n, out, ANGLES, b)
     sines = np.empty((2, len(ANGLES)))

@@ -22,7 +22,7 @@ def compute(matrix, nodes, source, to):
 
 
 def test_vectors_have_the_bits_of_plain_python() -> None:
-    """Products with a matrix, sums and differences of stages are bit for bit what their Python bodies give."""
+    """Products with a matrix, sums and differences of stages have the bits of their Python."""
     compiled, plain = np.ones((3, LANES)), np.ones((3, LANES))
     results = compute(MATRIX, NODES, SOURCE, compiled)
     body = getattr(compute, "py_func", compute)
@@ -31,7 +31,7 @@ def test_vectors_have_the_bits_of_plain_python() -> None:
 
 
 def test_rows_are_those_of_linear_algebra() -> None:
-    """Rows are the product with the transposed argument, and the lanes behind the stages stay as they are."""
+    """Rows are products with the transposed argument; lanes behind the stages stay."""
     to = np.ones((3, LANES))
     changed, weighed = compute(MATRIX, NODES, SOURCE, to)
     stages = SOURCE[:, :STAGES]
@@ -64,7 +64,7 @@ def store_beside_a_lane(buffers, x):
 
 
 def test_a_store_beside_a_lane_is_kept() -> None:
-    """A store into an array that has come out of a tuple arrives, in a function that writes a lane, too."""
+    """A store into an array from a tuple arrives, also in a function that writes a lane."""
     buffers = np.zeros((2, LANES)), np.zeros((1, LANES))
     store_beside_a_lane(buffers, (1.0, 2.0))
     assert buffers[0][:, 3].tolist() == [1.0, 2.0] and buffers[1][0, 3] == 5.0

@@ -49,7 +49,7 @@ def write_bag(run: Rollout, path: Path) -> Path:
 
 @pytest.fixture
 def recordings(tmp_path: Path) -> dict[str, Path]:
-    """Return a recording and a bag of a run, whose law's file is another one by now, which must not be executed."""
+    """Return a recording and a bag of a run, whose law's file is a new one, not to be executed."""
     file = tmp_path / "own.py"
     file.write_text(LAW)
     control = {"law": f"{file}:build", "gain": 40.0}
@@ -60,7 +60,7 @@ def recordings(tmp_path: Path) -> dict[str, Path]:
 
 
 def check_refusal(run: RecordedRun) -> None:
-    """Check that the scene of a run is refused in one line, and is loaded with a law that is named."""
+    """Check that a run's scene is refused in one line, and is loaded with a named law."""
     with pytest.raises(SceneError, match=r"own.py:build', which is executed only where it is named: load_scene\(law="):
         run.load_scene()
     with pytest.raises(SystemExit, match="this file was executed"):
@@ -69,7 +69,10 @@ def check_refusal(run: RecordedRun) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_law_is_executed_only_where_it_is_named(kind: str, recordings: dict[str, Path]) -> None:
-    """A run is read, compared, identified from, made an environment and replayed without executing its law's file."""
+    """A run is read, compared, identified from and replayed without executing its law's file.
+
+    An environment is made of it likewise.
+    """
     run = crane_sim.read_recording(recordings[kind])
     assert run.law.endswith("own.py:build") and len(run.t) == 30
     assert compare(run, recordings["rrd"]).differences[0]["payload"].largest == 0.0
@@ -88,7 +91,7 @@ def test_a_law_is_executed_only_where_it_is_named(kind: str, recordings: dict[st
 def test_commands_execute_nothing(
     recordings: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """`plot`, `compare`, `report`, `replay` read the run; `replay --law` executes the file that it names."""
+    """`plot`, `compare`, `report`, `replay` read the run; `replay --law` executes a named file."""
     run, page = str(recordings["mcap"]), str(tmp_path / "page.html")
     for command in (
         ("replay", run),
@@ -103,7 +106,7 @@ def test_commands_execute_nothing(
 
 
 def test_a_continuous_law_is_named_where_it_is_needed(tmp_path: Path) -> None:
-    """A run whose equations evaluated its law has no commands: its replay needs the law, and says so."""
+    """A run whose equations evaluated its law has no commands; its replay says it needs the law."""
     run = crane_sim.simulate("overhead_energy", duration=0.1, overrides={"control.period": "continuous"})
     read = crane_sim.read_recording(run.record(tmp_path / "run.rrd"))
     text = read.scene_text.replace("law: energy", f"law: {tmp_path}/own.py:build")

@@ -1,4 +1,4 @@
-"""Comparison of runs: zero with itself, the shift with a shifted run, a refusal for runs of another kind of crane."""
+"""Comparison of runs: zero with itself, the shift with a shifted run, refused for other cranes."""
 
 import shutil
 from dataclasses import replace
@@ -60,7 +60,7 @@ def test_a_run_is_itself(run: crane_sim.RecordedRun) -> None:
 def test_a_run_that_was_not_in_real_time_is_marked(
     run: crane_sim.RecordedRun, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Table, page and data of a comparison name the run whose motion the machine decided, and figure and page of it."""
+    """A comparison's outputs name a run that was not in real time; so do its figure and page."""
     late = replace(run, summary=run.summary | {"real_time_violation": "9 of 100 steps were late"})
     line = "not in real time: 9 of 100 steps were late"
     comparison = crane_sim.compare(run, late, names=("a", "b"))
@@ -85,7 +85,10 @@ def test_a_known_offset_is_found(run: crane_sim.RecordedRun) -> None:
 
 
 def test_metrics_in_other_units_are_not_subtracted(run: crane_sim.RecordedRun) -> None:
-    """A run without the joint of a metric has no value, one in another unit has its own beside it and no difference."""
+    """A run without a metric's joint has no value; one in another unit has no difference.
+
+    Its own value and unit are shown.
+    """
     cranes = [run.crane._replace(actuated=("hoist",), effort_units=(unit,)) for unit in ("N", "m/s²")]
     force, speed = (replace(run, crane=crane) for crane in cranes)
     none = replace(run, crane=run.crane._replace(actuated=(), effort_units=()))
@@ -97,7 +100,7 @@ def test_metrics_in_other_units_are_not_subtracted(run: crane_sim.RecordedRun) -
 
 
 def test_quantities_with_gaps_are_named(run: crane_sim.RecordedRun) -> None:
-    """A quantity that has a gap in one run is not compared, and its name is given; the payload's distance is a norm."""
+    """A quantity with a gap in one run is named, not compared; the payload's distance is a norm."""
     q, payload = run.q.copy(), run.payload + np.array([0.3, 0.0, 0.4])
     q[5, 1] = np.nan
     comparison = crane_sim.compare(run, replace(run, q=q, payload=payload))
@@ -109,7 +112,7 @@ def test_quantities_with_gaps_are_named(run: crane_sim.RecordedRun) -> None:
 
 
 def test_runs_of_another_length_and_period_share_their_time(run: crane_sim.RecordedRun) -> None:
-    """A run of half the time at half the period is compared up to its end, at the steps that both have."""
+    """A run of half the time at half the period is compared up to its end, at common steps."""
     changes = {"control.period": 0.005}
     finer = crane_sim.simulate("overhead_energy", duration=0.5, overrides=changes)
     comparison = crane_sim.compare(run, finer)
@@ -127,7 +130,7 @@ def test_runs_of_another_length_and_period_share_their_time(run: crane_sim.Recor
 
 
 def test_mistakes_are_one_line(run: crane_sim.RecordedRun, tmp_path: Path) -> None:
-    """Unlike cranes, other kinds of files, and laws that are unknown or too few are refused before any simulation."""
+    """Unlike cranes, other files, and unknown or too few laws are refused before simulation."""
     unlike = replace(run, crane=run.crane._replace(joint_names=("trolley", "swing_2")), path=None)
     with pytest.raises(
         crane_sim.SceneError, match="is of trolley, swing_2, a of trolley, swing_1: only runs of one crane"
@@ -144,7 +147,7 @@ def test_mistakes_are_one_line(run: crane_sim.RecordedRun, tmp_path: Path) -> No
 
 
 def test_the_command_compares_laws(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Both laws of a scene are simulated, their metrics stand side by side, and the page is written."""
+    """Both laws of a scene are simulated, their metrics are side by side, the page is written."""
     file = tmp_path / "both.html"
     source = tmp_path / "short.yaml"
     crane_sim.load_scene("overhead_energy", {"duration": 0.3}).dump(source)
@@ -161,7 +164,7 @@ def test_the_command_compares_laws(tmp_path: Path, capsys: pytest.CaptureFixture
 
 
 def test_a_law_that_fails_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Of several laws on a scene, the one that raises an error is named, and the runs of the others are compared."""
+    """Of several laws on a scene, one that raises an error is named, the others are compared."""
     law = f"{tmp_path / 'mine.py'}:law"
     (tmp_path / "mine.py").write_text("def law(t, q, v):\n    raise ValueError('no plan')\n")
     crane_sim.load_scene("overhead_energy", {"duration": 0.1}).dump(tmp_path / "short.yaml")
@@ -177,7 +180,7 @@ def test_a_law_that_fails_is_named(tmp_path: Path, capsys: pytest.CaptureFixture
 def test_names_in_brackets_are_shown(
     run: crane_sim.RecordedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The terminal shows the names of files as they are, also where a part of them would be markup."""
+    """The terminal shows the names of files as they are, also those that look like markup."""
     assert run.path is not None
     files = [str(shutil.copy(run.path, tmp_path / f"run[{name}].rrd")) for name in ("new", "old")]
     monkeypatch.setenv("COLUMNS", "200")
@@ -189,7 +192,7 @@ def test_names_in_brackets_are_shown(
 
 @pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
 def test_the_page_shows_all_runs(run: crane_sim.RecordedRun, tmp_path: Path) -> None:
-    """In a browser the page draws both cranes where their runs had them, without fault or request, and names them."""
+    """In a browser the page draws and names both cranes in place, without fault or request."""
     other = crane_sim.read_recording(crane_sim.simulate("overhead_lqr", duration=1.0).record(tmp_path / "b.rrd"))
     save_comparison(crane_sim.compare(run, other, names=("one", "two")), tmp_path / "page.html")
     answer = evaluate_in_pages({"page": (tmp_path / "page.html").read_text()}, SCRIPT, tmp_path)["page"]
@@ -205,7 +208,7 @@ def test_the_page_shows_all_runs(run: crane_sim.RecordedRun, tmp_path: Path) -> 
 
 
 def test_a_run_without_steps_is_not_blamed_on_its_recorder() -> None:
-    """A run that fails before its first step has nothing to compare, and the line says why it failed."""
+    """A run that fails before its first step is not compared, and the line says why it failed."""
     push = {"control": None, "reference": None, "inputs": {"trolley": {"kind": "constant", "value": 1e3}}}
     with pytest.raises(crane_sim.SimulationError) as failed:
         crane_sim.simulate("overhead_energy", overrides=push | {"trolley.limits": [-1.0, 1e-6]})

@@ -1,4 +1,4 @@
-"""Runs of one crane in one recording: every crane is where its own run had it, curves share time, views are content."""
+"""Runs of one crane in one recording: cranes in place, curves share time, no view complains."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -27,7 +27,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> crane_sim.RecordedRun:
 
 
 def shifted(run: crane_sim.RecordedRun) -> crane_sim.RecordedRun:
-    """Return the run with trolley and payload shifted, in curves and in the scene, and half a period later."""
+    """Return the run half a period later, with trolley and payload shifted in curves and scene."""
     q, nodes = run.q.copy(), run.frames.nodes + (SHIFT, 0.0, 0.0)
     q[:, 0] += SHIFT
     late = 0.5 * run.period
@@ -45,7 +45,7 @@ def columns(file: Path, entity: str, component: str) -> tuple[np.ndarray, np.nda
 
 
 def test_each_crane_is_where_its_run_had_it(run: crane_sim.RecordedRun, tmp_path: Path) -> None:
-    """Curves, trolley and payload of both runs are those of the runs, at their own instants of one timeline."""
+    """Curves, trolley and payload are those of each run, at its own instants of one timeline."""
     other = shifted(run)
     file = record_comparison(crane_sim.compare(run, other, names=("one", "two")), tmp_path / "both.rrd")
     for key, each in (("run_1", run), ("run_2", other)):
@@ -59,7 +59,7 @@ def test_each_crane_is_where_its_run_had_it(run: crane_sim.RecordedRun, tmp_path
 
 
 def test_loads_on_falls_hang_in_their_own_crane(tmp_path: Path) -> None:
-    """The attitude of a load on falls joins frames of its own run, without which the load is not drawn."""
+    """The attitude of a load on falls joins its own run's frames; else the load is not drawn."""
     run = crane_sim.simulate("set_down_on_deck", duration=0.05)
     file = record_comparison(crane_sim.compare(run, run, names=("one", "two")), tmp_path / "both.rrd")
     joined = {
@@ -72,7 +72,7 @@ def test_loads_on_falls_hang_in_their_own_crane(tmp_path: Path) -> None:
 
 
 def test_a_comparison_shows_all_that_its_cranes_do(run: crane_sim.RecordedRun) -> None:
-    """Cranes that the first one's picture would not show are in the comparison's; one that shows them stays."""
+    """The comparison's picture shows cranes beyond the first one's; a sufficient one stays."""
     away = replace(run, frames=run.frames._replace(nodes=run.frames.nodes + (40.0, 0.0, 0.0)))
     usual = framing_of([run, run])
     assert usual == Framing(**run.crane.framing)
@@ -91,7 +91,7 @@ def test_the_viewer_shows_it(run: crane_sim.RecordedRun, tmp_path: Path) -> None
 
 
 def test_the_command_writes_it_and_overwrites_no_run(run: crane_sim.RecordedRun, tmp_path: Path) -> None:
-    """`compare -o FILE.rrd` writes the recording; an output that is one of the runs is refused in one line."""
+    """`compare -o FILE.rrd` writes the recording; one of the runs as output is refused."""
     file, source = tmp_path / "both.rrd", str(run.path)
     app(["compare", source, source, "-o", str(file)], standalone_mode=False)
     assert file.stat().st_size > 0 and not file.with_name("both.rrd.part").exists()

@@ -1,4 +1,4 @@
-"""A recording that is cut is shown by the viewer, which does not load such files, as far as it is whole."""
+"""The viewer, which does not load cut recordings, shows what is whole of one."""
 
 from pathlib import Path
 from urllib.request import urlopen
@@ -14,7 +14,7 @@ from crane_sim.recording.rerun.viewer import _served
 
 
 def test_the_viewer_gets_what_is_whole(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    """The copy of a file that was cut within a message ends before it, and has a name that a viewer loads."""
+    """The copy of a file cut within a message ends before it, with a name that a viewer loads."""
     whole = crane_sim.simulate(SCENE, duration=0.1).record(tmp_path / "whole.rrd")
     assert open_viewable(whole) is None
     data, cut, copied = whole.read_bytes(), tmp_path / "run.rrd.part", tmp_path / "copied.rrd"

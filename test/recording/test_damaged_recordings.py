@@ -1,4 +1,4 @@
-"""Recordings that are cut or damaged say so, and give the steps that are as they were written; nothing else is read."""
+"""Cut or damaged recordings say so, and give only the steps that are as they were written."""
 
 import logging
 from collections import Counter
@@ -67,7 +67,7 @@ def differences(run: RecordedRun, whole: RecordedRun) -> set[str]:
 def test_what_is_left_of_a_cut_file_is_read(
     kind: str, files: dict[str, Path], whole: dict[str, RecordedRun], tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """Of a file that was cut anywhere all whole blocks are read, and it says how far it goes; so does a warning."""
+    """All whole blocks of a cut file are read; the run and a warning say how far it goes."""
     data, counts = files[kind].read_bytes(), set[int]()
     cut = unfinished_name(tmp_path / f"run{kind}")
     for size in range(len(data) // 8, len(data), len(data) // 8):
@@ -92,7 +92,7 @@ def test_what_is_left_of_a_cut_file_is_read(
 def test_a_damaged_step_is_left_out(
     kind: str, files: dict[str, Path], whole: dict[str, RecordedRun], tmp_path: Path
 ) -> None:
-    """A bit of one position that is flipped costs the steps of its block, and the others are as they were written."""
+    """A flipped bit of a position costs the steps of its block; others are as written."""
     data, damaged = bytearray(files[kind].read_bytes()), tmp_path / f"run{kind}"
     if kind == ".mcap":
         at = data.index(whole[kind].q[25, 0].tobytes())
@@ -109,7 +109,7 @@ def test_a_damaged_step_is_left_out(
 def check_damaged(
     kind: str, seeds: range, files: dict[str, Path], whole: dict[str, RecordedRun], folder: Path
 ) -> Counter[str]:
-    """Read a damaged copy of a file for each seed; return how often it was complete, cut, damaged or refused."""
+    """Read a damaged copy of a file per seed; return counts of complete, cut, damaged, refused."""
     outcomes, file = Counter[str](), folder / f"run{kind}"
     for seed in seeds:
         what = write_damaged(files[kind], file, seed)
@@ -130,7 +130,10 @@ def check_damaged(
 def test_no_difference_is_silent(
     kind: str, files: dict[str, Path], whole: dict[str, RecordedRun], tmp_path: Path
 ) -> None:
-    """However a file is damaged, what is read is what was written, or is said not to be; nothing else is raised."""
+    """However a file is damaged, what is read is as written, or said not to be.
+
+    Nothing else is raised.
+    """
     logging.disable(logging.WARNING)
     try:
         outcomes = check_damaged(kind, range(18), files, whole, tmp_path)
@@ -151,7 +154,7 @@ def test_no_difference_is_silent_in_many_files(
 
 
 def test_a_message_that_cannot_be_decoded_is_left_out(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    """Bytes of another type on a topic do not make a bag unreadable: they are counted, and all steps are there."""
+    """Bytes of another type on a bag's topic are counted, and all steps are read."""
     file = write_bag(tmp_path / "run.mcap", simulated(), foreign=b"\0\1\0\0no JointState")
     run = crane_sim.read_recording(file)
     assert len(run.t) == STEPS and run.finished and run.q.tobytes() == simulated().q[:-1].tobytes()
@@ -160,7 +163,7 @@ def test_a_message_that_cannot_be_decoded_is_left_out(tmp_path: Path, caplog: py
 
 @pytest.mark.parametrize("reason", ["orphaned", "interrupted"])
 def test_a_run_that_ended_before_its_time_is_not_finished(reason: str, tmp_path: Path) -> None:
-    """A recorder whose supervisor was killed completes its file; the run is not said to be finished, and why."""
+    """A recorder without its supervisor completes its file; the run says why it is unfinished."""
     recorder = Recorder(SCENE, tmp_path / "run.rrd")
     feed(recorder, 20)
     recorder.finish({"scene": SCENE.name, "ended_by": reason})
@@ -170,7 +173,7 @@ def test_a_run_that_ended_before_its_time_is_not_finished(reason: str, tmp_path:
 
 
 def test_lost_steps_make_a_recording_incomplete(tmp_path: Path) -> None:
-    """A recorder that did not get the messages of some steps has written a whole file of a run that is not whole."""
+    """A recorder that missed messages of some steps writes a whole file of an incomplete run."""
     recorder = Recorder(SCENE, tmp_path / "run.rrd")
     feed(recorder, 20)
     recorder.finish({"steps": 25})
@@ -180,7 +183,7 @@ def test_lost_steps_make_a_recording_incomplete(tmp_path: Path) -> None:
 
 
 def test_recordings_of_older_versions_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A recording without digests is read as it is, and counts as complete where all its steps are there."""
+    """A recording without digests is read as it is, and is complete with all its steps."""
     monkeypatch.setattr(writer, "DIGESTS", "others")
     monkeypatch.setattr(writer, "with_digest", dict)
     run = crane_sim.read_recording(simulated().record(tmp_path / "run.rrd"))
@@ -188,7 +191,7 @@ def test_recordings_of_older_versions_are_read(tmp_path: Path, monkeypatch: pyte
 
 
 def test_other_readers_find_a_damaged_chunk(files: dict[str, Path], tmp_path: Path) -> None:
-    """Chunks have the checksums of the format, by which a reader that is not ours refuses a damaged one."""
+    """Chunks have the format's checksums, by which other readers refuse damaged ones."""
     assert len(read(files[".mcap"])["/knuckle/joint_states"]) == STEPS + 1
     data = bytearray(files[".mcap"].read_bytes())
     data[data.index(simulated().q[25, 0].tobytes())] ^= 1

@@ -21,7 +21,10 @@ OUTPUTS: dict[str, tuple[Callable, Callable]] = {
 
 @pytest.mark.parametrize("module", OUTPUTS)
 def test_a_hold_up_of_the_recorder_is_no_silence(module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What a recorder could not read while it was held up is waited for, counted from the request to finish."""
+    """Messages that a held-up recorder has not read are waited for.
+
+    The time counts from the request to finish.
+    """
     now = [0.0]
     monkeypatch.setattr(f"{module}.time", SimpleNamespace(monotonic=lambda: now[0]))
     make, send = OUTPUTS[module]

@@ -1,4 +1,4 @@
-"""Recordings of long runs: those in large blocks have no index, those in many small ones are compacted at the end."""
+"""Recordings of long runs: large blocks have no index, many small ones are compacted."""
 
 from collections import Counter
 from pathlib import Path
@@ -20,7 +20,10 @@ FOOTER = b"FOOT"  # nearly the last word of a file with an index
 
 @pytest.mark.parametrize(("duration", "indexed"), [(MAX_INDEXED_DURATION, True), (MAX_INDEXED_DURATION + 1.0, False)])
 def test_only_a_short_recording_is_indexed(duration: float, indexed: bool, tmp_path: Path) -> None:
-    """The file of a long run ends without the index that Rerun would keep in memory; what is in it is read the same."""
+    """A long run's file ends without the index, which Rerun would keep in memory.
+
+    What is in it is read the same.
+    """
     scene = load_scene("knuckle_setpoint", {"duration": duration})
     session = RowWriter(scene, tmp_path / "run.rrd")
     for first in (1, 51):
@@ -32,7 +35,7 @@ def test_only_a_short_recording_is_indexed(duration: float, indexed: bool, tmp_p
 
 
 def test_many_blocks_are_compacted_where_there_is_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of 80 blocks two chunks a curve are left, with an index and the same values; without time all of them."""
+    """Of 80 blocks two indexed chunks a curve are left, with the same values; without time all."""
     monkeypatch.setattr("crane_sim.recording.rerun.recorder.BLOCK_SECONDS", 0.0)  # a block a step
     scene = load_scene("knuckle_setpoint", {"duration": MAX_INDEXED_DURATION + 1.0})
     chunks, runs = {}, {}

@@ -1,4 +1,4 @@
-"""The run's messages in an MCAP file for the tools of others, and the run served live to viewers."""
+"""The run's messages in an MCAP file for other tools, and the run served live to viewers."""
 
 import json
 import os
@@ -24,7 +24,7 @@ CRANE = Path(sys.executable).with_name("crane")
 
 
 def test_the_file_has_the_run_bit_for_bit(tmp_path: Path, domain_id: int) -> None:
-    """`crane run --mcap FILE` leaves one file, with every message at its stamp and with the numbers of `simulate`."""
+    """`crane run --mcap FILE` leaves one file: each message at its stamp, numbers of `simulate`."""
     path = tmp_path / "run.mcap"
     options = ["--no-record", "--mcap", path, "--duration", str(SCENE.duration), "--domain-id", str(domain_id)]
     result = run_to_completion([CRANE, "run", *options, "--json"])
@@ -66,7 +66,7 @@ def small_disk(folder: Path) -> Iterator[Path]:
 
 
 def test_a_full_disk_spares_run_and_recording(tmp_path: Path, domain_id: int) -> None:
-    """When the file's disk fills up, the run and its Rerun recording are complete, and the error names the file."""
+    """When the bag's disk fills up, run and recording are complete; the error names the file."""
     with small_disk(tmp_path / "disk") as disk:
         path = disk / "run.mcap"
         summary = orchestration.run(SCENE, record=tmp_path / "run.rrd", mcap=path, domain_id=domain_id)
@@ -81,7 +81,7 @@ def test_a_full_disk_spares_run_and_recording(tmp_path: Path, domain_id: int) ->
 
 
 def test_a_reset_begins_a_new_file(tmp_path: Path) -> None:
-    """Messages before a reset get a file of their own, and the run after it has the latched ones."""
+    """Messages before a reset get their own file; the run after it has the latched ones."""
     bag = Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)
     bag.callbacks()["robot_description"](DESCRIPTION)
     feed(bag, 30)
@@ -98,7 +98,7 @@ def test_a_reset_begins_a_new_file(tmp_path: Path) -> None:
 
 
 def test_a_reset_keeps_what_every_broadcaster_has_latched(tmp_path: Path) -> None:
-    """A latched topic that all nodes share begins the new file with each different message, the newest one last."""
+    """A new file begins with each different message of a shared latched topic, newest last."""
     shared = Topic("/tf_static", "std_msgs/msg/String", stamped=False, latched=True, reliable=True, shared=True)
     bag = Bag(tmp_path / "run.mcap", TOPICS | {"/tf_static": shared}, SCENE.period_ns)
     for letter in b"abac":
@@ -110,7 +110,7 @@ def test_a_reset_keeps_what_every_broadcaster_has_latched(tmp_path: Path) -> Non
 
 
 def test_a_replacing_recorder_restarts_its_count_at_a_reset(tmp_path: Path) -> None:
-    """A bag that began after step 50 reports the missing and the saved steps of the run after a reset."""
+    """A bag that began after step 50 reports missing and saved steps of the run after a reset."""
     bag = Bag(tmp_path / "run.part2.mcap", TOPICS, SCENE.period_ns, after=50, resets=1)
     feed(bag, 60, after=50)
     feed(bag, 20)
@@ -122,7 +122,7 @@ def test_a_replacing_recorder_restarts_its_count_at_a_reset(tmp_path: Path) -> N
 
 
 def test_a_message_without_a_usable_stamp_gets_the_run_s_time(tmp_path: Path) -> None:
-    """A foreign message stamped before time zero is kept unchanged, at the time of the newest state."""
+    """A foreign message stamped before time zero is kept, at the time of the newest state."""
     bag = Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)
     feed(bag, 3)
     bag.callbacks()["applied_effort"](EFFORT_CODEC.encode(-1, (7.0,) * 4))
@@ -132,7 +132,7 @@ def test_a_message_without_a_usable_stamp_gets_the_run_s_time(tmp_path: Path) ->
 
 
 def test_live_is_served_on_the_loopback_interface_only(tmp_path: Path, domain_id: int) -> None:
-    """With a live port, viewers reach the run there while it goes on, on 127.0.0.1 and on no other address."""
+    """With a live port, viewers reach the ongoing run there, on 127.0.0.1 and no other address."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]

@@ -33,7 +33,7 @@ def write(file: McapFile) -> tuple[Written, list[int]]:
 
 
 def test_a_recovered_file_is_read_like_a_closed_one(tmp_path: Path) -> None:
-    """A recovered file has a killed recorder's messages as a closed one has them: times, order, counts.
+    """A recovered file has its messages as a closed one has them: times, order, counts.
 
     An attempt for which there was no time has changed nothing. Older versions left a folder with the file.
     """
@@ -55,7 +55,7 @@ def test_a_recovered_file_is_read_like_a_closed_one(tmp_path: Path) -> None:
 
 
 def test_every_chunk_that_is_complete_is_recovered(tmp_path: Path) -> None:
-    """Wherever a file was cut, at or within a record, all messages of the chunks before are found by the index."""
+    """Wherever a file was cut, the index finds all messages of the chunks before the cut."""
     file, left = McapFile(tmp_path / "run.mcap", list(TOPICS.values())), tmp_path / "left.mcap.part"
     messages, saved = write(file)
     data = file.part.read_bytes()

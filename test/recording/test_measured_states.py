@@ -32,7 +32,7 @@ def run(rollout: crane_sim.Rollout) -> RecordedRun:
 
 
 def test_measured_values_are_those_that_the_law_got(rollout: crane_sim.Rollout) -> None:
-    """Sensed anew from the true states, the values are bit for bit those that a law got in a run of its own."""
+    """Sensing the true states anew gives bit for bit the values that a run's law got."""
     seen: list[tuple[float, ...]] = []
 
     def law(t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
@@ -45,7 +45,7 @@ def test_measured_values_are_those_that_the_law_got(rollout: crane_sim.Rollout) 
 
 
 def test_a_recording_has_both(rollout: crane_sim.Rollout, run: RecordedRun) -> None:
-    """A recording has what was measured beside the truth; a crane with ideal sensors has the truth alone."""
+    """A recording has the measured beside the true values; with ideal sensors only true ones."""
     shown = measure(rollout.scene, rollout.q[:-1], rollout.v[:-1])
     assert run.q_measured is not None and run.v_measured is not None
     assert np.array_equal(np.hstack([run.q_measured, run.v_measured]), shown)
@@ -57,7 +57,10 @@ def test_a_recording_has_both(rollout: crane_sim.Rollout, run: RecordedRun) -> N
 
 
 def test_a_recorder_of_messages_has_both(rollout: crane_sim.Rollout, run: RecordedRun, tmp_path: Path) -> None:
-    """From joint states and true states a recorder makes the recording of the run without ROS, which is repeated."""
+    """From joint and true states a recorder makes the recording of the run without ROS.
+
+    Its replay has no difference.
+    """
     scene, plant = rollout.scene, Plant(rollout.scene)
     recorder = Recorder(scene, tmp_path / "run.rrd")
     for k, command in enumerate(rollout.commands, start=1):
@@ -76,7 +79,7 @@ def test_a_recorder_of_messages_has_both(rollout: crane_sim.Rollout, run: Record
 
 
 def test_measured_curves_share_the_axis_of_the_true_ones(run: RecordedRun) -> None:
-    """Every measured curve is in the panel of its joint, dotted, and in degrees where that one is; no ideal one is."""
+    """Measured curves are dotted, in their joint's panel and its unit; ideal sensors have none."""
     found: dict[str, str] = {}
     for panel in panels_of(run):
         names = [curve.name for curve in panel.curves]

@@ -1,4 +1,4 @@
-"""Units of metrics that depend on the scene: the errors of a path, of the payload's coordinates or of joints."""
+"""Units of metrics that depend on the scene: errors of a path of the payload or of joints."""
 
 from typing import Any
 
@@ -31,7 +31,7 @@ CHANGES: dict[str, Any] = {
 
 
 def test_errors_of_a_path_of_joints_have_the_joints_unit(capsys: pytest.CaptureFixture[str]) -> None:
-    """Terminal, page, comparison and the recording's summary show the errors of a path of angles as angles."""
+    """Terminal, page, comparison and summary show the errors of a path of angles as angles."""
     rollout = crane_sim.simulate("knuckle_setpoint", overrides=CHANGES)
     run = as_recorded(rollout)
     assert run.path_unit == "rad"
@@ -45,7 +45,7 @@ def test_errors_of_a_path_of_joints_have_the_joints_unit(capsys: pytest.CaptureF
 
 
 def test_the_unit_of_a_path_is_that_of_all_its_coordinates() -> None:
-    """A path of the payload is in m, one of joints in their unit, and in none where theirs differ."""
+    """A payload's path is in m, one of joints in their unit, in none where theirs differ."""
     assert [path_unit(True, units) for units in (("m", "m"), ("rad",), ("rad", "m"))] == ["m", "rad", ""]
     assert path_unit(False, ("rad", "m")) == "m"
     for unit, cell in (("rad", "| tracking mse | 2 rad² |"), ("", "| tracking mse | 2 |")):
@@ -53,7 +53,7 @@ def test_the_unit_of_a_path_is_that_of_all_its_coordinates() -> None:
 
 
 def test_angles_have_their_unit() -> None:
-    """Metrics in degrees say so, whatever they are called; others have theirs, and numbers without one stay bare."""
+    """Metrics in degrees say so under any name; others have their unit or none."""
     table = summary_table(
         "run", {"peak_tilt_deg": 12.0, "peak_swing_deg": 1.5, "steps": 3, "peak_effort": {"slew": 2.0}}, "m"
     )

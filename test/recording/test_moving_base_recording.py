@@ -1,4 +1,4 @@
-"""A crane on a base that moves, as it is recorded: solids aboard, nodes in the world, one frame between the two."""
+"""Recording of a crane on a moving base: solids aboard, nodes in the world, one frame between."""
 
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ def run() -> crane_sim.Rollout:
 
 
 def test_the_frame_of_the_base_takes_the_solids_to_the_nodes(run: Any) -> None:
-    """Joint positions place the payload aboard, and the base's frame takes it to the model's in the world."""
+    """Joint positions place the payload aboard; the base's frame takes it to the model's place."""
     scene = run.scene
     base = base_positions(scene.model.base, run.t)
     for k in (0, len(run.t) - 1):
@@ -37,7 +37,7 @@ def test_the_frame_of_the_base_takes_the_solids_to_the_nodes(run: Any) -> None:
 
 
 def test_a_recording_moves_the_base(run: Any, tmp_path: Path) -> None:
-    """The recording holds the base's place and turn in every picture, as the base's definition gives them."""
+    """The recording has the base's place and turn in every picture as in its definition."""
     path = run.record(tmp_path / "ship.rrd")
     chunks = [c for c in RrdReader(path).stream() if c.entity_path == "/tf/base_link"]
     (batch,) = [chunk.to_record_batch() for chunk in chunks]
@@ -50,7 +50,7 @@ def test_a_recording_moves_the_base(run: Any, tmp_path: Path) -> None:
 
 
 def test_a_recording_has_the_rate_of_v_at_every_instant(run: Any, tmp_path: Path) -> None:
-    """The base's part of V is evaluated at the time of each step, in the recording as in the run."""
+    """The base's part of V is evaluated at each step's time, in recording and run."""
     rate = read_curves(run.record(tmp_path / "ship.rrd"), "plots/lyapunov_rate").values
     law = run.scene.law
     expected = [law.lyapunov(t, tuple(q), tuple(v))[1] for t, q, v in zip(run.t, run.q, run.v, strict=True)]
@@ -61,7 +61,7 @@ def test_a_recording_has_the_rate_of_v_at_every_instant(run: Any, tmp_path: Path
 
 
 def test_the_water_is_the_sea_of_the_base(tmp_path: Path) -> None:
-    """At the origin the water rises and falls as a base does that answers nothing but its heave, at every picture."""
+    """At every picture the water at the origin rises and falls as a base that only heaves."""
     sea = {"significant_height": 1.5, "peak_period": 7.0, "components": 5}
     scene = crane_sim.load_scene(CRANE | {"base_motion": {"sea": sea}}, {"duration": 0.5})
     path = crane_sim.simulate(scene).record(tmp_path / "sea.rrd")
@@ -76,7 +76,7 @@ def test_the_water_is_the_sea_of_the_base(tmp_path: Path) -> None:
 
 
 def test_curves_of_one_plot_have_one_unit(run: Any, tmp_path: Path) -> None:
-    """Errors, rates, efforts and commands are recorded in a curve of their own unit each, angles in degrees."""
+    """Errors, rates, efforts, commands are recorded in a curve per unit, angles in degrees."""
     path, scene = run.record(tmp_path / "ship.rrd"), run.scene
     rates = read_curves(path, "shown/rate_deg_s").values
     angles = [i for i, unit in enumerate(scene.joint_units) if unit == "rad"]

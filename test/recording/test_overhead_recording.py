@@ -1,4 +1,4 @@
-"""The recording of an overhead crane: what is drawn and plotted follows from the nodes, and stays small and in view."""
+"""The recording of an overhead crane: pictures and plots of its nodes, small and in view."""
 
 from math import radians, tan
 from pathlib import Path
@@ -46,7 +46,7 @@ class Run(NamedTuple):
 
 
 def record_cable_run(path: Path, links: int) -> Run:
-    """Record a trolley that runs 60 m away, far beyond the rail that is drawn at first, below it a bending cable."""
+    """Record a trolley that runs 60 m, beyond the first drawn rail, above a bending cable."""
     scene, t = chain(links), 0.01 * np.arange(STEPS)
     bend = np.sin(4.0 * t)[:, None] * np.linspace(0.2, 1.0, links)
     q = np.column_stack([20.0 * t, bend])
@@ -75,7 +75,7 @@ def chunks(path: Path, entity: str, column: str, static: bool = False) -> list[A
 
 
 def test_the_cable_is_a_line_through_the_nodes(run: Run) -> None:
-    """Every third step the cable is drawn from node to node, and trolley and payload stand at its ends."""
+    """Every third step the cable is drawn from node to node, trolley and payload at its ends."""
     nodes = run.nodes[::3]
     strips = np.array(chunks(run.path, "/rope", "LineStrips3D:strips"))
     assert strips.shape == (FRAMES, 7, 2, 3)
@@ -87,7 +87,7 @@ def test_the_cable_is_a_line_through_the_nodes(run: Run) -> None:
 
 
 def test_a_few_links_stand_for_all_in_the_plots(run: Run) -> None:
-    """Of seven swings four are plotted, the first and the last among them; `plots/q` has them all, bit for bit."""
+    """Four of seven swings are plotted, first and last included; `plots/q` has all, bit for bit."""
     assert np.array_equal(read_curves(run.path, "plots/q").values, run.q)
     assert np.array_equal(read_curves(run.path, "shown/swing_deg").values, np.degrees(run.q[:, [1, 3, 5, 7]]))
     line = run.nodes[:, -1] - run.nodes[:, 0]
@@ -99,7 +99,7 @@ def test_a_few_links_stand_for_all_in_the_plots(run: Run) -> None:
 
 
 def test_the_rail_is_as_long_as_the_travel(run: Run) -> None:
-    """At the end of the run the rail is as long as the trolley's travel and half the cable's depth."""
+    """The final rail is as long as the trolley's travel and half the cable's depth."""
     rails = chunks(run.path, "/crane/base/boxes", "Boxes3D:half_sizes", static=True)
     half = max(size[0] for size in rails[-1])
     travel, depth = np.ptp(run.nodes[::3, :, 0]), -run.nodes[::3, :, 2].min()
@@ -109,7 +109,7 @@ def test_the_rail_is_as_long_as_the_travel(run: Run) -> None:
 
 @pytest.mark.long
 def test_many_links_cost_no_more_entities(run: Run, tmp_path: Path) -> None:
-    """A cable of 120 links has as many entities and rows of drawing as one of seven, less its hidden node markers."""
+    """A cable of 120 links has the entities and rows of one of seven, less hidden node markers."""
     rows: list[dict[str, int]] = []
     for path in (run.path, record_cable_run(tmp_path / "long.rrd", 120).path):
         counts: dict[str, int] = {}
@@ -139,7 +139,7 @@ EDGE = st.floats(0.0, 4.0)
 def test_all_of_the_motion_is_in_the_picture(
     x: float, dx: float, dy: float, depth: float, spatial: bool, lifts: bool
 ) -> None:
-    """Seen from where the recording puts the eye, no corner of the crane's room is outside the field of view."""
+    """No corner of the crane's room is outside the field of view from the recorded eye."""
     dy = dy if spatial else 0.0
     room = BoundingBox((x, 0.0, -depth), (x + dx * depth, dy * depth, 0.0), depth, spatial)
     framing = of_room(room, lifts)
@@ -166,7 +166,7 @@ def test_a_far_way_is_followed() -> None:
 
 
 def test_an_elastic_cable_has_the_coordinates_of_its_nodes() -> None:
-    """Of a cable of nodes, the angles of a few links and its length are computed from their positions."""
+    """The angles of a few links and the length of a cable of nodes follow from their positions."""
     angles = np.radians([10.0, 20.0, 30.0, 40.0, 50.0, 60.0])
     steps = np.column_stack([np.sin(angles), np.zeros(6), -np.cos(angles)]) * 1.1
     nodes = np.vstack([np.zeros(3), np.cumsum(steps, axis=0)]) + (5.0, 0.0, 0.0)
@@ -180,7 +180,10 @@ def test_an_elastic_cable_has_the_coordinates_of_its_nodes() -> None:
 
 
 def test_the_target_hangs_still_below_the_references() -> None:
-    """Trolley, bridge and hoist where they should go, every link straight down, as long as it is."""
+    """The target has trolley, bridge and hoist at the reference, each link straight down.
+
+    Each link has its own length.
+    """
     nodes = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.6, -0.8]]])
     still = hanging_still(("trolley", "bridge", "hoist"), np.array([[4.0, -3.0, 2.5]]), nodes)
     assert still == pytest.approx(np.array([[[4.0, -3.0, 0.0], [4.0, -3.0, -2.5], [4.0, -3.0, -3.5]]]))

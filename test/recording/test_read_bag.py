@@ -1,4 +1,4 @@
-"""A bag of `--mcap` gives the run back: scene and versions from its metadata, steps from its messages."""
+"""A bag of `--mcap` gives the run back: scene, versions from metadata, steps from messages."""
 
 import tracemalloc
 from functools import cache
@@ -29,7 +29,7 @@ def recorded_run() -> Rollout:
 
 
 def test_a_bag_gives_the_run_back(tmp_path: Path) -> None:
-    """Arrays are the run's bit for bit, derived ones those of its recording, and its commands repeat it."""
+    """Arrays are the run's bit for bit, derived ones as in its recording; commands repeat it."""
     run = crane_sim.read_recording(write_bag(tmp_path / "run.mcap", recorded_run()))
     same = crane_sim.read_recording(recorded_run().record(tmp_path / "run.rrd"))
     for name in ("t", "q", "v", "u", "commands", "reference", "payload", "tensions", "swing", "kinetic", "potential"):
@@ -42,7 +42,7 @@ def test_a_bag_gives_the_run_back(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("told", [True, False])
 def test_true_states_are_taken_where_a_bag_has_them(told: bool, tmp_path: Path) -> None:
-    """Bags of cranes with sensors have true and measured states; older bags have only measured ones."""
+    """Bags of cranes with sensors have true and measured states; older bags only measured ones."""
     run = crane_sim.simulate("knuckle_setpoint", duration=0.1, overrides={"sensors": {"all": {"noise": 1e-3}}})
     topics = TOPICS | ({"true_states": TOPICS["joint_states"]._replace(name="/knuckle/true_states")} if told else {})
     bag = Bag(
@@ -63,7 +63,7 @@ def test_true_states_are_taken_where_a_bag_has_them(told: bool, tmp_path: Path) 
 
 
 def test_only_topics_that_are_read_are_in_memory(tmp_path: Path) -> None:
-    """Messages of other topics, such as 64 MB of pictures, are not kept, and count as readable: nothing is damaged."""
+    """Other topics' messages, such as 64 MB of pictures, are not kept, and count as readable."""
     period, picture = recorded_run().scene.period_ns, bytes(1 << 20)
     bag = Bag(tmp_path / "run.mcap", TOPICS, period)
     write = bag.callbacks()
@@ -81,7 +81,10 @@ def test_only_topics_that_are_read_are_in_memory(tmp_path: Path) -> None:
 
 
 def test_what_a_bag_lacks_is_said_in_one_line(tmp_path: Path) -> None:
-    """A bag without scene, without efforts, or cut off, is refused in one line that names file and what is missing."""
+    """A bag without scene, without efforts, or cut off, is refused in a line on what is missing.
+
+    The line names the file, too.
+    """
     whole = write_bag(tmp_path / "whole.mcap", recorded_run()).read_bytes()
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(whole[: 3 * len(whole) // 4])
@@ -99,14 +102,14 @@ def test_what_a_bag_lacks_is_said_in_one_line(tmp_path: Path) -> None:
 
 
 def test_metadata_come_back(tmp_path: Path) -> None:
-    """Metadata come back as they were, non-ASCII text and empty values too, and are not those of another name."""
+    """Metadata come back as they were, non-ASCII and empty values too, under their own name."""
     values = {"scene_file": "größe: 1\n", "empty": ""}
     path = write_bag(tmp_path / "run.mcap", recorded_run(), values)
     assert read_metadata(path, RUN) == with_digest(values) and read_metadata(path, "another") == {}
 
 
 def test_periods_in_which_brakes_act_have_no_command(tmp_path: Path) -> None:
-    """Held commands of NaN, as lockstep publishes them when it brakes, leave the periods before them their commands."""
+    """Held commands of NaN, as of a braking lockstep, leave earlier periods their commands."""
     run = recorded_run()
     braked = {len(run.commands) - 1, len(run.commands)}  # steps
     topics = TOPICS_OF_RUN | {"held_command": TOPICS["applied_effort"]._replace(name="/knuckle/held_command")}
@@ -127,7 +130,7 @@ def test_periods_in_which_brakes_act_have_no_command(tmp_path: Path) -> None:
 
 
 def test_a_bag_of_another_node_s_commands_has_no_law(tmp_path: Path) -> None:
-    """A run whose commands came from elsewhere is read as such, and not as one of the scene's own law."""
+    """A run whose commands came from elsewhere is read as such, not as one of the scene's law."""
     scene = recorded_run().scene.with_external_commands()
     external = write_bag(tmp_path / "run.mcap", recorded_run(), text_properties(layout_of_scene(scene, "")))
     run = crane_sim.read_recording(external)

@@ -1,4 +1,4 @@
-"""A recording is read back as the run that it holds, and a file that is none is refused in one line."""
+"""A recording is read back as the run that it holds; a file that is none is refused."""
 
 import importlib.util
 import json
@@ -34,7 +34,7 @@ def run(file: Path) -> RecordedRun:
 
 
 def test_what_is_read_is_what_was_simulated(rollout: crane_sim.Rollout, run: RecordedRun) -> None:
-    """All arrays, the summary and the scene are those of the run, bit for bit; the instant at its end is no step."""
+    """Arrays, summary and scene are the run's, bit for bit; its final instant is no step."""
     for name in ("q", "v", "u", "payload", "tip", "tension", "energy"):
         assert np.array_equal(getattr(run, name), getattr(rollout, name)[:-1]), name
     assert run.t == pytest.approx(rollout.t[:-1], abs=1e-12)  # the rounding of ns to s
@@ -54,7 +54,7 @@ def test_the_scene_repeats_the_run(run: RecordedRun) -> None:
 
 
 def test_a_run_over_ros_reads_the_same(run: RecordedRun, tmp_path: Path) -> None:
-    """The recording of a lockstep run over ROS holds the same numbers as that of the run without."""
+    """The recording of a lockstep run over ROS holds the numbers of the run without ROS."""
     orchestration.run(crane_sim.load_scene("knuckle_setpoint", {"duration": 0.01 * STEPS}), record=tmp_path / "ros.rrd")
     other = crane_sim.read_recording(tmp_path / "ros.rrd")
     for name in ("t", "q", "v", "u", "commands", "reference", "payload", "tip", "tension", "kinetic", "nodes"):
@@ -64,7 +64,7 @@ def test_a_run_over_ros_reads_the_same(run: RecordedRun, tmp_path: Path) -> None
 
 
 def test_a_law_that_is_a_function_is_recorded(tmp_path: Path) -> None:
-    """A run of a Python law is recorded with its commands, and its law is said to be none of the scene's."""
+    """A Python law's run is recorded with its commands, and says the law is none of the scene's."""
     run = crane_sim.simulate("knuckle_setpoint", lambda t, q, v: (t, 215.0, 98.0, -10.0), duration=0.1)
     back = crane_sim.read_recording(run.record(tmp_path / "mine.rrd"))
     assert np.array_equal(back.commands, run.commands) and np.all(np.diff(back.commands[:, 0]) > 0.0)
@@ -79,7 +79,7 @@ def test_other_instants_are_not_recorded(tmp_path: Path) -> None:
 
 
 def test_bad_files_are_refused_in_one_line(file: Path, tmp_path: Path) -> None:
-    """Missing, empty, foreign and cut files have one line each that names the file; so has one of messages alone."""
+    """Missing, empty, foreign, cut files, and messages alone, have one line that names the file."""
     whole = file.read_bytes()
     bad = {"empty": b"", "foreign": b"no recording, but text", "cut": whole[: len(whole) // 9], "short": whole[:50]}
     for name, content in bad.items():
@@ -92,7 +92,7 @@ def test_bad_files_are_refused_in_one_line(file: Path, tmp_path: Path) -> None:
 
 
 def test_a_file_is_cut_off_wherever_that_is(file: Path, tmp_path: Path) -> None:
-    """A file that ends within a message, within the head of one or between two is said to be cut off."""
+    """A file that ends within a message, its head, or between two is said to be cut off."""
     whole = file.read_bytes()
     for size in range(60, 460, 4):  # heads have 16 bytes
         (tmp_path / "cut.rrd").write_bytes(whole[:size])
@@ -118,7 +118,7 @@ def test_a_data_frame_has_the_columns(run: RecordedRun) -> None:
 
 
 def test_a_data_frame_without_pandas_is_one_line(run: RecordedRun, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where pandas cannot be imported, a single line names it, how to get it, and what there is without it."""
+    """Without pandas, one line names it, how to get it, and what there is without it."""
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(crane_sim.SceneError, match="^a data frame needs .* pandas, .*install study.*columns") as error:
         run.to_dataframe()

@@ -1,4 +1,4 @@
-"""Recordings hold the tension of every link of a chain and of every fall, unless there are very many."""
+"""Recordings hold the tensions of all links of a chain and all falls, unless very many."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -52,7 +52,7 @@ def tension_curves(run: RecordedRun) -> dict[str, Curve]:
 def test_every_tension_is_recorded(
     kind: str, count: int, rollouts: dict[str, crane_sim.Rollout], runs: dict[str, RecordedRun]
 ) -> None:
-    """What is read back are the run's tensions, no two the same, bit for bit; `tension` is the first of them."""
+    """The run's tensions, all different, are read back bit for bit; `tension` is the first."""
     run, expected = runs[kind], rollouts[kind].derived.tensions[:-1]
     assert run.tensions.shape == (STEPS, count) and np.array_equal(run.tensions, expected)
     assert len(np.unique(expected[0])) == count
@@ -85,7 +85,7 @@ def test_of_very_many_links_the_first_is_recorded(tmp_path: Path) -> None:
 
 
 def test_recordings_with_one_tension_are_shown(runs: dict[str, RecordedRun]) -> None:
-    """Of a run on falls whose recording holds one tension, as older ones do, it is shown as the first fall's."""
+    """A falls' recording with one tension, as older ones have, shows it as the first fall's."""
     run = runs["fall"]
     old = replace(run, tensions=run.tensions[:, :1])
     assert list(tension_curves(old)) == ["fall 1"]
@@ -95,7 +95,10 @@ def test_recordings_with_one_tension_are_shown(runs: dict[str, RecordedRun]) -> 
 
 
 def test_lead_line_and_falls_of_a_reeved_rope_are_recorded(tmp_path: Path) -> None:
-    """Twelve falls and their lead line are read back bit for bit, each with its name in viewer, page and columns."""
+    """Twelve falls and their lead line are read back bit for bit.
+
+    Each has its name in viewer, page and columns.
+    """
     rollout = crane_sim.simulate("reeved_twelve_falls", duration=0.05 * STEPS)
     run = crane_sim.read_recording(rollout.record(tmp_path / "run.rrd"))
     assert run.falls.shape == (STEPS, 12) and np.array_equal(run.falls, rollout.falls[:-1])

@@ -39,7 +39,10 @@ def number(k: int, size: int) -> tuple[float, ...]:
 
 @pytest.mark.parametrize("seed", range(2))
 def test_topics_may_overtake_each_other(seed: int) -> None:
-    """In any interleaving of the three topics, each step is assembled once, in order, from its own messages."""
+    """In any interleaving of the three topics, each step is assembled once, in order.
+
+    It is made of its own messages.
+    """
     assembler, draw = StepAssembler(PERIOD, TARGET), random.Random(seed)
     queues = [[(topic, k) for k in range(1, 201)] for topic in ("state", "effort", "command")]
     rows = []
@@ -84,7 +87,7 @@ def test_a_repeated_state_is_one_step() -> None:
 
 
 def test_a_step_waits_for_its_command() -> None:
-    """A step whose command is in transit is held back, but not forever, and not at the end of the run."""
+    """A step whose command is in transit is held back, but neither forever nor at the end."""
     assembler = StepAssembler(PERIOD, TARGET)
     for k in range(1, MAX_ROWS_PENDING + 4):
         assembler.add_state(k * PERIOD, number(k, 6), number(k, 6))
@@ -106,7 +109,7 @@ def test_a_reference_holds_from_its_stamp_on() -> None:
 
 
 def test_a_reset_begins_a_new_recording(tmp_path: Path) -> None:
-    """The recording before a reset is kept in its own file, and the run after it is complete in the usual one.
+    """The recording before a reset is in its own file; the run after it is in the usual one.
 
     A viewer on the live port receives the steps before and after the reset, each as a recording of its own.
     """
@@ -127,7 +130,7 @@ def test_a_reset_begins_a_new_recording(tmp_path: Path) -> None:
 
 
 def test_a_live_viewer_has_the_views_of_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The views of a run that is watched are sent before its first step, as active ones, and follow the run."""
+    """A watched run's views are sent before its first step, as active ones, and follow it."""
     sent, send = list[tuple[Any, bool]](), rr.RecordingStream.send_blueprint
 
     def record(stream: rr.RecordingStream, views: Any, **options: bool) -> None:
@@ -144,7 +147,7 @@ def test_a_live_viewer_has_the_views_of_the_run(tmp_path: Path, monkeypatch: pyt
 
 
 def passes_in(file: Path) -> dict[str, int]:
-    """Return the number of steps of each recording in a file; none before it is there, or ends with a whole row."""
+    """Return the steps of each recording in a file; none before it has a whole row."""
     with warnings.catch_warnings(action="ignore"), suppress(RuntimeError, ValueError, OSError):  # it grows
         reader = RrdReader(file)
         counts = Counter[str]()
@@ -156,7 +159,7 @@ def passes_in(file: Path) -> dict[str, int]:
 
 
 def test_a_replacing_recorder_overwrites_no_file_before_a_reset(tmp_path: Path) -> None:
-    """A second reset, received by a replacing recorder, does not change the file of the first one."""
+    """A second reset, received by a replacing recorder, does not change the first one's file."""
     path = tmp_path / "run.rrd"
     first, reports = Recorder(SCENE, path, run_id="one"), list[tuple[int, int, int, bool]]()
     set_aside = tmp_path / "run.before_reset_1.rrd"
@@ -177,7 +180,7 @@ def test_a_replacing_recorder_overwrites_no_file_before_a_reset(tmp_path: Path) 
 
 
 def test_a_part_that_is_complete_already_is_joined_too(tmp_path: Path) -> None:
-    """A recorder that died after the last step, its file complete, loses no step, and leaves one file."""
+    """A recorder that died after completing its file loses no step, and leaves one file."""
     path = tmp_path / "run.rrd"
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 30)
@@ -193,7 +196,7 @@ def test_a_part_that_is_complete_already_is_joined_too(tmp_path: Path) -> None:
 
 
 def test_the_error_of_a_full_disk_has_counts_and_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The error of a file that could not be written has the number of its steps, and earlier parts."""
+    """The error of a file that could not be written has its number of steps, and earlier parts."""
     part = tmp_path / "run.rrd.part"
     part.touch()
     previous = EarlierFiles(20, 20, (part,))
@@ -207,7 +210,7 @@ def test_the_error_of_a_full_disk_has_counts_and_parts(tmp_path: Path, monkeypat
 
 
 def test_a_recording_in_parts_becomes_one_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A recorder that resumes after another one's last known step leaves one file, with every step once."""
+    """A recorder that resumes after another's last known step leaves one file, each step once."""
     monkeypatch.setattr("crane_sim.recording.rerun.recorder.BLOCK_SECONDS", 0.0)  # what comes is written at once
     path = tmp_path / "run.rrd"
     dead = Recorder(SCENE, path, run_id="one")
@@ -224,7 +227,10 @@ def test_a_recording_in_parts_becomes_one_file(tmp_path: Path, monkeypatch: pyte
 
 
 def test_commands_that_a_dead_recorder_lost_stay_lost(tmp_path: Path) -> None:
-    """A recorder that replaces one whose steps lack a command says so in its summary, which is the recording's."""
+    """A recorder that replaces one whose steps lack a command says so in its summary.
+
+    The recording has the same summary.
+    """
     path = tmp_path / "run.rrd"
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 20, lost_command=7)
@@ -250,7 +256,7 @@ FULL = 6000  # steps of that scene, twice as many as four megabytes hold
 
 @pytest.mark.long
 def test_a_full_disk_never_touches_the_run(tmp_path: Path) -> None:
-    """When the disk fills up the run still comes to its end, and its summary has the missing steps and the reason."""
+    """With a full disk the run still ends; its summary has the missing steps and the reason."""
     disk, copy = tmp_path / "disk", tmp_path / "run.rrd.part"
     disk.mkdir()
     script = 'mount -t tmpfs -o size=4m tmpfs "$1" && "$2" -c "$3" "$1/run.rrd" && cp "$1/run.rrd.part" "$4"'

@@ -1,4 +1,4 @@
-"""A recording holds every step of a run exactly, with derived quantities, and the viewer shows it without errors."""
+"""A recording holds every step exactly, with derived quantities; the viewer shows no error."""
 
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -54,7 +54,7 @@ def test_every_step_is_there_exactly(run: Run) -> None:
 
 
 def test_derived_quantities_are_there(run: Run) -> None:
-    """Derived quantities equal those of `simulation.metrics`, V and dV/dt those of the law, at every step."""
+    """Derived quantities equal `simulation.metrics`, V and dV/dt the law's, at every step."""
     known = derive(SCENE, run.t, run.q, run.v, run.u)
     law: Any = SCENE.law
     lyapunov = np.array([law.lyapunov(*at) for at in zip(run.t, map(tuple, run.q), map(tuple, run.v), strict=True)])
@@ -74,7 +74,7 @@ def test_derived_quantities_are_there(run: Run) -> None:
 
 
 def test_the_crane_moves_in_3d(run: Run) -> None:
-    """Moving joints, rope, trail and target have one frame of animation for every third step, without a gap."""
+    """Joints, rope, trail and target have a frame for every third step, without a gap."""
     rows: dict[str, int] = {}
     for chunk in RrdReader(run.path).stream():
         if not chunk.is_static:
@@ -97,14 +97,14 @@ def test_the_summary_is_in_the_file(run: Run) -> None:
 
 
 def test_a_finished_recording_is_one_file_with_its_views(run: Run) -> None:
-    """A closed recording is the only file in its folder, and holds the layouts of the viewer's views."""
+    """A closed recording is its folder's only file, and holds the viewer's layouts."""
     assert [entry.name for entry in run.path.parent.iterdir()] == ["run.rrd"]
     assert len(RrdReader(run.path).recordings()) == 1 and RrdReader(run.path).blueprints()
 
 
 @given(arrays(float, (5, 3), elements=st.floats(-10.0, 10.0)).filter(lambda a: np.linalg.norm(a, axis=1).min() > 1e-3))
 def test_the_rope_points_along_itself(directions: np.ndarray) -> None:
-    """The rotation of the rope's cylinder maps the z axis to the rope's direction, also for a rope straight down."""
+    """The rope cylinder's rotation maps z to the rope's direction, also straight down."""
     directions[:2] = (0.0, 0.0, -1.0), (1e-6, 0.0, -1.0)
     x, y, z, w = turn_from_z(directions).T
     turned = np.column_stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])

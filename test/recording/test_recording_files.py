@@ -24,7 +24,7 @@ def test_parts_are_listed_under_their_present_names(tmp_path: Path) -> None:
 
 
 def test_files_from_before_resets_are_listed(tmp_path: Path) -> None:
-    """Files from before resets of this run, of the file and of its parts, are listed, none of another file or run."""
+    """Files from before this run's resets, its parts' too, are listed, none of others."""
     expected = ["run.before_reset_1.rrd", "run.part2.before_reset_2.rrd"]
     for name in (*expected, "run.before_reset_1.mcap", "rerun.before_reset_1.rrd", "run.rrd"):
         (tmp_path / name).touch()
@@ -34,7 +34,7 @@ def test_files_from_before_resets_are_listed(tmp_path: Path) -> None:
 
 
 def test_a_file_that_another_process_removes_is_not_locked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A leftover that another recorder has repaired meanwhile, before or after it was opened, is locked by none."""
+    """A leftover repaired by another recorder meanwhile, before or after opening, is not locked."""
     part = tmp_path / "run.rrd.part"
     assert acquire_lock(part) is None and repair(part) is None
     part.touch()

@@ -49,7 +49,7 @@ def child(program: str, path: Path, end: str = "killed") -> subprocess.Completed
 
 
 def test_a_killed_recorder_loses_nothing_it_wrote(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    """After SIGKILL the next run of that name says in one line what it recovered: every step that was written."""
+    """After SIGKILL the next run of that name recovers every written step, and says so."""
     path, recovered = tmp_path / "run.rrd", tmp_path / "run.recovered.rrd"
     assert child(CHILD, path, "killed").returncode == -9
     assert [entry.name for entry in tmp_path.iterdir()] == ["run.rrd.part"]
@@ -71,7 +71,7 @@ def test_a_living_recorder_s_part_is_unchanged(tmp_path: Path) -> None:
 
 
 def test_a_folder_that_is_gone_is_an_error_of_the_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A recording whose folder was removed ends in one line, whether the disk fails or the file cannot be renamed."""
+    """A recording whose folder was removed ends in one line, on a failing disk or renaming."""
     folder = tmp_path / "gone"
     session = RowWriter(SCENE, folder / "run.rrd")
     shutil.rmtree(folder)
@@ -95,7 +95,10 @@ def test_unrecoverable_files_are_unchanged(tmp_path: Path) -> None:
 
 
 def test_a_full_disk_is_noticed(tmp_path: Path) -> None:
-    """A block that does not reach the disk is an error of one line that names the file; what was written survives."""
+    """A block that does not reach the disk is an error with the file's name; other blocks stay.
+
+    The error is one line.
+    """
     done = child(CHILD, tmp_path / "run.rrd", "full")
     recorded, _, why = done.stdout.strip().partition("|")
     assert done.returncode == 3, done.stderr
@@ -121,7 +124,7 @@ os.kill(os.getpid(), signal.SIGKILL)
 
 
 def test_a_killed_recorder_s_file_is_recovered(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    """After SIGKILL the next recorder of the same name names the recovered file, which is readable."""
+    """After SIGKILL the next recorder of the same name names the readable, recovered file."""
     path = tmp_path / "run.mcap"
     assert child(MCAP_CHILD, path).returncode == -9
     with unfinished_name(path).open("ab") as file:
@@ -136,7 +139,7 @@ def test_a_killed_recorder_s_file_is_recovered(tmp_path: Path, caplog: pytest.Lo
 
 
 def test_a_living_recorder_s_file_is_unchanged(tmp_path: Path) -> None:
-    """Two recorders of the same file: the second one is refused, and the first one's is complete in the end."""
+    """A second recorder of the same file is refused; the first one's file is complete."""
     bag = Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)
     with pytest.raises(FileExistsError, match="another run is writing it"):
         Bag(tmp_path / "run.mcap", TOPICS, SCENE.period_ns)

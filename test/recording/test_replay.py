@@ -1,4 +1,4 @@
-"""A recorded run is integrated anew from its commands: its states agree bit for bit, and one that does not is named."""
+"""Replay from commands: states agree bit for bit, and one that does not is named."""
 
 import json
 import os
@@ -69,7 +69,7 @@ def test_a_flipped_bit_is_named(k: int, joint: int, bit: int) -> None:
 
 
 def test_a_command_or_a_step_that_was_lost_is_named() -> None:
-    """A step without its command, while no brakes acted, or a missing step is a command that is not known."""
+    """A step without its command while no brakes acted, or a missing step, has no known command."""
     run = recorded("a law and limits")
     commands = run.commands.copy()
     commands[7] = nan
@@ -112,7 +112,7 @@ def test_a_difference_is_one_line() -> None:
 
 @pytest.mark.long
 def test_recordings_of_the_catalogue_are_repeated_by_another_process(tmp_path: Path) -> None:
-    """Short runs of at least fifty scenes are replayed by a process of its own, and all their states agree."""
+    """Short runs of at least fifty scenes are replayed by another process to the same states."""
     recordings, steps = list[str](), dict[str, int]()
     for name in sorted(scene_files().keys() - SLOW):
         scene = crane_sim.load_scene(name)

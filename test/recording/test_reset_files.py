@@ -23,7 +23,7 @@ from crane_sim.recording.rerun.writer import RunWriter
 def test_a_disk_that_was_full_before_a_reset_is_counted_in_its_own_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The file has none of the steps behind the reset: they are all lost, and those before it are counted apart."""
+    """The file has no step after the reset: all are lost, counted apart from those before it."""
     monkeypatch.setattr("crane_sim.recording.rerun.recorder.BLOCK_SECONDS", 0.0)  # what comes is written at once
     recorder = Recorder(SCENE, tmp_path / "run.rrd")
     feed(recorder, 30)
@@ -62,7 +62,7 @@ def test_a_bag_s_disk_that_was_full_before_a_reset_is_counted_in_its_own_files(
 
 
 def test_the_file_after_a_reset_has_the_simulation_s_state(tmp_path: Path) -> None:
-    """A run that plays on after a reset is playing in its file from the first step on, until it is paused."""
+    """A run that plays on after a reset is playing from its file's first step until paused."""
     recorder = Recorder(SCENE, tmp_path / "run.rrd")
     for name in ("playing", "playing", "paused"):
         recorder.add_simulation_state(name)
@@ -74,7 +74,7 @@ def test_the_file_after_a_reset_has_the_simulation_s_state(tmp_path: Path) -> No
 
 
 def test_parts_that_cannot_be_joined_at_a_reset_make_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """They get names of their own, in order, and the run behind the reset is whole under its usual name."""
+    """They get own names, in order; the run after the reset is whole under its usual name."""
     path = tmp_path / "run.rrd"
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 20)

@@ -18,7 +18,7 @@ from crane_sim.recording.rope_colors import (
 
 
 def test_colors_follow_the_tension() -> None:
-    """Slack, usual, double and more are told apart, and what is between two of them lies between their colours."""
+    """Slack, usual, double and greater tensions differ in colour; others are in between."""
     tensions = np.array([[5.0, 100.0], [10.0, 0.0], [0.0, 50.0], [40.0, 1e-3]])
     usual = usual_tensions(tensions)
     assert usual.tolist() == [5.0, 100.0]
@@ -29,7 +29,7 @@ def test_colors_follow_the_tension() -> None:
 
 
 def test_a_rope_that_begins_slack_is_compared_to_its_largest_tension() -> None:
-    """The reference is the first tension, of a rope without one the largest, and it is never zero."""
+    """The reference is the first tension, of a rope without one the largest, never zero."""
     assert usual_tensions(np.array([[0.0, 0.0], [7.0, 0.0]])).tolist() == [7.0, 7.0]
     assert usual_tensions(np.zeros((3, 1))).tolist() == [1.0]
 
@@ -38,7 +38,7 @@ def test_a_rope_that_begins_slack_is_compared_to_its_largest_tension() -> None:
     ("scene", "colors"), [("knuckle_setpoint", "Cylinders3D:colors"), ("overhead_lqr", "LineStrips3D:colors")]
 )
 def test_the_viewer_gets_these_colors(scene: str, colors: str, tmp_path: Path) -> None:
-    """The rope of a recording begins in the usual colour and has the others where its tension differs."""
+    """A recording's rope begins in the usual colour, and changes it with its tension."""
     run = crane_sim.simulate(scene, duration=1.0)
     path = run.record(tmp_path / "run.rrd")
     batches = [chunk.to_record_batch() for chunk in RrdReader(path).stream() if chunk.entity_path == "/rope"]

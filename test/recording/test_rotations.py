@@ -10,7 +10,7 @@ ANGLES = np.random.default_rng(1).uniform(-3.0, 3.0, (100, 3))  # rad; quaternio
 
 
 def test_rotations_are_those_of_scipy() -> None:
-    """Roll, pitch and yaw give scipy's quaternion, up to its sign, and a quaternion of any size scipy's matrix."""
+    """Roll, pitch, yaw give scipy's quaternion up to its sign, any quaternion scipy's matrix."""
     expected = Rotation.from_euler("ZYX", ANGLES[:, ::-1])
     ours = quaternions_of(*ANGLES.T)
     sign = np.sign(np.sum(ours * expected.as_quat(), axis=1))[:, None]

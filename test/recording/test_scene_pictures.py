@@ -1,4 +1,4 @@
-"""Pictures of catalogue scenes in the viewer: no error, nothing blank, the whole crane in the picture."""
+"""Viewer pictures of catalogue scenes: no error, nothing blank, the whole crane in view."""
 
 import io
 from pathlib import Path
@@ -22,7 +22,7 @@ EDGE = 3  # pixels at the rim of the picture, which no part of a crane may touch
 
 
 def drawn(path: Path) -> dict[float, np.ndarray]:
-    """Return pictures (h, w, 3) of a recording's crane at start, middle and end, about which no view complains."""
+    """Return crane pictures (h, w, 3) at start, middle, end, with no complaint by any view."""
     try:
         with camera(path, Shown(view="Crane")) as viewer:
             pictures = {}
@@ -37,7 +37,7 @@ def drawn(path: Path) -> dict[float, np.ndarray]:
 
 
 def is_crane(picture: np.ndarray) -> np.ndarray:
-    """Return which pixels (h, w) are of a crane's yellow or a payload's red: nothing else has such a colour."""
+    """Return which pixels (h, w) have a crane's yellow or a payload's red, used for no other."""
     red, green, blue = np.moveaxis(picture.astype(int), 2, 0)
     return (red > 100) & (red - blue > 60) & (red >= green)
 
@@ -56,7 +56,7 @@ def brief(scene: str) -> float:
 
 @pytest.mark.long
 def test_the_first_picture_of_an_instant_is_complete(tmp_path: Path) -> None:
-    """Of a recording of many parts, the rope too is in the first picture of an instant, as in every later one."""
+    """The first picture of a recording of many parts has the rope, as every later one has."""
     file = crane_sim.simulate("offshore_resonant").record(tmp_path / "run.rrd")
     try:
         with camera(file, Shown(view="Crane")) as viewer:
@@ -94,7 +94,7 @@ def test_a_crane_is_in_the_picture(scene: str, tmp_path: Path) -> None:
 
 
 def test_a_crane_that_slews_away_from_its_target_is_in_the_picture(tmp_path: Path) -> None:
-    """A crane that goes where nothing in its scene says that it does is seen whole, too, at the end as at the start."""
+    """A crane that goes where its scene does not say is seen whole, at the end as at the start."""
     check("knuckle_setpoint", tmp_path, 1.0, {"initial.v": [-3.0, 0.0, 0.0, 0.0, 0.0, 0.0]})
 
 

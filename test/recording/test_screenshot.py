@@ -1,4 +1,7 @@
-"""A picture of a recording on a busy machine, where the viewer starts late and loses connections; without a viewer."""
+"""A picture of a recording on a busy machine, tested without a viewer.
+
+There the viewer starts late and loses connections.
+"""
 
 import io
 import shutil
@@ -93,14 +96,14 @@ def recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
 
 
 def test_a_lost_connection_is_renewed(recording: Path, tmp_path: Path) -> None:
-    """Each request whose connection is lost is repeated through a new one, and the picture is drawn."""
+    """A request that loses its connection is repeated on a new one, and the picture drawn."""
     assert picture(recording, tmp_path / "run.png") == []
     assert LossyClient.requests.count("open") == 2 and LossyClient.requests.count("take_screenshot") > 2
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_a_picture_is_complete(recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The picture is the first that is like the one before; while they still differ in the end, it is an error."""
+    """The picture is the first like the one before; an error if they still differ at the end."""
     monkeypatch.setattr(LossyClient, "pictures", [png(k) for k in (50, 50, 51, 52, 53)])
     picture(recording, tmp_path / "run.png", 1.0)
     assert Image.open(tmp_path / "run.png").getpixel((0, 0)) == (LossyClient.instants.index(1.0), 0, 0)
@@ -112,14 +115,14 @@ def test_a_picture_is_complete(recording: Path, tmp_path: Path, monkeypatch: pyt
 
 
 def test_a_file_that_is_no_recording_is_refused_at_once(recording: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where the viewer opens nothing and loads nothing, the line says that it cannot read the file."""
+    """Where the viewer opens and loads nothing, the line says that it cannot read the file."""
     monkeypatch.setattr(LossyClient, "open", lambda *_: SimpleNamespace(store_ids=[], loading=[]), raising=False)
     with pytest.raises(PictureError, match=r"run\.rrd: the viewer cannot read it$"):
         picture(recording, recording.with_suffix(".png"))
 
 
 def test_a_recording_is_served_whole(tmp_path: Path) -> None:
-    """The viewer gets all bytes of a recording at an address of this machine that is no other's, and nothing else."""
+    """The viewer gets all bytes of a recording, and nothing else, at its own local address."""
     file = tmp_path / "a run.rrd"
     file.write_bytes(bytes(range(256)) * 1000)
     with _served(file) as address, _served(file) as other:
@@ -133,7 +136,7 @@ def test_a_recording_is_served_whole(tmp_path: Path) -> None:
 
 
 def test_a_viewer_that_never_answers_is_given_up(recording: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One that lives and does not answer is an error of its own; one that has ended says why, or cannot draw here."""
+    """A silent viewer is an error of its own; an ended one says why, or that it cannot draw."""
 
     def silent(*_: object) -> None:
         raise RuntimeError("no answer")
@@ -162,7 +165,7 @@ def test_a_viewer_that_never_answers_is_given_up(recording: Path, monkeypatch: p
 
 
 def test_a_viewer_reaches_no_other_machine(recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever proxy a user has, a viewer's requests to other machines end at a port here that no program serves.
+    """Whatever the proxy, a viewer's requests to other machines end at an unserved local port.
 
     What it leaves in the folder for temporary files is gone with it.
     """
@@ -180,7 +183,7 @@ def test_a_viewer_reaches_no_other_machine(recording: Path, tmp_path: Path, monk
 
 
 def test_a_tab_is_selected_by_its_title(recording: Path, tmp_path: Path) -> None:
-    """The tab of a title, in any case, becomes the active one; an unknown one, view or time is one line."""
+    """A tab's title, in any case, activates it; an unknown tab, view or time gives one line."""
     picture(recording, tmp_path / "run.png", shown=Shown(tab="summary", view="crane"))
     assert TABS["active_tab"] == "view/b" and "set_blueprint" in LossyClient.requests
     with pytest.raises(SceneError, match="^tab 'sum': no such tab.*; possible: Overview, Summary$"):
@@ -193,7 +196,10 @@ def test_a_tab_is_selected_by_its_title(recording: Path, tmp_path: Path) -> None
 
 
 def test_a_clip_has_the_pictures_of_its_part(recording: Path, tmp_path: Path) -> None:
-    """Two seconds of a run at double speed and eight pictures a second are eight pictures, in a GIF of the width."""
+    """Two seconds at double speed and eight pictures a second are eight pictures in a GIF.
+
+    It has the width that was asked for.
+    """
     file, progress = tmp_path / "run.gif", list[tuple[int, int]]()
     count = write_clip(recording, file, Cut(1.0, 3.0, 8.0, 2.0, 32), Shown(), lambda *at: progress.append(at))
     with Image.open(file) as clip:
@@ -203,7 +209,7 @@ def test_a_clip_has_the_pictures_of_its_part(recording: Path, tmp_path: Path) ->
 
 @pytest.mark.parametrize(("rate", "duration"), [(30.0, 2000), (7.0, 8570)])
 def test_a_gif_lasts_as_long_as_its_part(recording: Path, tmp_path: Path, rate: float, duration: int) -> None:
-    """The pictures of a GIF, which counts in hundredths of a second, together last as long as they should."""
+    """A GIF, counting in hundredths of a second, lasts as long in total as it should."""
     file = tmp_path / "run.gif"
     write_clip(recording, file, Cut(0.0, 4.0, rate, 4.0 * rate / 60.0, 32), Shown())
     with Image.open(file) as clip:
@@ -212,7 +218,7 @@ def test_a_gif_lasts_as_long_as_its_part(recording: Path, tmp_path: Path, rate: 
 
 
 def test_an_mp4_has_even_sizes(recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of an odd width ffmpeg gets the even one below; where it fails, its last line has the file that was asked for."""
+    """For an odd width ffmpeg gets the even one below; its failure's line names the asked file."""
     ffmpeg, given = tmp_path / "ffmpeg", tmp_path / "given"
     monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
     for end in ("exit 0", "exit 1", "echo first >&2; echo $file: last >&2; exit 1"):
@@ -231,7 +237,7 @@ def test_an_mp4_has_even_sizes(recording: Path, tmp_path: Path, monkeypatch: pyt
 
 
 def test_an_impossible_clip_is_one_line(recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Another kind of file, an MP4 without ffmpeg and a part beyond the run are refused, each in one line."""
+    """Other file types, an MP4 without ffmpeg and a part beyond the run are refused."""
     monkeypatch.setattr(shutil, "which", lambda _program: None)
     with pytest.raises(SceneError, match="must end in .gif or .mp4"):
         write_clip(recording, tmp_path / "run.avi", Cut(), Shown())

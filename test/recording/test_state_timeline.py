@@ -1,4 +1,4 @@
-"""Timelines of states: what a run's steps, events and metrics say of brakes, ropes, contacts, switches and faults."""
+"""Timelines of states: what steps, events, metrics say of brakes, ropes, contacts, faults."""
 
 from pathlib import Path
 from typing import Any
@@ -38,7 +38,7 @@ def run(rollout: crane_sim.Rollout, tmp_path_factory: pytest.TempPathFactory) ->
 
 
 def test_faults_and_switches_are_timelines(rollout: crane_sim.Rollout, run: RecordedRun) -> None:
-    """A recording has the faults at the times of the scene, and a limit switch from the first step beyond it on."""
+    """A recording has faults at the scene's times, a limit switch from the first step beyond."""
     assert run.states["fault sticky boom"] == [(0.0, "off"), (0.05, "on"), (0.15, "off")]
     assert run.states["fault dark"] == [(0.0, "off"), (0.2, "on")]
     assert set(rollout.summary["overtravel"]) == {"slew"}, "the scene's own metrics must agree that it tripped"
@@ -58,7 +58,9 @@ def test_a_page_has_the_timelines_as_bands(run: RecordedRun) -> None:
 
 
 def test_timelines_follow_from_steps(rollout: crane_sim.Rollout) -> None:
-    """Brakes act where the plant says so, slack ropes have no tension, a contact a force, limited efforts differ.
+    """Brakes act as the plant says; slack ropes have no tension, contacts have a force.
+
+    Limited efforts differ from the demanded ones.
 
     A lost command (step 21) is no braking. A change at the boundary of two blocks is recorded once, and nothing of a
     timeline that keeps its normal state.
@@ -96,7 +98,7 @@ def test_messages_add_timelines(rollout: crane_sim.Rollout, tmp_path: Path) -> N
 
 
 def test_events_that_change_states_are_timelines() -> None:
-    """Friction, drives with play and exchanged payloads have timelines by their events; other events have none."""
+    """Friction, drives with play and exchanged payloads have timelines; other events have none."""
     events = [
         (0.5, "the trolley sticks"),
         (0.7, "the trolley slips backwards"),
@@ -114,7 +116,7 @@ def test_events_that_change_states_are_timelines() -> None:
 
 
 def test_short_spans_do_not_hide_what_happened() -> None:
-    """A short time of slack stays a span of its own; a normal state too short to be drawn is merged."""
+    """A short slack stays a span of its own; a normal state too short to be drawn is merged."""
     changes = [(0.0, "taut"), (1.0, "slack"), (1.001, "taut"), (1.002, "slack"), (1.003, "taut"), (2.0, "slack")]
     assert make_spans(changes, 0.0, 3.0, 0.01) == [
         (0.0, 1.0, "taut"),
@@ -126,7 +128,7 @@ def test_short_spans_do_not_hide_what_happened() -> None:
 
 
 def test_states_of_one_instant_are_in_their_order(tmp_path: Path) -> None:
-    """Changes at one instant are read back in the order in which they were recorded, not in that of their names."""
+    """Changes at one instant are read back in their recorded order, not in that of names."""
     scene = crane_sim.load_scene("knuckle_setpoint")
     session = RowWriter(scene, tmp_path / "run.rrd")
     session.write_rows(rows_at_rest(scene, 10))

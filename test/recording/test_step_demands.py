@@ -25,7 +25,7 @@ EFFORT_A, EFFORT_B, EFFORT_C = (1.0, 2.0, 3.0, 4.0), (5.0, 6.0, 7.0, 8.0), (0.0,
     ],
 )
 def test_the_demand_is_the_applied_command(commands: list, applied: tuple, demanded: tuple | None) -> None:
-    """A single command is the demand, independent of the drives; of several the applied one, else it is unknown."""
+    """A single command is the demand, whatever the drives do; of several the applied, if any."""
     assembler = StepAssembler(PERIOD_NS, None)
     assembler.add_state(PERIOD_NS, EFFORT_A, EFFORT_A)
     for command in commands:
@@ -35,7 +35,7 @@ def test_the_demand_is_the_applied_command(commands: list, applied: tuple, deman
 
 
 def test_demands_are_accepted_commands_only() -> None:
-    """A single command that was refused is no demand; of several accepted commands in a step the last one is."""
+    """A single refused command is no demand; of several accepted ones the last is."""
     assembler = StepAssembler(PERIOD_NS, None)
     for k in range(1, 5):
         assembler.add_state(k * PERIOD_NS, EFFORT_A, EFFORT_A)
@@ -49,7 +49,7 @@ def test_demands_are_accepted_commands_only() -> None:
 
 
 def test_in_real_time_accepted_commands_are_published(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every accepted command is published with the stamp that it answers, and none that is late or not a number."""
+    """Each accepted command is published with the stamp that it answers, no late or NaN one."""
     bench, realtime = make_bench(monkeypatch, 20, 0.002)
     codec = JointStateCodec(JOINTS, EFFORT)
 
@@ -84,7 +84,7 @@ def test_invalid_commands_are_no_demands(topic: str) -> None:
 
 
 def test_held_commands_are_the_demands() -> None:
-    """What a period took is its demand, whatever was accepted for it later; none while the brakes acted."""
+    """A period's demand is what it took, not what came later; none while the brakes acted."""
     assembler = StepAssembler(PERIOD_NS, None)
     demands: list[tuple[int, tuple | None]] = []
     recorder = SimpleNamespace(add_accepted=lambda stamp, effort: demands.append((stamp, effort)))
@@ -107,7 +107,7 @@ def test_held_commands_are_the_demands() -> None:
 
 @pytest.mark.parametrize("values", [(float("nan"), 1.0, 2.0, 3.0), (1e30,) * 4, (1.0,) * 3, ()])
 def test_what_is_no_held_command_is_refused(values: tuple[float, ...]) -> None:
-    """Numbers of which some are none, or which no drive takes, are neither a command nor brakes, but counted."""
+    """Invalid numbers, or ones that no drive takes, are no commands or brakes, but counted."""
     received: list[tuple] = []
     recorder = SimpleNamespace(add_accepted=lambda *command: received.append(command))
     scene = load_scene("knuckle_setpoint")
@@ -119,7 +119,10 @@ def test_what_is_no_held_command_is_refused(values: tuple[float, ...]) -> None:
 
 
 def test_a_stranger_before_the_first_held_command_hides_no_command() -> None:
-    """Commands of others, also of later states, end with the first held one: a row waits for its own."""
+    """Commands of others, also of later states, end with the first held one.
+
+    A row waits for its own.
+    """
     assembler = StepAssembler(PERIOD_NS, None)
     assembler.add_state(PERIOD_NS, EFFORT_A, EFFORT_A)
     assembler.add_command(50 * PERIOD_NS, EFFORT_C)
@@ -135,7 +138,10 @@ def test_a_stranger_before_the_first_held_command_hides_no_command() -> None:
 
 
 def test_a_lost_command_is_no_braking() -> None:
-    """In lockstep a step whose command was lost has no demand; brakes act where the plant says so, at the run's end."""
+    """In lockstep a step whose command was lost has no demand; brakes act where the plant says.
+
+    Here that is at the run's end.
+    """
     assembler = StepAssembler(PERIOD_NS, None)
     for k in range(1, 5):
         assembler.add_state(k * PERIOD_NS, EFFORT_A, EFFORT_A)

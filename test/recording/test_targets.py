@@ -1,4 +1,4 @@
-"""Where a recording shows the target: the crane at rest there, with falls stretched and a structure that bends bent."""
+"""A recording's target: the crane at rest there, falls stretched, a flexible structure bent."""
 
 from math import inf, nan
 from pathlib import Path
@@ -43,7 +43,7 @@ SCENES: dict[str, tuple[str, dict[str, Any], tuple[float, ...], dict[str, Any]]]
 
 
 def targets_of(scene: crane_sim.Scene, references: Any) -> Any:
-    """Return the target's nodes (K, N, 3) of a block with these references (K, nu), the crane being at its start."""
+    """Return a block's target nodes (K, N, 3) at references (K, nu), the crane at its start."""
     efforts = (0.0,) * len(scene.actuated)
     rows = [Row(k, scene.initial_q, scene.initial_v, efforts, efforts, each) for k, each in enumerate(references, 1)]
     return block_of(scene, rows).target
@@ -51,7 +51,7 @@ def targets_of(scene: crane_sim.Scene, references: Any) -> Any:
 
 @pytest.mark.parametrize("name", SCENES)
 def test_the_target_is_where_the_payload_hangs_still(name: str) -> None:
-    """The target's nodes are those of the same crane that begins at rest at the reference, wherever it is now."""
+    """The target's nodes are the same crane's at rest at the reference, wherever it is now."""
     source, changes, target, start = SCENES[name]
     scene, there = (crane_sim.load_scene(source, FREE | changes | each) for each in ({}, start))
     nodes, _ = world_points(there.model, 0.0, np.array(there.initial_q), np.array(there.initial_v))
@@ -62,7 +62,7 @@ def test_the_target_is_where_the_payload_hangs_still(name: str) -> None:
 
 
 def test_references_at_which_nothing_rests_are_shown_all_the_same() -> None:
-    """A topic may carry any numbers: impossible ones neither end the recording nor move the targets of others."""
+    """Impossible numbers on a topic neither end the recording nor move other targets."""
     scene = crane_sim.load_scene("tower_sway", FREE)
     sound = (0.5, 40.0, 20.0)
     with np.errstate(invalid="ignore", over="ignore"):
@@ -74,7 +74,7 @@ def test_references_at_which_nothing_rests_are_shown_all_the_same() -> None:
 
 
 def test_a_stream_of_references_costs_no_more_than_a_few(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Rest is solved for once for each of a block's references, and not at all where a stream has too many."""
+    """Rest is solved once per reference of a block, and not at all where there are too many."""
     scene, asked = crane_sim.load_scene("spreader_skew", FREE), list[Any]()
     monkeypatch.setattr(type(scene.file), "resting_joints", lambda file, target: asked.append(target) or {})
     references = [(1.0, 2.0, 20.0 + 0.01 * k) for k in range(MOST_REFERENCES + 1)]
@@ -85,7 +85,7 @@ def test_a_stream_of_references_costs_no_more_than_a_few(monkeypatch: pytest.Mon
 
 
 def test_a_reference_may_begin_in_the_middle_of_a_run(tmp_path: Path) -> None:
-    """A scene without a reference gets one by a goal: the recording is read, NaN before it, and has a page."""
+    """A scene gets its reference by a goal: the recording is NaN before it, and has a page."""
     scene = crane_sim.load_scene("knuckle_setpoint", {"control": None, "reference": None})
     session, effort = RowWriter(scene, tmp_path / "run.rrd"), (0.0,) * len(scene.actuated)
     goal, q, v = scene.initial_q[: len(effort)], scene.initial_q, scene.initial_v

@@ -1,4 +1,4 @@
-"""The viewer's page in a browser: it is served whole, and asks for nothing from any other machine."""
+"""The viewer's page in a browser is served whole, and asks for nothing elsewhere."""
 
 import re
 import socket
@@ -25,7 +25,7 @@ def fetch(address: str) -> HTTPResponse:
 
 
 def test_the_page_has_no_link_to_another_machine() -> None:
-    """Page and program come from this machine, under a policy that forbids all others; the page has no link to one."""
+    """Page and program come from this machine, with a policy against others, and no link to any."""
     with web_page("rerun+http://127.0.0.1:9/proxy") as (viewer, address):
         page = fetch(address)
         assert page.headers["Content-Security-Policy"] == POLICY and "127.0.0.1" in POLICY and "https:" not in POLICY
@@ -41,7 +41,7 @@ def test_the_page_has_no_link_to_another_machine() -> None:
 @pytest.mark.long
 @pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
 def test_a_browser_asks_no_other_machine(tmp_path: Path) -> None:
-    """A browser's log of the network has no request of the page for fonts, examples, updates or telemetry."""
+    """A browser's network log has no request for fonts, examples, updates or telemetry."""
     log = tmp_path / "net.json"
     with socket.create_server(("127.0.0.1", 0)) as data:
         data.settimeout(LIMIT)

@@ -1,4 +1,4 @@
-"""Files that commands write appear whole or not at all: on a full disk one line names them, and nothing is left."""
+"""Output files appear whole or not at all: on a full disk one line names them, nothing is left."""
 
 import os
 import resource
@@ -27,7 +27,7 @@ DEADLINE = 200.0  # s, of a program that takes a few
 
 @contextmanager
 def full_disk() -> Iterator[None]:
-    """Let no file grow beyond `FULL` bytes in the block: what Python writes beyond is refused, as by a full disk.
+    """Let no file grow beyond `FULL` bytes in the block: more is refused, as by a full disk.
 
     No bytecode is written meanwhile: Python 3.11 keeps the part that fits, on which every later import fails.
     """
@@ -93,7 +93,7 @@ write(file)
 
 
 def test_a_full_disk_leaves_no_part_of_a_recording(tmp_path: Path) -> None:
-    """A run of `simulate --record`, and a comparison: one line with the file each, and nothing is left.
+    """`simulate --record` and a comparison give one line with the file each, and leave nothing.
 
     Wherever the disk becomes full: from the first byte on, or in the index at the end. The next recording is written.
     """
@@ -108,7 +108,7 @@ def test_a_full_disk_leaves_no_part_of_a_recording(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", WRITERS)
 def test_a_full_disk_leaves_no_part_of_a_file(name: str, tmp_path: Path) -> None:
-    """What cannot be written raises one line with its name; the file that was there before is as it was, or none is."""
+    """An unwritable file raises one line with its name, and leaves a previous file as it was."""
     if find_spec("matplotlib") is None and not name.endswith((".html", ".md")):
         pytest.skip("matplotlib is not installed")
     file = tmp_path / name
@@ -124,7 +124,7 @@ def test_a_full_disk_leaves_no_part_of_a_file(name: str, tmp_path: Path) -> None
 
 
 def test_a_writer_that_fails_leaves_nothing(tmp_path: Path) -> None:
-    """An error of any kind, an interruption too, removes the part; what a killed process has left is found."""
+    """Any error or interruption removes the part; what a killed process left is found."""
 
     def fail(path: Path) -> None:
         path.write_text("half")

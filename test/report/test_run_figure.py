@@ -1,4 +1,4 @@
-"""The figure of a run: curves of different size have axes of their own, every axis has a unit, a joint one colour."""
+"""The figure of a run: axes by curve size, each with a unit, and one colour for each joint."""
 
 from pathlib import Path
 
@@ -32,7 +32,7 @@ def test_every_axis_has_a_unit(run: RecordedRun) -> None:
 
 
 def test_curves_of_different_size_have_their_own_axis(run: RecordedRun) -> None:
-    """A curve that moves spans at least a tenth of its axis; a joint has the same colour in every panel."""
+    """A moving curve spans at least a tenth of its axis; a joint has one colour in all panels."""
     colors: dict[str, set[str]] = {}
     for panel in panels_of(run):
         whole = np.ptp(np.concatenate([curve.values for curve in panel.curves]))
@@ -68,7 +68,7 @@ def test_peaks_stay() -> None:
 
 
 def test_integers_keep_nine_digits() -> None:
-    """Encoded columns come back within 2^-32 of their range, constant ones exactly and without integers."""
+    """Encoded columns return within 2^-32 of their range, constants exactly, without integers."""
     from base64 import b64decode
 
     columns = np.column_stack([np.linspace(-80.0, 120.0, 50), np.full(50, 3.25), np.geomspace(1.0, 1e-3, 50)])
@@ -81,7 +81,7 @@ def test_integers_keep_nine_digits() -> None:
 
 
 def test_runs_share_panels_and_one_legend() -> None:
-    """Each panel of several runs has one curve a run with its values over its own times, and one legend names them."""
+    """Each panel of several runs has one curve a run over its own times, named in one legend."""
     runs = [crane_sim.simulate("overhead_energy", duration=0.2, overrides={"payload.mass": m}) for m in (8.0, 11.0)]
     both = crane_sim.compare(*runs, names=("light", "heavy"))
     figure = comparison_figure(both)
@@ -93,7 +93,7 @@ def test_runs_share_panels_and_one_legend() -> None:
 
 
 def test_viewer_and_page_name_quantities_alike(run: RecordedRun) -> None:
-    """What has a plot of the viewer for each unit has the same title and unit in the panels of figure and page."""
+    """Quantities with a viewer plot per unit have its title and unit in figure and page."""
     layout = layout_of_scene(load_scene(run.name), "run")
     viewer = {plot.title for quantity in (rates, efforts) for plot in quantity(layout)}
     panels = {f"{panel.title.partition(':')[0]} [{panel.unit.removeprefix('k')}]" for panel in panels_of(run)}

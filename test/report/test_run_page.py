@@ -78,7 +78,7 @@ def answers(runs: dict[str, RecordedRun], tmp_path_factory: pytest.TempPathFacto
 
 
 def check_positions(runs: dict[str, RecordedRun], answers: dict[str, Any]) -> None:
-    """Check that payload and tip, and the solid that is drawn for the payload, are where the recordings have them."""
+    """Check that payload, tip, and the payload's drawn solid are where the recordings have them."""
     for name, run in runs.items():
         rows = np.array(answers[name]["answer"]["rows"])
         at = np.searchsorted(run.t, rows[:, 0] - 0.5 * run.period)
@@ -88,19 +88,19 @@ def check_positions(runs: dict[str, RecordedRun], answers: dict[str, Any]) -> No
 
 
 def check_quiet(answers: dict[str, Any]) -> None:
-    """Check that no page logs an error or a warning, or requests anything; none is wider than its window."""
+    """Check that no page logs errors or warnings, sends requests, or is wider than its window."""
     for name, answer in answers.items():
         assert answer["faults"] == [] and answer["requests"] == [], name
         assert answer["answer"]["wide"] <= 900, name
 
 
 def test_positions_are_those_of_the_recording(runs: dict[str, RecordedRun], answers: dict[str, Any]) -> None:
-    """Payload and tip, and the solid that is drawn for the payload, are where the recording has them."""
+    """Payload, tip, and the payload's drawn solid are where the recording has them."""
     check_positions(runs, answers)
 
 
 def test_pages_are_self_contained_and_without_errors(answers: dict[str, Any]) -> None:
-    """Pages are self-contained: no request, no error or warning is logged; none is wider than its window."""
+    """Pages are self-contained: no request, error or warning; none is wider than its window."""
     check_quiet(answers)
 
 
@@ -120,7 +120,7 @@ def test_pages_of_the_catalogue(first: int, tmp_path: Path) -> None:
 
 
 def test_a_run_that_was_not_in_real_time_says_so(answers: dict[str, Any]) -> None:
-    """The page of a run that the machine was too slow for begins with a line on it, others have none."""
+    """The page of a run on a too slow machine begins with a line on it; others have none."""
     assert f"not in real time: {LATE};" in answers["gantry"]["answer"]["text"][:600]
     assert not any("real time" in answers[name]["answer"]["text"][:600] for name in ("knuckle", "overhead", "failed"))
 
@@ -133,7 +133,7 @@ def test_a_failed_run_says_why(runs: dict[str, RecordedRun], answers: dict[str, 
 
 
 def test_pages_name_what_made_them(runs: dict[str, RecordedRun]) -> None:
-    """A page holds the scene's text, the versions and the hash of the states; it loads nothing from elsewhere."""
+    """A page holds scene text, versions and the states' hash, and loads nothing from elsewhere."""
     for run in runs.values():
         text = page(run)
         assert run.versions["numpy"] in text and run.summary["state_sha256"] in text
@@ -142,7 +142,7 @@ def test_pages_name_what_made_them(runs: dict[str, RecordedRun]) -> None:
 
 
 def test_markup_of_a_scene_s_text_is_no_part_of_the_page(runs: dict[str, RecordedRun]) -> None:
-    """Whatever a description says, the page's script elements end where they did: no < of the data is left."""
+    """Whatever a description says, a page's script elements end in place: its data have no <."""
     (run, *_) = runs.values()
     text = page(replace(run, properties=run.properties | {"scene_file": run.scene_text + "# <!-- <script>\n"}))
     data = text.split('type="application/json"', 1)[1].split("</script>", 1)[0]
@@ -150,7 +150,7 @@ def test_markup_of_a_scene_s_text_is_no_part_of_the_page(runs: dict[str, Recorde
 
 
 def test_a_long_run_stays_small(runs: dict[str, RecordedRun], tmp_path: Path) -> None:
-    """A run of ten minutes at 100 Hz makes a page below 2 MB, in which the peaks of a curve are still there."""
+    """A run of ten minutes at 100 Hz gives a page below 2 MB that keeps a curve's peaks."""
     run = lengthen(runs["knuckle"], 60_000)
     save_page(run, tmp_path / "long.html")
     assert (tmp_path / "long.html").stat().st_size < SIZE

@@ -31,7 +31,7 @@ class OptionalGroup(NamedTuple):
 
 
 def is_record(kind: Any) -> bool:
-    """Whether a type is a record (BaseModel or NamedTuple), which a scene file writes as a group of keys."""
+    """Whether a type is a record (BaseModel or NamedTuple), in a scene file a group of keys."""
     return isinstance(kind, type) and (issubclass(kind, BaseModel) or hasattr(kind, "_fields"))
 
 
@@ -64,12 +64,12 @@ def absence(default: Any) -> Any:
 
 
 def is_group(default: Any) -> bool:
-    """Whether a field with this default is a group that can be absent, rather than a number or a name."""
+    """Whether a field with this default is a group that can be absent, not a number or name."""
     return default is None or isinstance(default, BaseModel) or default in ({}, ())
 
 
 def subgroups(annotation: Any, held: Any) -> list[tuple[Any, tuple[str | int, ...]]]:
-    """Return (group, its path relative to the key) of what a document holds: one group, a list, or groups by name."""
+    """Return (group, path relative to the key) of a document's group, list or groups by name."""
     if isinstance(held, list):
         return [(part, (i,)) for i, part in enumerate(held)]
     named = annotation if get_origin(annotation) is not Annotated else get_args(annotation)[0]
@@ -114,7 +114,7 @@ def written_as(document: dict[str, Any], optional: OptionalGroup, **values: Any)
 
 
 def types_and_values(part: Any) -> Any:
-    """Return types and values of parameters, arrays as their bytes: equal only for models that are the same."""
+    """Return types and values of parameters, arrays as bytes: equal only for the same models."""
     if isinstance(part, np.ndarray):
         return type(part), part.dtype.str, part.shape, part.tobytes()
     if isinstance(part, tuple):
@@ -125,7 +125,7 @@ def types_and_values(part: Any) -> Any:
 
 
 def outcome(document: dict[str, Any]) -> Any:
-    """Return the result of a document, model, law, initial state, method and legs to the last bit, or its error."""
+    """Return a document's model, law, initial state, method and legs to the bit, or its error."""
     try:
         scene = load_scene(document)
     except SceneError as error:
@@ -169,7 +169,7 @@ def on_falls(crane: str) -> dict[str, Any]:
 
 
 def catalogue(crane: str) -> list[dict[str, Any]]:
-    """Return the catalogue's documents with this kind of crane, and some with groups that no scene of it has."""
+    """Return the catalogue's documents of this kind, and some with groups that these lack."""
     kind, _, falls = crane.partition(" with ")
     documents = [document for name in scene_files() if (document := read(name))["crane"] == kind]
     if kind in FALLS_SCHEMAS:
@@ -202,7 +202,7 @@ def catalogue(crane: str) -> list[dict[str, Any]]:
 @pytest.mark.long
 @pytest.mark.parametrize("crane", ALL_SCHEMAS)
 def test_every_spelling_of_absence_is_the_same_model(crane: str) -> None:
-    """A group left out, null or empty gives the same types, values and start, wherever a scene may have it."""
+    """A group left out, null or empty gives the same types, values and start in any scene."""
     visited = set()
     for document in catalogue(crane):
         absent = []  # groups that the scene has not; they are written all at once
@@ -221,7 +221,7 @@ def test_every_spelling_of_absence_is_the_same_model(crane: str) -> None:
 
 
 def with_absent(document: dict[str, Any], absent: Iterable[OptionalGroup]) -> dict[str, Any]:
-    """Return the document with the absence of groups written out; groups that it has are left alone."""
+    """Return the document with the absence of groups written out; others are left alone."""
     explicit = copy.deepcopy(document)
     for optional in absent:
         group: Any = explicit
@@ -243,7 +243,7 @@ def test_every_group_is_tried() -> None:
 
 @pytest.mark.parametrize(("crane", "name"), RUN.items())
 def test_absent_groups_leave_no_trace_in_a_run(crane: str, name: str) -> None:
-    """With every absent group written out as absent, a run has the same states, bit for bit, and no more of them."""
+    """With every absent group written out, a run has as many states, the same bit for bit."""
     silent = read(name) | {"duration": 0.5}
     explicit = with_absent(silent, optional_groups(ALL_SCHEMAS[crane], silent))
     assert explicit != silent
@@ -253,7 +253,7 @@ def test_absent_groups_leave_no_trace_in_a_run(crane: str, name: str) -> None:
 
 @pytest.mark.parametrize("crane", ALL_SCHEMAS)
 def test_a_group_that_is_there_shows(crane: str) -> None:
-    """The comparison sees groups: every one that the catalogue uses makes a difference in one of its scenes."""
+    """The comparison sees groups: each in the catalogue makes a difference in one scene."""
     used, effective = set(), set()
     for document in catalogue(crane):
         whole = None  # made once, and only for a scene with a group that no scene before it has shown

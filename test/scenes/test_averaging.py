@@ -1,4 +1,4 @@
-"""A crane's disturbances at their mean, from which LQR and brakes are computed, independent of t = 0."""
+"""A crane's disturbances at their mean, for LQR and brakes, independent of t = 0."""
 
 from math import pi
 from pathlib import Path
@@ -25,7 +25,7 @@ LIST = {"roll": {"amplitude": 0.0, "frequency": 0.7, "offset": "3 deg"}}
 
 
 def test_forces_are_at_their_mean() -> None:
-    """Constants stay, sines leave their offset, tables their mean, other varying forces none, and every type stays."""
+    """Constants stay, sines leave their offset, tables their mean, others none; types stay."""
     cases: tuple[tuple[Any, Any], ...] = (
         (Constant(2.0), Constant(2.0)),
         (Sine(3.0, 0.7, 1.5, pi / 2), Sine(0.0, 0.0, 1.5)),
@@ -73,7 +73,7 @@ def bases_in(part: Any) -> list[Base]:
 
 @pytest.mark.parametrize("name", ["set_down_on_deck", "spreader_pick_up", "knuckle_sea", "tower_gust"])
 def test_nothing_in_a_model_moves_at_the_mean(name: str) -> None:
-    """A base at rest is where the scene has one that moves, however deep in the model: below the crane, or a deck."""
+    """Every moving base in a model, below the crane or a deck, becomes a base at rest."""
     scene = load_scene(name)
     moving, still = (bases_in(each.model) for each in (scene, average_scene(scene)))
     assert len(moving) == len(still) and not any(base.amplitudes.any() for base in still)
@@ -118,7 +118,7 @@ CASES: dict[str, tuple[str, dict[str, Any], dict[str, Any]]] = {
 
 @pytest.mark.parametrize("case", CASES, ids=lambda name: name.replace(" ", "-"))
 def test_lqr_is_computed_at_the_mean(case: str) -> None:
-    """LQR on a moving base and under a varying force is that of a base at rest at the mean, without the force."""
+    """LQR on a moving base, under a varying force, is that of a base at rest without the force."""
     name, disturbed, mean = CASES[case]
     law, at_mean = (load_scene(name, changes).law for changes in (disturbed, mean))
     expected = numbers_of(at_mean)

@@ -1,4 +1,4 @@
-"""Recorded base motions with noise: the low pass of their rows, and the accelerations that they mean."""
+"""Recorded base motions with noise: the rows' low pass, and the accelerations that they mean."""
 
 from pathlib import Path
 from typing import Any
@@ -30,13 +30,16 @@ def left_of(times: np.ndarray[Any, Any], frequency: float) -> complex:
 @pytest.mark.parametrize("times", [EVEN, UNEVEN], ids=["even", "uneven"])
 @pytest.mark.parametrize("ratio", [0.1, 0.5, 1.0, 2.0, 4.0])
 def test_the_response_of_the_low_pass(times: np.ndarray[Any, Any], ratio: float) -> None:
-    """Of a sinusoid at `ratio` times the cut-off 1 / (1 + ratio⁴) is left, in phase, on even and uneven rows."""
+    """A sinusoid at `ratio` times the cut-off keeps 1 / (1 + ratio⁴), in phase, on any rows.
+
+    The rows are even or uneven in time.
+    """
     # rows of 0.02 s sample a wave of 0.5 s, the shortest, 25 times: their sums are integrals to 1e-3 and better
     assert abs(left_of(times, ratio * CUT_OFF) - 1.0 / (1.0 + ratio**4)) < 1e-3
 
 
 def test_a_drift_stays_as_it_is() -> None:
-    """The low pass leaves constants and straight lines unchanged, up to the very ends: gain one at frequency zero."""
+    """The low pass leaves constants and straight lines unchanged, up to the very ends."""
     line = np.stack([3.0 + 0.2 * UNEVEN, -7.0 - 0.01 * UNEVEN], axis=1)
     assert np.max(np.abs(smooth(UNEVEN, line, 0.02) - line)) < 1e-11  # rounding of values up to 23
 
@@ -59,7 +62,7 @@ def on_base(dimensions: int = 2, **base_motion: Any) -> crane_sim.Scene:
 
 
 def test_without_a_cut_off_the_spline_goes_through_the_rows(tmp_path: Path) -> None:
-    """The numbers of a file without a low pass are, to the last bit, the quintic spline's through its rows."""
+    """Without a low pass a file's numbers are those of the quintic spline, to the last bit."""
     file = written(tmp_path, 1e-3, heave=0.5 * np.sin(0.6 * EVEN))
     values = np.zeros((len(EVEN), len(AXES)))
     values[:, 2] = np.loadtxt(file, delimiter=",", skiprows=1)[:, 1]
@@ -69,7 +72,7 @@ def test_without_a_cut_off_the_spline_goes_through_the_rows(tmp_path: Path) -> N
 
 
 def test_noise_is_named_and_a_cut_off_takes_it_away(tmp_path: Path) -> None:
-    """Millimetres of noise warn of the acceleration that they mean, and name `cut_off`, which leaves the motion."""
+    """Millimetres of noise warn of their acceleration and name `cut_off`, which keeps motions."""
     file = written(tmp_path, 1e-3, heave=0.5 * np.sin(0.6 * EVEN), pitch=0.02 * np.sin(0.5 * EVEN))
     noisy = on_base(file=file).notes
     assert noisy["peak_base_acceleration"] > 10.0 and len(noisy["warnings"]) == 2
@@ -83,7 +86,7 @@ def test_noise_is_named_and_a_cut_off_takes_it_away(tmp_path: Path) -> None:
 
 
 def test_the_largest_acceleration_is_the_motions_own(tmp_path: Path) -> None:
-    """The notes have the largest linear and angular acceleration within the run, axes taken together."""
+    """The notes have the largest linear and angular acceleration within the run, by norm."""
     columns = {"surge": 0.3 * np.cos(EVEN), "heave": 0.4 * np.cos(EVEN), "roll": 0.1 * np.sin(2.0 * EVEN)}
     peaks, times = peak_accelerations(spline_base(written(tmp_path, 0.0, **columns), 60.0), 60.0)
     # between the nine looks at a piece of 0.02 s less than 1e-6 is missed; a quintic's second derivative errs by h⁴
@@ -100,7 +103,7 @@ def test_the_largest_acceleration_is_the_motions_own(tmp_path: Path) -> None:
     ],
 )
 def test_a_cut_off_out_of_range_is_rejected(cut_off: float, line: str, tmp_path: Path) -> None:
-    """A low pass that would leave everything, or nothing but a line, is refused with what is possible."""
+    """A low pass that leaves everything, or only a line, is refused with what is possible."""
     with pytest.raises(crane_sim.SceneError) as caught:
         on_base(file=written(tmp_path, 0.0, heave=np.sin(EVEN)), cut_off=cut_off)
     assert line in str(caught.value) and "\n" not in str(caught.value)

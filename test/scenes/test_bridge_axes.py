@@ -1,4 +1,4 @@
-"""Trolley and bridge that a force drives, that move as prescribed, or stay: one meaning of their keys on all cranes."""
+"""Trolley and bridge driven by a force, prescribed or fixed: the same keys on all cranes."""
 
 import math
 from typing import Any
@@ -38,7 +38,7 @@ AXES: dict[str, dict[str, Any]] = {
 
 
 def simulate(kind: str, axes: dict[str, Any]) -> Any:
-    """Return a run of a point mass on 2 m of rope, or of a body on falls below a `gantry`, pushed where it can be."""
+    """Return a run of a mass on 2 m of rope or a body on a `gantry`'s falls, pushed if possible."""
     driven = [name for name in ("trolley", "bridge") if axes[name].get("drive", "force") == "force"]
     document: dict[str, Any] = COMMON | axes | {"crane": kind}
     if driven:
@@ -75,7 +75,7 @@ def test_a_gantry_has_these_axes_too(case: str) -> None:
 
 
 def test_a_law_moves_the_joint_that_is_driven() -> None:
-    """With a fixed trolley laws move the bridge towards its target, or hold it; a picture finds all that it needs."""
+    """With a fixed trolley laws move the bridge to its target or hold it; a picture is drawn."""
     follow = {"drive": "velocity", "servo": {"gain": math.inf, "max_speed": 1.0, "max_acceleration": 0.5}}
     law = {"control": {"law": "anti_swing", "period": 0.1, "damping": 0.1}, "actuators": {"bridge": follow}}
     axes = {"trolley": {"drive": "fixed"}, "bridge": {"mass": 30.0}, "reference": {"q": [2.0, 2.0]}}
@@ -115,7 +115,7 @@ def test_what_contradicts_an_axis_is_named(case: str) -> None:
 
 @pytest.mark.parametrize("links", [0, 1], ids=["one rope", "a further link"])
 def test_friction_of_the_swing_takes_its_energy(links: int) -> None:
-    """Below any support the swing joints' friction damps a body on rope and links, and the energy balance holds."""
+    """Friction of swing joints damps a body on rope and links; the energy balance holds."""
     friction = {"swing_friction": {"model": "linear", "tangential": 4.0, "radial": 6.0}}
     chain = {"payload": FALLS["payload"], "rope": {"drive": "locked"}, "links": [{"mass": 2.0, "length": 0.5}] * links}
     axes = AXES["driven"] | {"crane": "bridge", "initial": {"q": [0.0, 0.0, 2.0, *SWUNG]}}
@@ -149,7 +149,7 @@ def as_bridge(groups: Any) -> Any:
 
 @pytest.mark.parametrize("case", DRIVEN)
 def test_drives_with_play_are_those_of_their_own_axis(case: str) -> None:
-    """A bridge that moves a fixed trolley, by a drive with play, goes as a trolley of both masses on a fixed bridge."""
+    """A fixed trolley on a driven bridge with play moves as a trolley with the mass of both."""
     groups = DRIVEN[case] | {"backlash": {"trolley": [PLAY]}}
     common = COMMON | {"crane": "bridge", "payload": {"mass": 5.0}, "initial": {"q": [0.0, 0.0, 2.0, 0.0, 0.0]}}
     straight = crane_sim.simulate(common | groups | {"trolley": {"mass": 11.0}, "bridge": {"drive": "fixed"}})
@@ -160,7 +160,7 @@ def test_drives_with_play_are_those_of_their_own_axis(case: str) -> None:
 
 @pytest.mark.parametrize("kind", ["bridge", "gantry"])
 def test_a_girder_is_below_all_that_its_trolley_comes_to(kind: str) -> None:
-    """A prescribed motion is in the picture: the girder, or the portal's, reaches as far as the trolley."""
+    """A prescribed motion is in the picture: girder or portal reach as far as the trolley."""
     axes = {"trolley": {"drive": "prescribed", "motion": MOTION | {"amplitude": 30.0}}, "bridge": {"mass": 3.0}}
     hanging = ROPE | {"initial": {"q": [0.0, 0.0, 2.0, 0.0, 0.0]}}
     if kind == "gantry":

@@ -1,4 +1,4 @@
-"""Many groups at once: no energy appears or is lost, whatever drives, structure, wind, sea and ground do together."""
+"""Many groups at once, of drives, structure, wind, sea and ground: the energy balance holds."""
 
 from typing import Any
 

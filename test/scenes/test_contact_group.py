@@ -1,4 +1,4 @@
-"""The group `contact` of scenes: contradictions are refused, a stiffness of 0 is no contact, points are converted."""
+"""The group `contact`: contradictions are refused, stiffness 0 is none, points are converted."""
 
 from typing import Any
 
@@ -64,7 +64,7 @@ def test_a_bad_contact_is_a_single_line_error(changes: Any, message: str) -> Non
 
 
 def test_springs_without_stiffness_are_absent() -> None:
-    """A compliant contact of stiffness 0 leaves the model of a scene without contact, and so the same bits."""
+    """A compliant contact of stiffness 0 gives the model, so the bits, of none."""
     without = load_scene({key: value for key, value in SCENE.items() if key != "contact"})
     assert load_scene(SCENE, SPRINGS | {"contact.stiffness": 0.0}).model._replace(falls=None) == without.model._replace(
         falls=None
@@ -72,13 +72,16 @@ def test_springs_without_stiffness_are_absent() -> None:
 
 
 def test_points_are_relative_to_the_spreader() -> None:
-    """A file gives points relative to the spreader, the model has them relative to the centre of mass."""
+    """A file gives points relative to the spreader, the model to the centre of mass."""
     model = load_scene(SCENE).model
     np.testing.assert_array_equal(model.contact.points, np.array(SCENE["contact"]["points"]) + (0.0, 0.0, 1.0))
 
 
 def test_the_stiffest_motion_is_that_of_all_directions() -> None:
-    """Two falls far apart turn a slim load faster than they lift it: ω² = 2 k s² / I and not 2 k / m."""
+    """Two falls far apart turn a slim load faster than they lift it: ω² = 2 k s² / I.
+
+    That is above 2 k / m.
+    """
     ends = [[0, 3, 0], [0, -3, 0]]
     falls = {"top": ends, "bottom": ends, "axial_stiffness": 2e6}
     heavy = {"trolley.mass": 1e12, "bridge.mass": 1e12, "contact": None, "integrator": {"method": "rk4", "step": 1.0}}

@@ -1,4 +1,4 @@
-"""Open-loop inputs are functions of time beside any group; a group without an effect leaves the bits of a run alone."""
+"""Open-loop inputs are functions of time; groups without an effect leave a run's bits alone."""
 
 from collections.abc import Mapping
 from math import cos, inf
@@ -64,7 +64,7 @@ def group_for(scene: Scene, group: Mapping[str, Any]) -> dict[str, Any]:
 
 @pytest.mark.parametrize(("name", "changes"), CRANES, ids=[name for name, _ in CRANES])
 def test_groups_without_effect_leave_the_bits_alone(name: str, changes: Mapping[str, Any]) -> None:
-    """Sensors, limits that never act and faults that never begin give the state hash of the scene without them.
+    """Sensors, limits and faults without effect give the state hash of a scene without them.
 
     A law would take what sensors measure: those of its scene are true.
     """
@@ -92,7 +92,10 @@ PULSE = {"inputs": {"trolley": {"kind": "table", "times": [0.1, 0.103, 0.3], "va
 @pytest.mark.parametrize("inputs", [SINE, PULSE, {}], ids=["sine", "table", "none"])
 @pytest.mark.parametrize("group", [SENSED, LIMITED, LATE, JAMMED], ids=["sensors", "limit", "faults", "stuck"])
 def test_each_group_alone(inputs: Mapping[str, Any], group: Mapping[str, Any]) -> None:
-    """Each kind of group leaves the bits alone, with smooth inputs, with breakpoints and with none, at any instant."""
+    """Each kind of group leaves the bits alone at any instant, with inputs of any kind.
+
+    Inputs are smooth, with breakpoints, or none.
+    """
     scene, times = load_scene({**TROLLEY, **inputs}), np.linspace(0.0, 0.5, 37)
     run, beside = (
         simulate(scene, sample_times=times),
@@ -141,7 +144,10 @@ FOLLOWS = {"trolley": {"drive": "velocity", "servo": {"gain": inf, "max_accelera
     ids=["limit", "lag", "rate limit", "delay", "speed drive"],
 )
 def test_drives_of_other_joints_leave_an_input_continuous(actuators: Mapping[str, Any], held: tuple[str, ...]) -> None:
-    """A winch whose acceleration is sin 100 t has the rate (1 - cos 100 t) / 100, whatever drives the trolley has."""
+    """A winch with the acceleration sin 100 t has the rate (1 - cos 100 t) / 100.
+
+    That does not depend on the trolley's drives.
+    """
     run = simulate(WINCH | {"actuators": actuators})
     assert run.v[-1, 2] == pytest.approx((1.0 - cos(10.0)) / 100.0, abs=1e-9)  # held over periods, it is 0.01 off
     assert run.scene.held == held and not run.scene.sampled
@@ -149,7 +155,7 @@ def test_drives_of_other_joints_leave_an_input_continuous(actuators: Mapping[str
 
 
 def test_a_fault_begins_in_the_motion_without_it() -> None:
-    """Up to a loss of effort every row is that of the run without it; from there on the drive gives half."""
+    """Up to a loss of effort all rows are those without it; then the drive gives half."""
     scene, at = load_scene(TROLLEY | SINE), 0.2
     weak = {"kind": "effort_loss", "joint": "trolley", "factor": 0.5, "at": at}
     run, beside = simulate(scene), simulate(scene, overrides={"faults": {"weak": weak}})
@@ -171,7 +177,7 @@ GROUPS: dict[str, Any] = {
 
 @pytest.mark.parametrize("inputs", [SINE, PULSE], ids=["sine", "table"])
 def test_a_plant_takes_the_same_steps(inputs: Mapping[str, Any]) -> None:
-    """A plant advanced period by period ends in the bits of the run, with delay, limit, brake and another payload."""
+    """A plant advanced by periods ends in the run's bits, with delay, limit, brake, new payload."""
     scene = load_scene({**TROLLEY, **inputs, **GROUPS})
     run, plant = simulate(scene), Plant(scene)
     for _ in range(scene.steps):
@@ -181,7 +187,7 @@ def test_a_plant_takes_the_same_steps(inputs: Mapping[str, Any]) -> None:
 
 
 def test_released_brakes_give_continuous_inputs_back() -> None:
-    """A plant whose brakes have acted goes on as one that starts in that state at that time, not by held inputs."""
+    """A plant whose brakes have acted goes on as a new one from its state, by smooth inputs."""
     late = {"inputs": {"trolley": {"kind": "sine", "amplitude": 30.0, "frequency": 40.0, "phase": 40.0 * 0.1}}}
     plant, fresh = Plant(load_scene(TROLLEY | SINE)), Plant(load_scene(TROLLEY | late))
     for k in range(40):
@@ -195,7 +201,7 @@ def test_released_brakes_give_continuous_inputs_back() -> None:
 
 
 def test_delays_and_limits_of_an_input_are_exact() -> None:
-    """A late and limited input is the input of a time before, within its limits, between the starts of periods too."""
+    """A late and limited input is the earlier one within limits, also inside periods."""
     times = np.linspace(0.0, 0.2, 41)
     late = {"actuators": {"trolley": {"delay": 0.05, "limit": 20.0, "deadband": 3.0}}}
     run = simulate(TROLLEY | SINE | late | {"duration": 0.2}, sample_times=times)

@@ -1,4 +1,4 @@
-"""Groups that contradict each other: `crane check` answers with one line that names both, and exit code 2."""
+"""Groups that contradict each other: `crane check` names both in one line, with exit code 2."""
 
 from pathlib import Path
 from typing import Any
@@ -104,7 +104,7 @@ def test_groups_that_contradict_each_other_are_one_line(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """`crane check` of a file with both ends with exit code 2 and one line on stderr that names the two."""
+    """`crane check` of a file with both has exit code 2 and one line on stderr naming the two."""
     document = read(scene)
     for key, value in changes.items():
         set_value(document, key, value)

@@ -1,4 +1,4 @@
-"""Numbers with which the equations of a crane cannot be evaluated: refused in one line that names one of them."""
+"""Numbers for which a crane's equations cannot be evaluated: refused in a line that names one."""
 
 from typing import Any
 
@@ -21,7 +21,10 @@ CASES: dict[str, tuple[str, str, float]] = {
 @pytest.mark.filterwarnings("ignore:.*encountered:RuntimeWarning")  # NumPy's, of the overflow
 @pytest.mark.parametrize(("scene", "key", "value"), CASES.values(), ids=CASES)
 def test_numbers_that_overflow_are_named(scene: str, key: str, value: float) -> None:
-    """Overflow, division by zero and singular matrices in a schema's equations name the number, also among many."""
+    """Errors in a schema's equations name the number, also among many scenes.
+
+    They are overflow, division by zero and singular matrices.
+    """
     with pytest.raises(SceneError) as caught:
         load_scene(scene, {key: value})
     assert f"{key} = {value:g}: the equations cannot be evaluated (" in str(caught.value)
@@ -34,7 +37,7 @@ def test_numbers_that_overflow_are_named(scene: str, key: str, value: float) -> 
 )
 @pytest.mark.parametrize("limits", [None, [36.0, 52.0]])
 def test_a_boom_that_bends_has_inertia_at_its_shortest(modes: Any, limits: Any) -> None:
-    """A telescoped point mass that can come to the foot pin of a boom that bends is refused; with inertia it is not."""
+    """A point mass that can telescope to a bending boom's foot pin is refused without inertia."""
     shortest = {"initial.q.2": 36.0 if limits is None else 40.0, "reference": None, "control": None}
     changes = shortest | {"flexibility": modes, "telescope": {"mass": 8e3, "centre": 36.0, "inertia": 0.0}}
     changes["telescope.limits"] = limits

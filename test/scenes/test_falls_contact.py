@@ -30,7 +30,7 @@ def table(*points: tuple[float, float]) -> dict[str, Any]:
 
 
 def landing(name: str, kind: str) -> dict[str, Any]:
-    """Return a load that is set down in wind at sea, dragged, exchanged and taken up; friction holds joints."""
+    """Return a load set down in wind at sea, dragged, exchanged and taken up, with friction."""
     scene = scene_document(name) | {"duration": 1.0, "payload": LOAD | {"windage": WINDAGE}, "wind": WIND}
     crane = load_scene(scene)
     centre = crane.initial_q[crane.joint_names.index("payload_z")]
@@ -53,7 +53,7 @@ def landing(name: str, kind: str) -> dict[str, Any]:
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", HELD)
 def test_a_load_is_set_down_and_taken_up(name: str, kind: str) -> None:
-    """Below any support energy balances, falls only pull, and rigid corners stay above the ground that carries them."""
+    """On any support energy balances, falls only pull, and rigid corners stay above ground."""
     run = crane_sim.simulate(landing(name, kind))
     assert run.summary["energy_audit_max"] < 1e-9 and run.summary["negative_tension_steps"] == 0
     assert run.summary["peak_contact_force"] > 500.0  # N: half the load's weight at least

@@ -1,4 +1,4 @@
-"""Scene files of loads on falls, for each support: rest, balance of energy on a moving base, contact, refused keys."""
+"""Scene files of loads on falls, by support: rest, energy at sea, contact, refused keys."""
 
 import warnings
 from typing import Any
@@ -45,7 +45,7 @@ def scene_document(name: str) -> dict[str, Any]:
 
 @pytest.mark.parametrize("name", CRANES)
 def test_the_load_begins_at_rest(name: str) -> None:
-    """A load without a given position hangs in equilibrium, also where the support is slewed or bent."""
+    """A load without a given position hangs in equilibrium, also on slewed or bent supports."""
     scene = load_scene(scene_document(name))
     q = np.array(scene.initial_q)
     first = scene.joint_names.index("payload_x")
@@ -56,7 +56,7 @@ def test_the_load_begins_at_rest(name: str) -> None:
 
 @pytest.mark.parametrize("name", CRANES)
 def test_runs_at_sea_keep_their_balance_of_energy(name: str) -> None:
-    """A load released with a yaw of 20° (`skew`) from a support on a moving base: the energy audit is at rounding."""
+    """A load released with 20° of yaw (`skew`) on a moving base: energy audit at rounding."""
     scene = scene_document(name)
     run = crane_sim.simulate(scene | {"base_motion": SHIP_MOTION, "initial": scene["initial"] | {"skew": "20 deg"}})
     assert run.summary["energy_audit_max"] < 1e-9
@@ -85,7 +85,7 @@ def test_runs_at_sea_keep_their_balance_of_energy(name: str) -> None:
     ids=lambda case: str(case)[:30],
 )
 def test_what_contradicts_falls_is_a_single_line_error(name: str, changes: Any, message: str) -> None:
-    """Keys of a rope together with falls, and keys of falls without them, are refused in one line that names both."""
+    """Keys of a rope with falls, and keys of falls without, are refused in a line with both."""
     with pytest.raises(crane_sim.SceneError) as caught:
         load_scene(scene_document(name) | changes)
     assert message in str(caught.value) and "\n" not in str(caught.value)
@@ -93,14 +93,17 @@ def test_what_contradicts_falls_is_a_single_line_error(name: str, changes: Any, 
 
 @pytest.mark.parametrize("changes", [{"payload": LOAD | {"mass": 1e308}}, {"gravity": 1e308}], ids=["mass", "gravity"])
 def test_a_search_for_rest_that_fails_is_a_single_line_error(changes: Any) -> None:
-    """Weights beyond all numbers end the search for the load at rest in one line, without a warning of NumPy."""
+    """Weights beyond all numbers end the search for rest in one line, without NumPy's warning."""
     with warnings.catch_warnings(), pytest.raises(crane_sim.SceneError, match="falls: no position of rest was found"):
         warnings.simplefilter("error")
         load_scene(scene_document("pendulum") | changes)
 
 
 def test_a_search_for_rest_goes_on_where_ends_meet() -> None:
-    """Of two falls, one of them hung lower by twice its length, both ends are at one place at first: it finds rest."""
+    """The search finds rest although both ends of one of two falls are at one place at first.
+
+    That fall is hung lower by twice its length.
+    """
     body, ends = {"mass": 100.0, "inertia": [30.0, 20.0, 40.0]}, {"bottom": [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]}
     falls = FALLS | ends | {"top": [[1.0, 0.0, 0.0], [-1.0, 0.0, -2.0]]}
     start = {"initial": {"length": 1.0}}

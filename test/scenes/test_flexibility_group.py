@@ -1,4 +1,4 @@
-"""The group `flexibility`: its start, its drawing, what laws and brakes know of it, and its contradictions."""
+"""The group `flexibility`: start, drawing, what laws and brakes know of it, contradictions."""
 
 from math import asin, cos, sin
 from typing import Any
@@ -72,7 +72,7 @@ def test_a_scene_starts_at_rest_under_its_weight(name: str) -> None:
 
 
 def test_the_deflection_at_rest_is_that_of_weights_on_a_spring() -> None:
-    """The spring balances jib, trolley and all that hangs; damping is the ratio's part of the critical one."""
+    """The spring balances jib, trolley and hanging masses; damping is the ratio times critical."""
     scene = load_bent("tower", FREE | {"flexibility.vertical.rest": 0.01})
     angle, (_, radius) = scene.initial_q[-1], scene.initial_q[:2]
     moment = 9.81 * cos(angle) * (10.5e3 * 30.0 + (550.0 + 4450.0) * radius)
@@ -86,7 +86,7 @@ def test_the_deflection_at_rest_is_that_of_weights_on_a_spring() -> None:
 
 @pytest.mark.parametrize("name", SCENES)
 def test_laws_and_brakes_take_the_crane_for_rigid(name: str) -> None:
-    """Its joints come first, the law is that of the rigid crane, and so are the brakes but for the posture."""
+    """Rigid joints come first, the law is the rigid crane's, brakes too but for the posture."""
     rigid, bent = load_bent(name, {"flexibility": None}), load_bent(name, {})
     assert bent.joint_names[: len(rigid.joint_names)] == rigid.joint_names
     assert bent.joint_names[len(rigid.joint_names) :] == ("lateral_deflection", "vertical_deflection")
@@ -97,7 +97,7 @@ def test_laws_and_brakes_take_the_crane_for_rigid(name: str) -> None:
 
 
 def test_a_law_can_know_that_the_jib_bends() -> None:
-    """With `flexibility` in its nominal crane LQR is stable about the deflection under the load at the target."""
+    """LQR with `flexibility` in its nominal crane is stable about the deflection at the target."""
     weights = {"nominal": {"flexibility": SCENES["tower"][1]["flexibility"]}, "q": None, "r": None}
     law: Any = load_bent("tower", {f"control.{key}": value for key, value in weights.items()}).law
     angle = law.target[-1]

@@ -1,4 +1,4 @@
-"""The JSON schema of scene files, by which editors complete keys, has the keys of the classes that read them."""
+"""The JSON schema of scene files, for editors, has the keys of the classes that read them."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -57,7 +57,7 @@ def test_the_schema_is_what_the_command_writes() -> None:
 
 @pytest.mark.parametrize("name", scene_files())
 def test_scenes_of_the_catalogue_fit_the_schema(name: str) -> None:
-    """Every key of the catalogue stands in the schema where it stands in the scene; a misspelt one does not."""
+    """Every key of the catalogue is in the schema at its place; a misspelt one is not."""
     document = yaml.safe_load(scene_files()[name].read_text())
     assert fits(of_crane(document), document)
     assert not fits(of_crane(document), document | {"payloda": 1})

@@ -1,4 +1,4 @@
-"""Where a load hangs at rest on elastic falls: known cases, and independent minimisations of the potential."""
+"""A load at rest on elastic falls: known cases, and independent minimisations of its potential."""
 
 from typing import Any
 
@@ -36,7 +36,7 @@ def posture_of(scene: Any) -> tuple[Any, Any]:
 
 
 def test_a_beam_on_two_cables_hangs_aside_and_tilted() -> None:
-    """A beam on cables of 2.7 and 3.7 m from anchors further apart hangs where a published solution has it."""
+    """A beam on cables of 2.7 and 3.7 m from wider anchors hangs as in a published solution."""
     place, angles = posture_of(load_scene(BEAM))
     np.testing.assert_allclose(place, [-0.235, 0.0, -3.024], atol=5e-4)  # its digits
     np.testing.assert_allclose(angles, [0.0, 12.94, 0.0], atol=5e-3)
@@ -48,7 +48,7 @@ def test_a_beam_on_two_cables_hangs_aside_and_tilted() -> None:
 
 
 def test_a_boat_is_trimmed_by_its_falls() -> None:
-    """The lifeboat on falls that differ by 0.4 m hangs at its trim, and does not depend on the order of signs."""
+    """The lifeboat on falls that differ by 0.4 m hangs at its trim, whatever the signs' order."""
     place, (roll, pitch, yaw) = posture_of(load_scene("pendulum_lifeboat", {"falls.offsets": [0.2, -0.2]}))
     np.testing.assert_allclose(place, [-0.1724, 0.0, -3.1942], atol=5e-5)
     np.testing.assert_allclose([roll, pitch, yaw], [0.0, 3.4246, 0.0], atol=5e-5)
@@ -62,14 +62,14 @@ def test_offsets_move_the_boat_continuously(offset: float) -> None:
 
 
 def test_a_load_on_one_of_two_falls_hangs_on_end() -> None:
-    """A beam whose second cable is slack hangs upright below the first one, where roll and yaw are one angle."""
+    """A beam with a slack second cable hangs upright below the first: roll and yaw coincide."""
     place, _ = posture_of(load_scene(BEAM, {"falls.offsets": [-0.5, 6.0]}))
     stretch = 120.0 * 9.8 * 2.7 / 1e6
     np.testing.assert_allclose(place, [-3.0, 0.0, -(2.7 + stretch + 2.0)], atol=1e-9)
 
 
 def test_rest_is_no_saddle() -> None:
-    """A load whose centre of mass is exactly above its only fall's end does not rest there but below it."""
+    """A load with its centre of mass exactly above its only fall's end comes to rest below it."""
     payload = {"mass": 120.0, "inertia": [20.0, 20.0, 20.0], "attachment": [0.0, 0.0, -0.5]}
     falls = {"top": [[0, 0, 0]], "bottom": [[0, 0, 0]], "axial_stiffness": 1e6, "offsets": None}
     place, _ = posture_of(load_scene(BEAM, {"falls": falls, "payload": payload}))
@@ -77,7 +77,7 @@ def test_rest_is_no_saddle() -> None:
 
 
 def test_a_given_posture_is_where_the_search_begins() -> None:
-    """Of a load that rests at any yaw, the rest about a target has that of the posture which the scene gives."""
+    """A load that rests at any yaw has, at rest about a target, the yaw of the scene's posture."""
     falls = {"top": [[0, 0, 0]], "bottom": [[0, 0, 0]], "axial_stiffness": 1e6}
     turned = {"position": [0.0, 0.0, -3.6], "orientation": [np.cos(0.3), 0.0, 0.0, np.sin(0.3)]}
     payload = {"mass": 120.0, "inertia": [20.0, 20.0, 20.0], "attachment": [0.0, 0.0, 0.5]}
@@ -105,7 +105,7 @@ def random_falls(rng: np.random.Generator, stiffest: float) -> tuple[Falls, Rigi
 
 
 def potential(z: Any, falls: Falls, weight: float, place: Any, turn: Rotation) -> float:
-    """Return the potential [m], of a weight of 1, at a displacement and rotation vector z (6,) from a posture."""
+    """Return the potential [m] of a weight of 1, displaced and turned by z (6,) from a posture."""
     ends = place + z[:3] + (Rotation.from_rotvec(z[3:]) * turn).apply(falls.bottom)
     rest = falls.length + falls.offset
     stretch = np.maximum(np.linalg.norm(falls.top - ends, axis=1) - rest, 0.0)
@@ -114,7 +114,7 @@ def potential(z: Any, falls: Falls, weight: float, place: Any, turn: Rotation) -
 
 @pytest.mark.parametrize("seed", range(40))
 def test_rest_is_a_minimum_of_the_potential(seed: int) -> None:
-    """From a posture a little beside that at rest, an independent minimisation finds no lower one and comes back."""
+    """Beside a posture at rest, an independent minimisation finds no lower one and comes back."""
     rng = np.random.default_rng(seed)
     falls, load = random_falls(rng, 3.0)
     place, (w, *xyz) = load_at_rest(falls, load, GRAVITY, None)
@@ -126,7 +126,7 @@ def test_rest_is_a_minimum_of_the_potential(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(100, 140))
 def test_rest_is_found_on_falls_of_any_stiffness(seed: int) -> None:
-    """On falls that stretch by 3 % to 3e-7 under the load, forces and moments balance, whichever falls are slack."""
+    """Forces and moments balance on falls that stretch by 3 % to 3e-7, whichever are slack."""
     falls, load = random_falls(np.random.default_rng(seed), 6.0)
     place, (w, *xyz) = load_at_rest(falls, load, GRAVITY, None)
     arms, rest = Rotation.from_quat([*xyz, w]).apply(falls.bottom), falls.length + falls.offset

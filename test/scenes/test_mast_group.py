@@ -1,4 +1,4 @@
-"""The group `flexibility.mast`: its start, its drawing, falls below it, what laws and brakes know, contradictions."""
+"""The group `flexibility.mast`: start, drawing, falls, laws and brakes, contradictions."""
 
 from typing import Any
 
@@ -22,7 +22,7 @@ MASTS["flexibility"]["mast"] |= {"stiffness": 3.8e8, "damping_ratio": 0.01, "mas
 
 
 def test_the_urdf_sways_as_the_model_does() -> None:
-    """Trolley, hook and load are where the model puts them, from the joint positions and the URDF alone."""
+    """Trolley, hook and load are at the model's places by joint positions and URDF alone."""
     scene = load_scene(SCENE, FREE)
     q = np.array(scene.initial_q) + np.random.default_rng(3).uniform(0.05, 0.2, len(scene.initial_q))
     i = scene.joint_names.index("link_2_x")
@@ -55,7 +55,7 @@ def test_a_scene_starts_at_rest_under_its_weight(slew: str) -> None:
 
 
 def test_laws_and_brakes_take_the_crane_for_rigid() -> None:
-    """Its joints come first, brakes are those of the rigid crane but for the posture, metrics name both angles."""
+    """Rigid joints come first, brakes are as rigid but for posture, metrics name both angles."""
     rigid, bent = (load_scene(SCENE, FREE | group) for group in ({"flexibility": None}, {}))
     assert bent.joint_names == (*rigid.joint_names, "mast_x_deflection", "mast_y_deflection")
     for got, expected in zip(joint_mechanics(bent), joint_mechanics(rigid), strict=True):
@@ -65,7 +65,7 @@ def test_laws_and_brakes_take_the_crane_for_rigid() -> None:
 
 
 def test_runs_keep_their_balance_of_energy() -> None:
-    """On a moving base, with play of the slewing drive, a body and the torsion of its rope: no energy is lost."""
+    """On a moving base, with play, a body and torsion of its rope, the energy balance holds."""
     play = {"slew": [{"inertia": 2e5, "play": 1e-3, "stiffness": 1e9, "damping": 1e7}]}
     body = {"mass": 4e3, "inertia": [2.8e3, 8.9e3, 9.3e3], "attachment": [0.1, 0.0, 0.7]}
     more = {"backlash": play, "payload": body, "rope.torsion": {"stiffness": 6e3}, "base_motion": SEA}
@@ -74,7 +74,7 @@ def test_runs_keep_their_balance_of_energy() -> None:
 
 
 def test_a_load_on_falls_sways_with_the_mast() -> None:
-    """A load on falls begins at rest below the bent mast, and at sea no energy appears or is lost."""
+    """A load on falls begins at rest below the bent mast; at sea the energy balance holds."""
     scene = load_scene("tower_set_down", MASTS | {"friction": {}, "contact": None, "inputs": {}})
     q, first = np.array(scene.initial_q), scene.joint_names.index("payload_x")
     a = crane_sim.acceleration(scene, q, 0.0 * q, (0.0, 0.0, 0.0))

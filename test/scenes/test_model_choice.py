@@ -1,4 +1,4 @@
-"""The model of knuckle booms and driven points with links, rigid-body payloads and exchanged loads: choice and runs."""
+"""The model of knuckle booms and driven points with links, bodies or events: choice and runs."""
 
 from typing import Any
 
@@ -51,7 +51,7 @@ def scene_of(base: tuple[str, dict[str, Any]], *changes: dict[str, Any]) -> cran
 
 @pytest.mark.parametrize("case", EXTENSIONS)
 def test_extensions_choose_the_suspended_model(case: str) -> None:
-    """Any of these keys makes the model a suspended crane on the same support; without, it is that of one rope."""
+    """Any of these keys chooses a suspended crane on the same support; none, that of one rope."""
     base, changes = EXTENSIONS[case]
     scene = scene_of(base, changes)
     assert type(scene_of(base).model) is Crane and type(scene.model) is SuspendedCrane
@@ -100,7 +100,7 @@ RUNS: dict[str, tuple[Any, dict[str, Any]]] = {
 @pytest.mark.long
 @pytest.mark.parametrize("case", RUNS)
 def test_runs_keep_their_balance_of_energy(case: str) -> None:
-    """At sea and in wind, with links, a rigid body and an exchanged load, the energy changes by the work supplied."""
+    """At sea and in wind, with links, a body and an exchange, energy changes by supplied work."""
     base, changes = RUNS[case]
     common = {"links": LINKS, "payload": BODY, "base_motion": SEA, "events": EVENTS, **WIND}
     run = crane_sim.simulate(scene_of(base, common, changes))
@@ -121,7 +121,7 @@ def test_friction_and_backlash_are_those_of_the_support() -> None:
 
 @pytest.mark.parametrize("law", ["energy", "lqr"])
 def test_laws_that_know_one_rope_drive_links_and_bodies(law: str) -> None:
-    """The law of the nominal crane with one rope commands the real one: the same efforts at the same joints."""
+    """The law of the nominal one-rope crane gives the real one the same efforts at each joint."""
     nominal = {"links": [], "payload": {"mass": 4.0, "inertia": None, "attachment": None}}
     control = {"law": law, "period": 0.01, "nominal": nominal}
     scene = load_scene("knuckle_setpoint", {"control": control, "links": LINKS, "payload": BODY, "duration": 0.05})
@@ -198,7 +198,7 @@ MISTAKES: dict[str, tuple[Any, dict[str, Any], str]] = {
 
 @pytest.mark.parametrize("case", MISTAKES)
 def test_contradictions_are_one_line(case: str) -> None:
-    """Keys that the chosen model does not know, and laws that know another crane, are refused by name."""
+    """Keys that the chosen model lacks, and laws of another crane, are refused by name."""
     base, changes, message = MISTAKES[case]
     with pytest.raises(SceneError, match=message) as error:
         scene_of(base, changes)

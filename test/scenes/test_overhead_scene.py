@@ -112,7 +112,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
 
 
 def scene_of(groups: dict[str, Any]) -> crane_sim.Scene:
-    """Return the scene of two links below a trolley of 5 kg, unless groups change it; `cable` adds to it."""
+    """Return the scene of two links below a 5 kg trolley, changed by groups; `cable` adds to it."""
     return crane_sim.load_scene(BASE | groups | {"cable": CABLE | groups.get("cable", {})})
 
 
@@ -130,7 +130,7 @@ def test_without_gravity_a_fixed_step_is_not_bounded() -> None:
 
 
 def test_a_stiff_cable_under_a_continuous_law_is_not_given_a_method_that_cannot_run_it() -> None:
-    """Method auto takes dop853 where the stiff method would be refused, and the stiff one otherwise."""
+    """Method auto takes the stiff method, or dop853 where that one would be refused."""
     stiff = MethodRequirements(frequency=1e6, swing_angle=1.0, elastic=True, smooth=True, duration=1.0)
     assert isinstance(choose_method(Auto(), stiff)[0], Rodas)
     assert isinstance(choose_method(Auto(), stiff._replace(continuous=True))[0], DOP853)
@@ -142,7 +142,7 @@ def test_a_stiff_cable_under_a_continuous_law_is_not_given_a_method_that_cannot_
     ids=["limits", "slack", "hoist"],
 )
 def test_a_long_run_that_may_switch_is_not_given_a_symmetric_method(groups: dict[str, Any]) -> None:
-    """Method auto takes the Gauss method for a long horizon only where nothing can switch or end the run."""
+    """Method auto takes Gauss for a long horizon only where nothing can switch or end the run."""
     long = {"duration": 10_000.0, "integrator": {"method": "auto"}}
     assert isinstance(scene_of(long).method, Gauss)
     assert isinstance(scene_of(long | groups).method, DOP853)

@@ -1,4 +1,4 @@
-"""Laws in a user's file: where the file is found, that every command runs the same law, and one-line errors."""
+"""Laws in a user's file: where it is found, the same law by all commands, one-line errors."""
 
 import json
 from pathlib import Path
@@ -43,7 +43,7 @@ def hash_with(law: str, **settings: float) -> str:
 
 
 def test_a_law_of_a_file_is_its_function(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A law named by file, by module or as a builder with settings gives the same states as its function."""
+    """A law named by file or module, or built with settings, gives the states of its function."""
     file = tmp_path / "law_of_file.py"
     file.write_text(LAW)
     own = crane_sim.simulate(SCENE, law=lambda t, q, v: (40.0 * (3.0 - q[0]) - 80.0 * v[0],)).summary["state_sha256"]

@@ -26,7 +26,7 @@ FINE = {"rtol": 1e-11, "atol": 1e-13, "method": "DOP853", "max_step": 0.05}
 
 
 def swing_after(polynomials: PiecewisePolynomial, frequency: float, damping: float) -> float:
-    """Return the amplitude of s'' + 2 D w s' + w² s = -r'' when the reference r has come to rest."""
+    """Return the amplitude of s'' + 2 D w s' + w² s = -r'' once the reference r is at rest."""
 
     def rates(t: float, x: np.ndarray) -> list[float]:
         push = evaluate(polynomials, np.array([t]), 2)[0, 0]
@@ -43,7 +43,7 @@ def swing_after(polynomials: PiecewisePolynomial, frequency: float, damping: flo
 @pytest.mark.parametrize("damping", [0.0, 0.1])
 @pytest.mark.parametrize("kind", ["zv", "zvd"])
 def test_a_shaped_reference_leaves_no_swing(kind: Any, damping: float) -> None:
-    """Integrated by scipy, an oscillator that the plain reference sets swinging rests after the shaped one."""
+    """An oscillator that swings after the plain reference rests after the shaped one (scipy)."""
     assert swing_after(MOVE, SWING, damping) > 1e-3
     assert (
         swing_after(apply_input_shaper(MOVE, kind, SWING, damping), SWING, damping) < 1e-9
@@ -51,7 +51,7 @@ def test_a_shaped_reference_leaves_no_swing(kind: Any, damping: float) -> None:
 
 
 def test_zvd_is_flat_where_zv_is_not() -> None:
-    """The residue grows with the square of the frequency's error after ZVD, in proportion to it after ZV."""
+    """The residue grows with the frequency's error: its square after ZVD, itself after ZV."""
 
     def residue(kind: Any, error: float) -> float:
         weights, delays = impulses(kind, SWING, 0.05)
@@ -65,7 +65,10 @@ def test_zvd_is_flat_where_zv_is_not() -> None:
 
 
 def test_a_shaped_path_ends_where_the_plain_one_does() -> None:
-    """Shaping a path of two coordinates delays it by half a swing, changes neither end and adds no velocity."""
+    """Shaping a path of two coordinates delays it by half a swing, with the same ends.
+
+    No velocity is added.
+    """
     plain = MinimumJerk(((0.0, 1.0), (2.0, -1.0), (3.0, 0.0)), (1.0, 3.0, 4.0)).to_polynomials()
     late = apply_input_shaper(plain, "zv", SWING, 0.0)
     t = np.linspace(0.0, 7.0, 141)
@@ -89,7 +92,7 @@ CSV = "time,y,x,y_velocity,x_velocity\n1.5,0.5,1,0,0\n3,1,2,0,0\n"
 
 @pytest.mark.parametrize("ending", ["yaml", "csv"])
 def test_files_say_what_the_scene_could(tmp_path: File, ending: str) -> None:
-    """A message echoed to a file, or a table, gives the very path of the same points in the scene, joints sorted."""
+    """An echoed message or a table gives the path of its points in the scene, joints sorted."""
     file, t = tmp_path / f"way.{ending}", np.linspace(0.0, 4.0, 41)
     file.write_text(CSV if ending == "csv" else yaml.safe_dump({"header": {}} | TABLE) + "---\n")
     written, read = path_scene(**TABLE).trajectory, path_scene(kind="trajectory", file=str(file)).trajectory
@@ -106,7 +109,7 @@ def test_shaping_takes_its_frequency_from_the_rope() -> None:
 
 @pytest.mark.parametrize("lengths", [2.0, 3.0])
 def test_shaping_takes_its_frequency_from_the_hoist_s_rope(lengths: float) -> None:
-    """`auto` is the frequency of the rope that the run begins with, whatever the length of the file's cable."""
+    """`auto` is the frequency of the rope at the start, whatever the length of the cable."""
     way = {"kind": "point_to_point", "of": "joints", "from": [0, 3], "to": [2, 3], "velocity": 1, "acceleration": 1}
     changes = {"cable.lengths": [lengths], "initial.length": 3.0, "control": {"law": "lqr"}, "reference": {"path": way}}
     plain, shaped = (
@@ -183,7 +186,7 @@ BAD: list[tuple[Any, str]] = [
 
 @pytest.mark.parametrize(("path", "line"), BAD, ids=lambda case: str(case)[:50])
 def test_a_bad_path_is_a_single_line_error(path: Any, line: str) -> None:
-    """Every mistake is a single-line error with the offending key, its value and the possible ones."""
+    """Every mistake is a one-line error with the key, its value and the possible ones."""
     with pytest.raises(crane_sim.SceneError) as caught:
         load_scene("knuckle_setpoint", {"reference.path": path})
     assert line in str(caught.value) and "\n" not in str(caught.value)
@@ -249,7 +252,7 @@ def table(kinds: int) -> dict[str, Any]:
 
 @pytest.mark.parametrize(("kinds", "halfway"), [(1, [0.5, 2.0]), (2, [0.5, 2.0]), (3, [0.5625, 2.125])])
 def test_tables_are_interpolated_as_controllers_do(kinds: int, halfway: list[float]) -> None:
-    """Linear, cubic or quintic by what is given; halfway, a quintic adds h² (a0 + a1) / 64 to the mean."""
+    """Linear, cubic or quintic as given; halfway, a quintic adds h² (a0 + a1) / 64 to the mean."""
     polynomials = TypeAdapter(Waypoints).validate_python(table(kinds)).to_polynomials()
     assert polynomials.coefficients.shape[2] == 2 * kinds
     assert evaluate(polynomials, np.array([2.0]))[0] == pytest.approx(halfway, abs=ROUNDING)

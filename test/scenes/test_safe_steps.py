@@ -1,4 +1,4 @@
-"""Fixed steps: what a scene requires of them is at least, and not much more than, its fastest small motion."""
+"""Fixed steps: a scene's required frequency is just above that of its fastest small motion."""
 
 from typing import Any
 
@@ -41,7 +41,7 @@ def required(scene: crane_sim.Scene) -> float:
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_requirement_bounds_the_fastest_small_motion(name: str) -> None:
-    """The largest eigenvalue of the crane held at rest, from difference quotients, is below the bound but near it."""
+    """The largest eigenvalue of the crane at rest, from differences, is just below the bound."""
     source, changes = CASES[name]
     scene = crane_sim.load_scene(source, FREE | {"reference": None} | changes)
     scene = crane_sim.load_scene(scene, {"reference": {"q": list(scene.initial_q[: len(scene.actuated)])}})
@@ -52,7 +52,7 @@ def test_the_requirement_bounds_the_fastest_small_motion(name: str) -> None:
 
 
 def test_the_shafts_of_drives_are_bounded_with_their_damping() -> None:
-    """Of two drives in contact with a joint, the largest frequency and decay rate are below the bound, each near it."""
+    """Of two drives touching a joint, frequency and decay rate are just below the bound."""
     for stiffness, damping in ((4e6, 1e3), (4e6, 1e6)):
         drives = [Drive(inertia=m, play=1e-3, stiffness=stiffness, damping=damping) for m in (2e3, 1e3)]
         springs = np.array([[2.0, -1.0, -1.0], [-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]])  # of joint and drives
@@ -64,7 +64,7 @@ def test_the_shafts_of_drives_are_bounded_with_their_damping() -> None:
 
 @pytest.mark.parametrize("mass", [1.0, 100.0])
 def test_an_overhead_crane_is_judged_by_all_of_its_payloads(mass: float) -> None:
-    """With an event to a lighter or a heavier payload the requirement is the larger one of both payloads' own."""
+    """With an event to another payload the requirement is the larger one of both payloads' own."""
     free = FREE | {"payload": {"mass": 10.0}, "reference": None}
     one, other = (required(crane_sim.load_scene("overhead_chain", free | {"payload.mass": m})) for m in (10.0, mass))
     event = {"events": [{"at": 0.5, "set": {"payload": {"mass": mass}}}]}

@@ -90,7 +90,7 @@ REJECTED = [
 
 @pytest.mark.parametrize(("changes", "line"), REJECTED, ids=lambda case: str(case)[:50])
 def test_a_bad_scene_is_a_single_line_error(changes: dict[str, Any], line: str) -> None:
-    """Every mistake is a single-line error with the scene, the offending key, its value and the possible ones."""
+    """Every mistake is a one-line error with scene, key, its value and the possible ones."""
     with pytest.raises(crane_sim.SceneError) as caught:
         load_scene("knuckle_setpoint", changes)
     message = str(caught.value)
@@ -110,7 +110,7 @@ def test_a_bad_scene_is_a_single_line_error(changes: dict[str, Any], line: str) 
     ids=["invalid yaml", "no groups", "empty", "not utf-8"],
 )
 def test_an_unreadable_file_is_rejected(tmp_path: Path, text: str, line: str) -> None:
-    """A file that is not YAML, or not a scene, is rejected with a single-line error with its path."""
+    """A file that is not YAML, or not a scene, is rejected in one line with its path."""
     file = tmp_path / "bad.yaml"
     file.write_bytes(text.encode("utf-8", "surrogateescape"))
     with pytest.raises(crane_sim.SceneError, match=f"scene file {file}: {line}") as caught:
@@ -132,7 +132,7 @@ def test_an_unknown_scene_is_rejected_with_the_nearest_name() -> None:
 
 @pytest.mark.parametrize("name", sorted(scene_files()))
 def test_every_catalogue_scene_is_unchanged_by_dump_and_load(name: str, tmp_path: Path) -> None:
-    """Every catalogue scene is valid, has a description, and is unchanged by `dump` and `load_scene`."""
+    """Every catalogue scene is valid, has a description, and survives `dump` and `load_scene`."""
     scene = load_scene(name)
     assert scene.name == name and scene.description
     scene.dump(tmp_path / "copy.yaml")
@@ -140,7 +140,7 @@ def test_every_catalogue_scene_is_unchanged_by_dump_and_load(name: str, tmp_path
 
 
 def test_parameters_reach_the_model_in_si() -> None:
-    """The model has the file's numbers in SI, a type for each rope drive, and None for absent groups."""
+    """The model has the file's numbers in SI, a type per rope drive, None for absent groups."""
     scene = load_scene("knuckle_springs")
     model = scene.model
     assert model.support.boom[:5] == (5.0, 2.0, 4.166666666666667, 0.01, None)
@@ -161,7 +161,7 @@ def test_nominal_groups_reach_the_law_only() -> None:
 
 
 def test_another_law_ignores_the_settings_of_the_scene_s_own() -> None:
-    """Another law ignores the gains of the scene's own, listed in `notes`; period and shared settings stay."""
+    """Another law leaves out the own one's gains, as `notes` say; period, shared settings stay."""
     switched = load_scene("knuckle_unknown_load", {"control.law": "lqr"})
     assert switched.notes["left_out"] == "kp, kd, reach, adaptation of law 'energy'"
     assert set(switched.document["control"]) == {"law", "period", "nominal"}
@@ -174,7 +174,7 @@ def test_another_law_ignores_the_settings_of_the_scene_s_own() -> None:
 
 
 def test_a_scene_is_a_source_of_scenes() -> None:
-    """A scene is returned as it is, or reloaded with changes; any other object is a single-line error."""
+    """A scene is returned as it is, or reloaded with changes; other objects are refused."""
     scene = load_scene("knuckle_setpoint")
     assert load_scene(scene) is scene
     assert load_scene(scene, {"duration": 1.0}) == load_scene("knuckle_setpoint", {"duration": 1.0})
@@ -218,7 +218,7 @@ def test_any_value_anywhere_is_a_scene_or_an_error(key: str, value: Any) -> None
 
 
 def test_groups_may_be_merged_over_merged_ones(tmp_path: Path) -> None:
-    """YAML's `<<` of a group that has one itself and replaces a key is no key that stands twice; two equal keys are."""
+    """YAML's `<<` of a group that has one itself may replace a key; two equal keys are refused."""
     file = tmp_path / "merged.yaml"
     file.write_text("base: &base {x: 1}\ndeep: {er: {A: &A {<<: *base, x: 2}}}\nB: {<<: *A}\n")
     assert read_groups(file, "file")["B"] == {"x": 2}
@@ -228,7 +228,7 @@ def test_groups_may_be_merged_over_merged_ones(tmp_path: Path) -> None:
 
 
 def test_files_of_the_nominal_scene_are_beside_the_scene(tmp_path: Path) -> None:
-    """The record of a sea that a law believes in is looked for in the folder of the scene, as the scene's own is."""
+    """The record of a sea in a law's nominal scene is looked for in the scene's folder, too."""
     t = np.linspace(0.0, 40.0, 401)
     np.savetxt(tmp_path / "sea.csv", np.column_stack([t, 0.1 * t]), delimiter=",", header="time,heave", comments="")
     document = load_scene("knuckle_setpoint").to_dict()

@@ -26,7 +26,7 @@ def error_of(call: Callable[[], Any]) -> str:
 
 @pytest.mark.parametrize("law", [HEAVY_TROLLEY, {}, 3, 0.5, ["lqr"], (1.0, 2.0), True], ids=str)
 def test_an_invalid_law_is_rejected(law: Any) -> None:
-    """A law that is neither a name nor callable is rejected with its value; for changes the error names `overrides`."""
+    """A law neither name nor callable is rejected by value, changes with a hint at `overrides`."""
     line = error_of(lambda: crane_sim.simulate(SWING, law))
     assert line.startswith(f"law = {law!r}: must be a name or a callable")
     assert ("overrides=" in line) == isinstance(law, dict)
@@ -34,7 +34,7 @@ def test_an_invalid_law_is_rejected(law: Any) -> None:
 
 @pytest.mark.parametrize("source", [SWING, SWING.to_dict()], ids=["scene", "dict"])
 def test_simulate_takes_changes_by_dotted_key(source: Any) -> None:
-    """`overrides` of `simulate` do what those of `load_scene` do, whatever the scene is read from."""
+    """`overrides` of `simulate` do what those of `load_scene` do, for each source of a scene."""
     run = crane_sim.simulate(source, overrides=HEAVY_TROLLEY)
     changed = crane_sim.simulate(crane_sim.load_scene(SWING.to_dict(), HEAVY_TROLLEY))
     assert run.scene == changed.scene and run.scene != SWING
@@ -42,7 +42,7 @@ def test_simulate_takes_changes_by_dotted_key(source: Any) -> None:
 
 
 def test_changes_stay_as_they_were_given() -> None:
-    """A group among the changes is not changed by another one's dotted key inside it: it may be used again."""
+    """A group among changes is not altered by another dotted key inside it: it can be reused."""
     group = {"mass": 12.0}
     changes = {"trolley": group, "trolley.mass": 13.0}
     assert crane_sim.load_scene("overhead_swing", changes).document["trolley"]["mass"] == 13.0
@@ -50,7 +50,7 @@ def test_changes_stay_as_they_were_given() -> None:
 
 
 def test_a_batch_says_what_was_rounded() -> None:
-    """A batch whose duration is no multiple of the period has a note on the rounded duration of every crane."""
+    """A batch whose duration is no multiple of the period notes each crane's rounded one."""
     batch = crane_sim.simulate_batch(SWING, {"trolley.mass": [90.0, 99.0]}, 0.054)
     assert batch.t.tolist() == [0.05, 0.05]
     assert [notes["rounded"] for notes in batch.notes] == [["duration: 0.054 s is taken as 0.05 s"]] * 2
@@ -109,5 +109,5 @@ def test_invalid_or_contradictory_changes_are_rejected(call: Callable[[], Any], 
     ids=lambda case: case if isinstance(case, str) else "",
 )
 def test_invalid_arguments_are_rejected(call: Callable[[], Any], line: str) -> None:
-    """Arguments that are not vectors, not finite or of the wrong length, or no Scene, are rejected with their value."""
+    """Arguments that are no finite vectors of the right length, or no Scene, are rejected."""
     assert line in error_of(call)

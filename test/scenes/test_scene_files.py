@@ -1,4 +1,4 @@
-"""Scene files from anywhere: what would grow without bound, never end, or fill the screen is an error of one line."""
+"""Scene files that grow without bound, never end, or fill the screen are one-line errors."""
 
 import os
 from collections.abc import Callable
@@ -21,7 +21,7 @@ TOO_MUCH = "has more than 1000000 values, or 100 groups in each other, with alia
 
 
 def expand(form: str, each: str) -> str:
-    """Return ten anchors in a text, each of which has the one before it nine times: 1e9 values in 600 characters."""
+    """Return ten anchors, each with nine times the one before: 1e9 values in 600 characters."""
     lines = ["a: &a {k: 1}"]
     for before, name in zip("abcdefghi", "bcdefghij", strict=True):
         repeated = ", ".join(each.format(i=i, alias=f"*{before}") for i in range(9))
@@ -38,7 +38,7 @@ EXPANDED = {
 
 @pytest.mark.parametrize("text", EXPANDED.values(), ids=EXPANDED)
 def test_aliases_that_expand_are_refused(text: str, tmp_path: Path) -> None:
-    """A billion values by lists, groups or merge keys of aliases are refused before they are built."""
+    """A billion values by lists, groups or merge keys of aliases are refused before being built."""
     file = tmp_path / "scene.yaml"
     file.write_text(SCENE + "inputs:\n" + "\n".join(f"  {line}" for line in text.splitlines()))
     with pytest.raises(SceneError, match=f"cannot be read: line 1[12], column \\d+: {TOO_MUCH}$"):
@@ -75,7 +75,7 @@ def test_a_large_file_is_refused(tmp_path: Path) -> None:
 
 @pytest.fixture(params=["fifo", "/dev/zero"])
 def endless(request: pytest.FixtureRequest, tmp_path: Path) -> str:
-    """Return the name of what is no regular file: a pipe that no program writes into, or a device without an end."""
+    """Return the name of a special file: a pipe without a writer, or a device without an end."""
     if request.param == "fifo":
         os.mkfifo(tmp_path / "fifo")
         return str(tmp_path / "fifo")

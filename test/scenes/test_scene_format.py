@@ -1,4 +1,4 @@
-"""The page on the format of scene files agrees with the schemas, and the signs and origins on it with the model."""
+"""The page on scene files agrees with the schemas, its signs and origins with the model."""
 
 import re
 from functools import cache
@@ -42,14 +42,14 @@ def groups() -> set[Any]:
 
 
 def test_the_page_is_what_the_command_writes() -> None:
-    """The page in the tree is the one that its command writes now: a key that was added or changed is in it."""
+    """The page in the tree is what its command writes now, with every added or changed key."""
     stored = (ROOT / "docs" / "scene_format.md").read_text()
     assert stored == scene_format(), f"out of date: ./{COMMAND}"
 
 
 @pytest.mark.parametrize("group", sorted(groups(), key=lambda group: f"{group.__module__}.{group.__name__}"))
 def test_every_key_has_a_unit_and_a_description(group: Any) -> None:
-    """Each number has a unit, `-` for none, each key a description at its declaration, each group a docstring."""
+    """Each number has a unit, `-` for none, each key a description, each group a docstring."""
     assert group.__doc__
     for field in fields(group):
         assert field.text, f"{group.__name__}.{field.key} has no description"
@@ -76,7 +76,7 @@ class Example(BaseModel):
 
 
 def test_fields_are_read_where_they_are_declared() -> None:
-    """Comments behind a field give unit and description, over several lines too; a field without one has neither."""
+    """A field's comments, over several lines too, give its unit and description, or neither."""
     declared = {field.key: (field.unit, field.text, field.default) for field in fields(Example)}
     assert declared == {
         "length": ("m", "of two lines", REQUIRED),
@@ -146,7 +146,7 @@ def payload(name: str, q: Any, changes: dict[str, Any] | None = None) -> np.ndar
 
 
 def test_no_sign_is_left_out() -> None:
-    """Every joint of every crane, and every motion of the base, has its line in the page, and is tried below."""
+    """Every joint of every crane, and every motion of the base, is in the page and tried below."""
     tried = {("base", name) for name in BASE_DIRECTIONS}
     for name, directions in DIRECTIONS.items():
         crane = "overhead" if name in ("plane", "space", "elastic") else "tower" if name == "mast" else name
@@ -167,7 +167,7 @@ def test_positive_is_where_the_page_says(name: str) -> None:
 
 
 def test_zero_is_where_the_page_says() -> None:
-    """With all joints at zero boom and jib are horizontal along x, cables hang, and origins are those of the page."""
+    """At zero boom and jib are horizontal along x, cables hang, origins are those of the page."""
     support = scene_of("knuckle").model.support
     assert payload("knuckle", [0, 0, 0, 2, 0, 0]) == pytest.approx([support.boom.length + support.jib.length, 0, -2])
     assert payload("pendulum", [0, 0, 0, 0, 0, -1]) == pytest.approx([0, 0, -scene_of("pendulum").model.cable.length])

@@ -1,4 +1,4 @@
-"""Scene files, overrides and parameters, mutated at random: each is a scene, or an error of one line."""
+"""Scene files, overrides and parameters, mutated at random: a scene, or a one-line error."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -27,7 +27,7 @@ LONGEST = 1500  # characters of an error: all keys that a large group has, and a
 
 
 def linear(scenes: Sequence[Scene], points: Any, directions: Any) -> Accelerations:
-    """Stand in for the equations of motion, which would have to be compiled anew for every set of groups."""
+    """Stand in for the equations of motion, which any new set of groups would compile."""
     nq = len(scenes[0].joint_names)
     return Accelerations(oscillation(points, nq), oscillation(directions, nq))
 
@@ -40,7 +40,7 @@ def oscillation(z: Any, nq: int) -> Any:
 
 @pytest.fixture(scope="module", autouse=True)
 def nothing_compiled() -> Iterator[None]:
-    """Prevent compilation by the one law that evaluates the equations, and fail if anything else compiles.
+    """Prevent compilation by the law that evaluates the equations; fail if others compile.
 
     Functions that thousands of files call some times each run as they stand.
     """
@@ -56,7 +56,7 @@ def nothing_compiled() -> Iterator[None]:
 
 
 def outcome(load: Callable[[], Any]) -> str:
-    """Return the error of one line, or nothing for a scene; anything else fails, and so does a hang."""
+    """Return the one-line error, or nothing for a scene; anything else, or a hang, fails."""
     began, line = time.thread_time(), ""
     try:
         assert isinstance(load(), Scene)
@@ -70,7 +70,7 @@ def outcome(load: Callable[[], Any]) -> str:
 
 
 def check_mutated(which: int, mutations: list[Any]) -> None:
-    """Check one mutated scene; one that is still a scene is the same after it was written and read again."""
+    """Check one mutated scene; a valid one is the same after it was written and read again."""
     document = mutate(DOCUMENTS[which], mutations)
     if not outcome(lambda: load_scene(document)):
         scene = load_scene(document)
@@ -123,7 +123,7 @@ EDITS = st.lists(st.tuples(st.integers(0, 10**4), st.integers(0, 40), PASTED), m
 @settings(**QUICK)
 @given(WHICH, MUTATIONS)
 def test_a_mutated_scene(which: int, mutations: list[Any]) -> None:
-    """Whatever is deleted, duplicated, replaced or transplanted in a scene: it is a scene or an error of one line."""
+    """Deletions, duplicates, replacements, transplants leave a scene, or a one-line error."""
     check_mutated(which, mutations)
 
 

@@ -1,4 +1,4 @@
-"""The group `uncertain`: quantiles, draws by seed and key; the plant has the drawn values, the law the nominal ones."""
+"""The group `uncertain`: quantiles, draws by seed and key; only the plant has drawn values."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -57,7 +57,7 @@ def test_a_lognormal_draw_beyond_all_numbers_is_refused() -> None:
 
 
 def test_limits_of_a_lognormal_distribution() -> None:
-    """A lognormal value within limits is the exponential of a normal one within their logarithms."""
+    """A limited lognormal value is the exponential of a normal one within their logarithms."""
     values = [LogNormal(0.3, 3.0, 2.0, 4.0).quantile(p, 0.0) for p in PROBABILITIES]
     logarithms = [Normal(0.3, np.log(3.0), np.log(2.0), np.log(4.0)).quantile(p, 0.0) for p in PROBABILITIES]
     assert values == pytest.approx(np.exp(logarithms), rel=1e-14)  # two roundings
@@ -65,7 +65,10 @@ def test_limits_of_a_lognormal_distribution() -> None:
 
 
 def test_probabilities_are_uniform_and_independent() -> None:
-    """Over 4000 seeds, two keys pass Kolmogorov and Smirnov's test, and are not correlated: each at a level of 1e-3."""
+    """Two keys over 4000 seeds pass a Kolmogorov-Smirnov test and are not correlated.
+
+    Each is at a level of 1e-3.
+    """
     pairs = np.array([[probability_of(seed, key) for key in ("payload.mass", "rope.x")] for seed in range(4000)])
     assert all(scipy.stats.kstest(column, "uniform").pvalue > 1e-3 for column in pairs.T)
     assert abs(np.corrcoef(pairs.T)[0, 1]) < 3.29 / np.sqrt(len(pairs))
@@ -88,7 +91,7 @@ def test_a_seed_is_a_number() -> None:
 
 
 def test_a_run_is_that_of_the_drawn_values() -> None:
-    """The plant, its URDF and its summary have the drawn values, the law's model those of the file."""
+    """The plant, its URDF and summary have the drawn values, the law's model the file's."""
     scene = uncertain_scene(BOTH)
     masses = scene.notes["drawn"]
     certain = load_scene(
@@ -112,7 +115,10 @@ def test_no_deviation_is_no_uncertainty() -> None:
 
 
 def test_a_batch_draws_for_every_seed() -> None:
-    """A batch over seeds ends where single runs end that draw the same; 1e-12: its loops round in another order."""
+    """A batch over seeds ends as single runs with the same draws.
+
+    1e-12: the batch's loops round in another order.
+    """
     scene = uncertain_scene(BOTH)
     batch = crane_sim.simulate_batch(scene, {"seed": [0, 1, 2]})
     single = [crane_sim.simulate(load_scene(scene, {"seed": seed})).q[-1] for seed in range(3)]
@@ -120,7 +126,7 @@ def test_a_batch_draws_for_every_seed() -> None:
 
 
 def test_groups_that_an_anchor_shares_are_drawn_apart(tmp_path: Path) -> None:
-    """A file's anchor is an abbreviation: what one of its groups draws, or is given, the others do not have."""
+    """An anchor is an abbreviation: what one of its groups draws or is given, others do not."""
     file = tmp_path / "anchor.yaml"
     scene = load_scene("overhead_spatial").to_dict()
     axis = {"drive": "force", "mass": 100.0}

@@ -118,7 +118,7 @@ REJECTED: list[tuple[Any, dict[str, Any], str]] = [
 
 @pytest.mark.parametrize(("scene", "changes", "line"), REJECTED, ids=[line[:40] for _, _, line in REJECTED])
 def test_an_unlikely_input_is_a_single_line_error(scene: Any, changes: dict[str, Any], line: str) -> None:
-    """Values that no crane has, or of another unit, are rejected with key, value and the possible ones."""
+    """Values that no crane has, or of another unit, are rejected with key, value and options."""
     with pytest.raises(crane_sim.SceneError) as caught:
         load_scene(scene, changes)
     message = str(caught.value)
@@ -144,12 +144,12 @@ def test_an_unlikely_input_is_a_single_line_error(scene: Any, changes: dict[str,
     ids=str,
 )
 def test_unusual_values_are_accepted(scene: Any, changes: dict[str, Any]) -> None:
-    """Metres of any size, angles with their unit, thin rods, rates across links up to rounding are accepted."""
+    """Metres of any size, angles with unit, thin rods, rates almost across links are accepted."""
     assert load_scene(scene, changes).notes.get("warnings") is None
 
 
 def inertia_matrix(boom: Rod, jib: Rod, angle: float) -> np.ndarray[Any, Any]:
-    """Return the inertia matrix (2, 2) [kg m²] of boom and jib, whose elevations differ by an angle [rad]."""
+    """Return the inertia matrix (2, 2) [kg m²] of boom and jib at a relative angle [rad]."""
     coupling = 0.5 * jib.mass * boom.length * jib.length * math.cos(angle)
     first = boom.inertia + (0.25 * boom.mass + jib.mass) * boom.length**2
     return np.array([[first, coupling], [coupling, jib.inertia + 0.25 * jib.mass * jib.length**2]])
@@ -159,7 +159,10 @@ def inertia_matrix(boom: Rod, jib: Rod, angle: float) -> np.ndarray[Any, Any]:
     "masses", [(b, i, j, k) for b in (0, 1) for i in (0, 2) for j in (0, 3) for k in (0, 4)], ids=str
 )
 def test_rods_of_singular_inertia_are_rejected(masses: tuple[float, ...]) -> None:
-    """Boom and jib are rejected exactly if their inertia matrix, computed here, is singular in some posture."""
+    """Boom and jib are rejected exactly if their inertia matrix is singular in some posture.
+
+    The matrix is computed here.
+    """
     boom, jib = Rod(5.0, masses[0], masses[1]), Rod(4.0, masses[2], masses[3])
     singular = min(np.linalg.det(inertia_matrix(boom, jib, angle)) for angle in (0.0, 1.0)) < 1e-9  # of numbers like 1
     if singular:
@@ -174,7 +177,7 @@ def test_rods_of_singular_inertia_are_rejected(masses: tuple[float, ...]) -> Non
     [(1.015, 0.01, 101), (1.017, 0.01, 102), (0.0149, 0.01, 1), (2.0, 0.03, 67)],
 )
 def test_a_duration_is_rounded_to_whole_periods_with_a_note(duration: float, period: float, steps: int) -> None:
-    """A duration that is no multiple of the period becomes the nearest one, and the scene's notes have both."""
+    """A duration that is no multiple of the period is rounded to one; notes have both."""
     scene = load_scene("knuckle_setpoint", {"duration": duration, "control.period": period})
     assert scene.steps == steps and scene.duration == steps * period
     assert scene.notes["rounded"] == [f"duration: {duration:g} s is taken as {steps * period:g} s"]
@@ -190,12 +193,12 @@ def test_whole_periods_are_not_rounded(duration: float, period: float) -> None:
 
 
 def test_a_run_of_a_few_short_periods_is_possible() -> None:
-    """A run shorter than the default period is valid with a shorter period, also for the law's nominal model."""
+    """A run below the default period is valid with a shorter one, also for the nominal model."""
     assert load_scene("knuckle_setpoint", {"duration": 0.005, "control.period": 0.001}).steps == 5
 
 
 def test_notes_of_rounding_are_in_the_summary_and_at_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
-    """The notes on duration and delays are a list in a run's summary, and are printed a line each."""
+    """The notes on duration and delays are a list in a run's summary, printed a line each."""
     sensors = {"all": {"delay": 0.014}}
     scene = load_scene("overhead_energy", {"duration": 0.055, "control.period": 0.01, "sensors": sensors})
     lines = crane_sim.simulate(scene).summary["rounded"]
@@ -205,7 +208,7 @@ def test_notes_of_rounding_are_in_the_summary_and_at_the_terminal(capsys: pytest
 
 
 def test_the_steepness_of_a_sea() -> None:
-    """Steepness is height over the length g T² / (2 pi) of the peak wave; steep seas warn, breaking ones fail."""
+    """Steepness is height over the peak wave's g T² / (2 pi); steep seas warn, breaking fail."""
     length = 9.81 * 10.0**2 / (2.0 * math.pi)
     assert steepness(Sea(length / 20.0, 10.0)) == pytest.approx(1.0 / 20.0, rel=1e-14)  # rounding
     assert max_observed_steepness(4.0) == 1.0 / 15.0 and max_observed_steepness(20.0) == 1.0 / 25.0
@@ -219,7 +222,7 @@ def test_the_steepness_of_a_sea() -> None:
 
 
 def test_an_event_behind_the_end_is_a_warning() -> None:
-    """A change of the payload that the run does not reach is named, with the time at which the run ends."""
+    """A payload's change that the run does not reach is named, with the time of the run's end."""
     assert "warnings" not in load_scene("bridge_pick_up").notes
     late = load_scene("bridge_pick_up", {"duration": 1.0})
     count = len(late.document["events"])
@@ -229,7 +232,7 @@ def test_an_event_behind_the_end_is_a_warning() -> None:
 
 @pytest.mark.parametrize(("duration", "at", "count"), [(10.004, 10.002, 1), (9.996, 9.998, 0)])
 def test_events_are_compared_with_whole_periods(duration: float, at: float, count: int) -> None:
-    """A duration is taken as whole periods, 10 s here: what is before that is reached, what is after it is not."""
+    """A duration is taken as whole periods, 10 s here: only what is before that is reached."""
     event = load_scene("bridge_pick_up").document["events"][0] | {"at": at}
     scene = load_scene("bridge_pick_up", {"duration": duration, "events": [event]})
     assert len(scene.notes.get("warnings", ())) == count

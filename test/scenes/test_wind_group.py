@@ -1,4 +1,4 @@
-"""The group `wind`: settings that contradict each other, the model that is chosen, payloads that change."""
+"""The group `wind`: settings in contradiction, the chosen model, payloads that change."""
 
 from typing import Any
 
@@ -68,7 +68,10 @@ def test_a_bad_wind_is_a_single_line_error(changes: Any, message: str) -> None:
 
 
 def test_a_closed_form_gives_way_to_the_model_that_feels_wind() -> None:
-    """Cranes that have a closed form in still air are chains, or elastic cables, in wind; `straight` is refused."""
+    """Cranes with a closed form in still air are chains or elastic cables in wind.
+
+    `straight` is refused.
+    """
     two = {"cable": {"lengths": [1.0, 1.0], "node_masses": [1.0, 10.0]}}
     spring = {"cable": {"model": "elastic", "lengths": [1.0], "node_masses": [10.0], "stiffness": 1e3}}
     heavy = {"cable": {"model": "auto", "lengths": [1.0, 1.0], "node_masses": [1e-3, 10.0]}}
@@ -113,7 +116,7 @@ def test_a_closed_form_gives_way_to_the_model_that_feels_wind() -> None:
     ids=["plane", "space", "elastic", "pendulum", "knuckle"],
 )
 def test_a_payload_in_the_ground_is_refused(document: dict[str, Any], below: float) -> None:
-    """The height of the payload at the start is that of each crane's geometry: 1 mm above the ground is possible."""
+    """The payload's initial height is that of each crane's geometry: 1 mm above ground is valid."""
     wind = {"wind.profile": {"law": "power", "exponent": 0.2}}
     load_scene(document | IN_WIND, wind | {"wind.origin_height": below + 1e-3})
     with pytest.raises(crane_sim.SceneError, match=f"the payload starts {below:g} m below the origin, in the ground"):

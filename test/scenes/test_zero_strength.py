@@ -60,7 +60,7 @@ SCATTER = 0.05  # m/s or rad/s, of the rates
 
 
 def accelerate(scene: Scene) -> Any:
-    """Return the accelerations of the scene's crane in motion, by rates and efforts that are the same every time."""
+    """Return accelerations of a scene's crane in motion, for the same rates and efforts always."""
     rng, ends = np.random.default_rng(15), len(scene.actuated)
     v = np.array(scene.initial_v)
     v[:ends] += rng.uniform(-SCATTER, SCATTER, ends)
@@ -72,7 +72,10 @@ def accelerate(scene: Scene) -> Any:
     ("name", "changes", "group"), CASES, ids=[f"{name}: {', '.join(group)}" for name, _, group in CASES]
 )
 def test_zero_strength_is_absence(name: str, changes: Mapping[str, Any], group: Mapping[str, Any]) -> None:
-    """With the group all accelerations are those without it, within 1e-12 of the largest: some add zeros elsewhere."""
+    """Accelerations with the group are those without it, within 1e-12 of the largest.
+
+    Not to the bit, as some add zeros elsewhere.
+    """
     without, with_group = load_scene(name, changes), load_scene(name, {**changes, **group})
     expected = accelerate(without)
     assert abs(expected).max() > 1e-3  # m/s² or rad/s²

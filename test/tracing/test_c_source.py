@@ -47,7 +47,10 @@ def square(x):
 
 @needs_compiler
 def test_c_has_the_bits_of_python(tmp_path: Path) -> None:
-    """Every output of a program with all that C is written for, at 200 random inputs of sizes from 0.1 to 100."""
+    """A program with all that C is written for has the bits of Python, at 200 random inputs.
+
+    These have sizes from 0.1 to 100.
+    """
     function = c_function(c_source(trace_on_arrays(mix, (3, 6)), "mix"), "mix", tmp_path)
     rng = np.random.default_rng(7)
     for x in rng.standard_normal((200, 3)) * 10.0 ** rng.integers(-1, 3, (200, 1)):

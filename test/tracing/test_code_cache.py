@@ -1,4 +1,4 @@
-"""Compiled code on the disk: what damages it, or prevents that it is written, costs compilations and nothing else."""
+"""Compiled code on the disk: damage, or what prevents writing, costs only compilations."""
 
 import errno
 import os
@@ -42,7 +42,7 @@ def test_old_folders_are_removed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 def test_compiled_code_is_only_taken_from_an_own_folder(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Below the folder of temporary files, one of the user's name that another user made, or a link, is not taken."""
+    """A folder of temporary files that another user made, or a link, is not taken."""
     usual = tmp_path / f"crane_sim_{os.getuid()}"
     if kind == "link":
         (tmp_path / "elsewhere").mkdir()
@@ -64,7 +64,7 @@ def test_compiled_code_is_only_taken_from_an_own_folder(
 
 
 def draw_once() -> tuple[bytes, bool]:
-    """Return what a function draws that is loaded from the cache, or compiled, and whether it was compiled."""
+    """Return what a function draws, loaded from the cache or compiled, and whether compiled."""
     function, compilations, drawn = entry_point(fill_standard_normals.py_func), list[None](), np.zeros(4)
     with watch_compiling(lambda: compilations.append(None)):
         function(1, 2, 3, drawn)
@@ -72,7 +72,7 @@ def draw_once() -> tuple[bytes, bool]:
 
 
 def test_only_compilation_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Who watches is called, and time counts, when a function is compiled: not when its code is read, or runs again."""
+    """Watchers are called, and time counts, for compilations only: not for loading or calls."""
     monkeypatch.setenv("CRANE_SIM_CACHE", str(tmp_path))
     function, seconds, compilations = entry_point(fill_standard_normals.py_func), compile_time(), list[None]()
     with watch_compiling(lambda: compilations.append(None)):
@@ -107,7 +107,7 @@ def flip_bit(content: bytes) -> bytes:
 def test_a_damaged_file_costs_a_compilation(
     damage: Callable[[bytes], bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The function is compiled once more, returns the same, and is whole on the disk from then on."""
+    """The function is compiled once more, returns the same, and is whole on disk from then on."""
     monkeypatch.setenv("CRANE_SIM_CACHE", str(tmp_path))
     drawn, compiled = draw_once()
     assert compiled and draw_once() == (drawn, False)
@@ -117,7 +117,7 @@ def test_a_damaged_file_costs_a_compilation(
 
 
 def test_a_cache_on_a_full_disk_costs_compilations(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where a file of the cache cannot be written, whole or in part, each process compiles, and leaves no file."""
+    """Where a cache file cannot be written, in whole or part, processes compile and leave none."""
 
     def fail(path: Path, data: bytes) -> None:
         with open(path, "wb") as file:
@@ -180,7 +180,7 @@ def run_law(cache_folder: Path, code: str) -> list[str]:
 
 
 def test_defaults_of_tuples_of_ones_own_are_part_of_the_code(tmp_path: Path) -> None:
-    """A default that comes from a third file, of a type in another one, is not taken from what was compiled before."""
+    """A default from a third file, of a type in another one, is not taken from older code."""
     call = "print(law(1.0, Gains(1.0)), compile_time() > 0.0)"
     assert run_law(tmp_path / "cache", import_law(tmp_path) + call) == ["3.0", "True"]
     assert run_law(tmp_path / "cache", import_law(tmp_path) + call) == ["3.0", "False"]
@@ -188,7 +188,7 @@ def test_defaults_of_tuples_of_ones_own_are_part_of_the_code(tmp_path: Path) -> 
 
 
 def test_a_type_of_an_argument_is_part_of_the_code(tmp_path: Path) -> None:
-    """A property of a type of one's own that code of another file reads is not taken from what was compiled before."""
+    """A property of a user's type, read in another file, is not taken from older code."""
     (tmp_path / "reader.py").write_text(
         "from crane_sim.numerics.jit import entry_point\n@entry_point\ndef read(x):\n    return x.twice\n"
     )
@@ -203,7 +203,7 @@ def test_a_type_of_an_argument_is_part_of_the_code(tmp_path: Path) -> None:
 
 
 def test_code_of_a_file_that_was_edited_in_between_is_not_kept(tmp_path: Path) -> None:
-    """A session that goes on with the functions it has imported leaves nothing that the edited file would have."""
+    """A session that goes on with imported functions leaves no code for the edited file."""
     begin, file = import_law(tmp_path), tmp_path / "law.py"
     edited = file.read_text().replace("2.0 *", "4.0 *")
     edit = f"open({str(file)!r}, 'w').write({edited!r}); "
@@ -213,7 +213,7 @@ def test_code_of_a_file_that_was_edited_in_between_is_not_kept(tmp_path: Path) -
 
 
 def test_which_of_two_functions_a_name_is_decides_on_the_code(tmp_path: Path) -> None:
-    """A function that a condition defines in one of two ways is not taken as it was compiled under the other one."""
+    """A function defined in one of two ways by a condition is not taken from the other one."""
     (tmp_path / "either.py").write_text(
         "import sys\nif sys.argv[1] == 'twice':\n    def scale(x):\n        return 2.0 * x\n"
         "else:\n    def scale(x):\n        return 3.0 * x\n"

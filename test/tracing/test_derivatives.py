@@ -1,4 +1,4 @@
-"""Derivatives by forward mode, compiled and in Python, against differences in 60 digits of the same instructions."""
+"""Derivatives by forward mode, compiled and in Python, against differences in 60 digits."""
 
 import math
 from typing import Any, NamedTuple
@@ -99,7 +99,7 @@ def loops(x, y, xs, spring):
 
 
 def arrays(x, y, xs, spring):
-    """Return what went through arrays: views, elements of other types, arrays of a function's own and of callees."""
+    """Return what went through arrays: views, other element types, own arrays, callees' arrays."""
     out, matrix, counts, row = new_row(len(xs)), np.zeros((2, len(xs))), np.arange(3), local_array((4,))
     fill_squares(xs, out)
     matrix[1] = out[::-1] * x
@@ -122,7 +122,7 @@ XS = np.array([0.4, 1.1, 2.3, -0.7, 3.1])
 
 
 def reals_of(tree: Any) -> list[np.ndarray]:
-    """Return derivatives by real, those of arrays in the order of their elements, integers left out."""
+    """Return derivatives by real, of arrays in the order of elements, without integers."""
     if isinstance(tree, tuple):
         return [row for part in tree for row in reals_of(part)]
     if isinstance(tree, np.ndarray) and tree.shape[-1:] == (DIRECTIONS,):
@@ -144,7 +144,7 @@ def random_directions(seed: int) -> Any:
 
 @pytest.mark.parametrize("program", PROGRAMS, ids=lambda program: program.__name__)
 def test_derivatives_of_every_construct(program: Any) -> None:
-    """Values have the bits of the function; derivatives are those of differences in 60 digits, compiled or not.
+    """Values have the function's bits, derivatives are those of differences in 60 digits.
 
     Tolerance: some dozen roundings; the loop of Newton's method ends at 1e-9, whose square is what is missing there.
     """
@@ -166,7 +166,7 @@ def kinks(x):
 
 
 def test_derivatives_at_kinks_are_finite() -> None:
-    """At 0 a length, an absolute value and an angle have slope 0, so |v| v has its derivative 0 there."""
+    """At 0 a length, an absolute value and an angle have slope 0, so |v| v has 0 there."""
     _, found = directional_derivatives(kinks, (0.0,), (np.ones(DIRECTIONS),))
     assert [row[0] for row in reals_of(found)] == [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 
@@ -179,7 +179,7 @@ def swap(xs, factor):
 
 
 def test_what_does_not_move_has_no_derivative() -> None:
-    """Along directions of one argument only its derivatives are computed; those of others are zeros."""
+    """Along directions of one argument only its derivatives are computed; others are zero."""
     xs, seeds = np.array([2.0, 3.0]), np.zeros((2, DIRECTIONS))
     seeds[0, 0] = seeds[1, 1] = 1.0
     _, (rows, of_factor) = directional_derivatives(swap, (xs, 5.0), (seeds, None))
@@ -239,7 +239,7 @@ FIRST = np.eye(DIRECTIONS)[0]
 
 @pytest.mark.parametrize(("f", "value"), [(quadratic, 13.0), (Law(3.0).force, 12.0)], ids=["defaults", "method"])
 def test_functions_with_defaults_and_methods_have_derivatives(f: Any, value: float) -> None:
-    """Defaults and the object of a method do not move: 3 x² has the slope 12 at 2, compiled or not."""
+    """Defaults and a method's object do not move: 3 x² has slope 12 at 2, compiled or not."""
     compiled = entry_point(lambda x, direction: directional_derivatives(f, (x,), (direction,)))
     for found in (compiled(2.0, FIRST), directional_derivatives(f, (2.0,), (FIRST,))):
         assert found[0] == value and found[1].tolist() == [12.0, *[0.0] * (DIRECTIONS - 1)]

@@ -1,4 +1,4 @@
-"""Compiled code is never stale, and is the same for processes and threads that need it at the same time."""
+"""Compiled code is never stale, and is the same for concurrent processes and threads."""
 
 import copy
 import importlib
@@ -47,7 +47,10 @@ def copied_tree(folder: Path) -> Path:
 
 
 def test_a_change_in_any_file_is_recompiled(tmp_path: Path) -> None:
-    """After a callee in another file changed, even with its old time stamp and size, the next process computes anew."""
+    """After a callee in another file changed, the next process computes anew.
+
+    It does so even with the file's old time stamp and size.
+    """
     tree, cache = copied_tree(tmp_path / "tree"), tmp_path / "cache"
     before = float(probe(tree, cache))
     assert float(probe(tree, cache)) == before  # from the cache
@@ -66,7 +69,7 @@ def test_a_change_in_any_file_is_recompiled(tmp_path: Path) -> None:
 
 
 def test_nothing_is_cached_after_sources_have_changed(tmp_path: Path) -> None:
-    """A process whose sources were edited after it imported them writes nothing that a later one could load."""
+    """A process whose sources were edited after import writes nothing that others could load."""
     tree, cache = copied_tree(tmp_path / "tree"), tmp_path / "cache"
     edit = (
         "import crane_sim.simulation.metrics, pathlib;"
@@ -77,7 +80,7 @@ def test_nothing_is_cached_after_sources_have_changed(tmp_path: Path) -> None:
 
 
 def test_processes_share_a_cache(tmp_path: Path) -> None:
-    """Three processes that compile the same code at the same time return the same, and leave whole files only."""
+    """Three processes that compile the same code at once return the same, and leave whole files."""
     with ThreadPoolExecutor() as pool:
         energies = set(pool.map(lambda _: probe(ROOT, tmp_path), range(3)))
     assert len(energies) == 1
@@ -87,7 +90,7 @@ def test_processes_share_a_cache(tmp_path: Path) -> None:
 
 
 def test_threads_share_an_entry_point(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Threads that call the same entry point at once, before it is compiled and after, have results of their own."""
+    """Threads that call an entry point at once, before and after compilation, do not mix."""
     monkeypatch.setenv("CRANE_SIM_CACHE", str(tmp_path))
     draw, together = entry_point(fill_standard_normals.py_func), Barrier(4)
 
@@ -127,7 +130,7 @@ print(amplified(1.5), compile_time() > 0.0)
 
 
 def test_a_function_of_ones_own_is_compiled_anew_when_it_changes(tmp_path: Path) -> None:
-    """Code of files outside the packages is read again, until they change, or the values that they take from others."""
+    """Code of files outside the packages is loaded again until they or values they take change."""
     (tmp_path / "own_constants.py").write_text("GAIN = 5.0\n")
     (tmp_path / "own.py").write_text(OWN_FUNCTION)
     own = f"import sys; sys.dont_write_bytecode = True; sys.path.insert(0, {str(tmp_path)!r}); import own"
@@ -168,7 +171,7 @@ print(multiplied_by(2.0)(1.5), multiplied_by(3.0)(1.5))
 
 
 def test_functions_of_one_name_are_not_mixed_up(tmp_path: Path) -> None:
-    """Functions that differ in the variables around them have each their own code, in a second process, too."""
+    """Functions that differ in outer variables have their own code, in a second process, too."""
     (tmp_path / "own.py").write_text(FACTORY)
     own = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import own"
     assert [probe(ROOT, tmp_path / "cache", own) for _ in range(2)] == ["3.0 4.5"] * 2
@@ -185,7 +188,7 @@ def constant(p, x):
 
 
 def test_an_implementation_of_ones_own_stays_in_its_process(tmp_path: Path) -> None:
-    """A process that implements a function for a type of the packages reads no code of others, nor they of it."""
+    """A process with its own implementation for a package's type shares no code with others."""
     (tmp_path / "mine.py").write_text(f"{OWN_POTENTIAL}\n{PROBE}")
     mine, cache = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import mine", tmp_path / "cache"
     own, usual = probe(ROOT, cache, mine), probe(ROOT, cache)
@@ -193,7 +196,7 @@ def test_an_implementation_of_ones_own_stays_in_its_process(tmp_path: Path) -> N
 
 
 def test_without_compilation_the_numbers_are_the_same() -> None:
-    """With CRANE_SIM_INTERPRETED=1 everything runs as plain Python and ends in the same state, bit for bit."""
+    """With CRANE_SIM_INTERPRETED=1 plain Python ends in the same state, bit for bit."""
     code = (
         "import crane_sim; r = crane_sim.simulate('knuckle_setpoint', duration=0.05);"
         "print(r.summary['state_sha256'], r.summary['rhs_evaluations'])"
@@ -211,7 +214,7 @@ def with_a_default(x, factor=2.0):
 
 
 def test_arguments_that_are_left_out_have_their_defaults() -> None:
-    """What Python fills in is compiled as any other argument; too few or too many arguments are Python's own error."""
+    """Defaults are compiled as other arguments; too few or too many give Python's error."""
     assert (with_a_default(3.0), with_a_default(3.0, 0.5)) == (6.0, 1.5)
     assert len(with_a_default.signatures) == 1
     for arguments in ((), (1.0, 2.0, 3.0)):
@@ -226,7 +229,7 @@ def views_of(a, n):
 
 
 def test_views_that_are_returned_have_their_own_elements() -> None:
-    """Whatever the strides of what is returned: it is what Python returns, and an argument is that argument."""
+    """Results of any strides are Python's, and a returned argument is that argument."""
     a = np.arange(16.0).reshape(4, 4)
     results = views_of(a, 3)
     for result, expected in zip(results, views_of.py_func(a, 3), strict=True):
@@ -256,7 +259,7 @@ def add_in_place(a, x):
 
 
 def test_augmented_assignment_changes_an_array() -> None:
-    """As in Python the array is changed, not the variable alone; what is not a number is the largest entry."""
+    """As in Python the array is changed, not just the variable; nan is the largest entry."""
     a = np.array([1.0, 5.0, 2.0])
     assert add_in_place(a, 1.5) == 6.5
     assert a.tolist() == [2.5, 6.5, 3.5]
@@ -287,7 +290,7 @@ def start() -> Motion:
 
 
 def test_what_a_call_returned_may_be_passed_to_any_later_one() -> None:
-    """Results that come back as arguments have their own values: the last ones, older ones, views, those of others."""
+    """Results passed as arguments have their own values: last or older ones, views, others'."""
     first = start()
     states = [first]
     for k in range(3):
@@ -307,7 +310,7 @@ def test_what_a_call_returned_may_be_passed_to_any_later_one() -> None:
 
 
 def test_callers_with_calls_of_their_own_share_the_code_alone() -> None:
-    """What two callers pass in turn does not mix; copies, and what another process gets, are of the same function."""
+    """What callers pass in turn does not mix; copies, in any process, are the same function."""
     callers = [moved.with_own_calls() for _ in range(2)]
     callers.append(copy.deepcopy(callers[0]))
     states = [start() for _ in callers]
@@ -326,7 +329,7 @@ def quotient(x, y):
 
 
 def test_a_function_that_is_seldom_called_is_compiled_late(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its first calls run as plain Python, with the same results; where that raises an error it is compiled at once."""
+    """Its first calls run as plain Python, with the same results; an error there compiles it."""
     monkeypatch.setenv("CRANE_SIM_CACHE", str(tmp_path))
     function, compilations = entry_point(quotient.py_func), list[None]()
     with watch_compiling(lambda: compilations.append(None)):

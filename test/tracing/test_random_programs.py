@@ -36,7 +36,7 @@ def check(function: Any) -> int:
 
 
 def check_all(seeds: range, folder: Path) -> None:
-    """Assert that the programs of some seeds have the bits of Python, for most of their arguments."""
+    """Assert that programs of some seeds have the bits of Python, for most arguments."""
     compared = sum(check(function) for function in write_programs(seeds, folder))
     assert compared > 0.5 * CASES * len(seeds)
 
@@ -45,7 +45,10 @@ def check_all(seeds: range, folder: Path) -> None:
 def test_programs_have_the_bits_of_python(
     optimisation: Any, seeds: range, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Branches, loops, returns and arithmetic in any combination; optimising fully takes most of the time."""
+    """Branches, loops, returns and arithmetic in any combination have the bits of Python.
+
+    Optimising fully takes most of the time.
+    """
     monkeypatch.setattr(entry_point, "module_texts", lambda entry: (module_text(entry), ""))
     monkeypatch.setattr(entry_point, "compile_text", lambda text, *_: machine_code.compile_text(text, optimisation))
     check_all(seeds, tmp_path)

@@ -43,7 +43,7 @@ def traced_by(function: Any, monkeypatch: pytest.MonkeyPatch, *arguments: Any) -
 
 
 def test_functions_are_traced_once_for_all_entry_points(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A second entry point that calls the same functions with arguments of the same structure traces none of these."""
+    """A second entry point traces no functions that the first called with the same structure."""
     a, b = np.eye(3), np.ones(3)
     traced_by(solve, monkeypatch, a, b)
     assert traced_by(solve_twice, monkeypatch, a, b) == []  # a short function runs in place of its call
@@ -69,7 +69,7 @@ MODULES = ("numerics.arrays", "integrators.events", "models.suspended.crane", "h
 
 @pytest.mark.parametrize("name", MODULES)
 def test_a_function_alone_has_the_tree_that_it_has_in_its_file(name: str) -> None:
-    """Statements and their places, of functions with decorators, of nested ones and of those without code."""
+    """Functions parsed alone have their file's statements and places: decorated, nested, empty."""
     module: Any = importlib.import_module(f"crane_sim.{name}")
     file = inspect.getsourcefile(module)
     assert file

@@ -1,4 +1,4 @@
-"""Every construct of Python that is traced computes, compiled, what it does in Python, to the bit."""
+"""Every traced construct of Python computes, compiled, what it does in Python, to the bit."""
 
 import itertools
 import math
@@ -24,7 +24,9 @@ RECORD = np.dtype([("x", "f8"), ("n", "i8"), ("on", "?")])
 
 
 def check(function: Callable[..., Any], *choices: tuple[Any, ...]) -> None:
-    """Assert that a function, compiled, returns and writes the bits of Python for all arguments of some choices.
+    """Assert that a compiled function returns and writes the bits of Python for all arguments.
+
+    These are all combinations of the choices.
 
     Where Python raises an error there is nothing to compare: compiled code raises none.
     """
@@ -91,7 +93,7 @@ def test_early_returns() -> None:
 
 
 def test_code_is_as_long_as_its_source() -> None:
-    """What follows conditional returns is traced once: with each of them the code grows by the same amount."""
+    """What follows conditional returns is traced once: each adds the same amount of code."""
 
     def length(count: int) -> int:
         block = trace_of(many_partial_returns_of(count), 1.0, 3)
@@ -167,7 +169,10 @@ def poisoned(a: Any, i: int) -> Any:
 
 
 def test_short_circuits() -> None:
-    """The right side of `and`, `or` and a chain is evaluated only where it decides: an index outside is never read."""
+    """`and`, `or` and chains evaluate their right side only where it decides.
+
+    An index outside is never read.
+    """
     check(_short_circuits, (np.array([3.0, -1.0, 2.0]),), (-1, 0, 1, 2, 3, 9), (0.0, -2.0, 5.0))
     check(poisoned, (np.array([3.0, 1.0]),), (-2, 0, 1, 3))
 
@@ -202,7 +207,7 @@ def _ranges(first: int, last: int, step: int) -> Any:
 
 
 def test_ranges() -> None:
-    """Bounds and steps that are symbols, negative and of either sign; the variable keeps its last value."""
+    """Bounds and steps are symbols of either sign; the variable keeps its last value."""
     check(_ranges, (-3, 0, 5), (-4, 0, 6, 7), (-2, -1, 1, 3))
 
 
@@ -302,7 +307,7 @@ def _promoted(n: int, x: float) -> Any:
 
 
 def test_variables_of_loops() -> None:
-    """What a loop assigns first is read behind it; an integer that a loop turns into a real is one from the start."""
+    """A loop's variables can be read behind it; an integer that becomes a real is one before."""
     check(_first_assigned_in_a_loop, (1, 2, 5), (0.5, -2.0))
     code = compiled(_promoted)
     for n, x in itertools.product((0, 1, 4), (0.5, -3.0)):
@@ -368,7 +373,7 @@ def test_reals() -> None:
 
 
 def test_integers() -> None:
-    """Arithmetic and bits of integers of either sign; division rounds down, and by 0 it is 0 and ends nothing."""
+    """Arithmetic and bits of integers of either sign; division rounds down, by 0 it is 0."""
     check(_integer_arithmetic, INTEGERS, INTEGERS)
     check(_integer_division, INTEGERS, INTEGERS)
     code = compiled(_integer_division)
@@ -418,7 +423,7 @@ def _elements(a: Any, m: Any, i: int, j: int) -> Any:
 
 
 def test_elements() -> None:
-    """Elements of arrays of one and two indices, contiguous or not; a negative index counts from the end."""
+    """Elements of arrays of one and two indices, contiguous or not; -1 counts from the end."""
     wide = np.arange(24.0).reshape(4, 6)
     arrays = (np.arange(4.0), np.arange(8.0)[::2], np.arange(4.0)[::-1], wide[:, 1], np.arange(5.0))
     matrices = (wide[:, :3].copy(), wide[:, 1:4], wide[::-1, ::2], wide.T[:4], np.asfortranarray(wide[:, :3]))
@@ -590,7 +595,7 @@ def _calls(x: float, n: int, a: Any) -> Any:
 
 
 def test_calls() -> None:
-    """Closures, default, keyword and starred arguments, lambdas of one line, generic functions and routines."""
+    """Closures, default, keyword and starred arguments, lambdas, generics and routines."""
     check(_calls, (1.0, -0.5), (0, 1, 2), (np.zeros(3),))
 
 
@@ -617,12 +622,12 @@ def signed_zeros(x):
 
 
 def test_integers_are_numbers_in_functions_of_users() -> None:
-    """0 and 1 are structure in the packages' own functions only: a law of one's own has the bits of Python."""
+    """0 and 1 are structure only in the packages' functions: users' laws have Python's bits."""
     check(signed_zeros, REALS)
 
 
 def short_with_known_numbers(x):
-    """Return functions of known reals that Python answers by an error, on a side that does not run."""
+    """Return functions of known reals that raise errors in Python, on a side that does not run."""
     return fma_of(1.5, 2.0, 3.0) + (x if x > 0.0 else root_of(-1.0) + min(exp_of(1000.0), x))
 
 
@@ -651,7 +656,7 @@ CURVES = ([1.0, 2.0, 4.0], ([3.0, 5.0, 6.0], 7.0))
 
 
 def lists_inside_tuples(x, i):
-    """Return elements of lists inside tuples, in a short function, a branch, a loop and a longer function."""
+    """Return elements of lists in tuples, in short and long functions, branches and loops."""
     chosen = CURVES[0] if x > 0.0 else CURVES[1][0]
     total = 0.0
     for part in CURVES[:1]:
@@ -671,7 +676,7 @@ def element_of(items, i):
 
 
 def test_lists_inside_tuples_are_tuples() -> None:
-    """A list that is known is one of its elements at any place that is not, wherever it comes from."""
+    """An unknown index of a known list gives one of its elements, wherever the list is from."""
     check(lists_inside_tuples, (-1.5, 2.0), (0, 1, 2))
 
 
@@ -681,6 +686,6 @@ def sine_and_cosine_of(x):
 
 
 def test_small_angles_have_the_bits_of_their_reduction() -> None:
-    """Code that does not reduce a small angle has the bits of Python, which reduces each, near the limit too."""
+    """Code that does not reduce small angles has the bits of Python, near the limit too."""
     around = [sign * (0.78 + k * 1e-16) for sign in (-1.0, 1.0) for k in range(-5, 6)]
     check(sine_and_cosine_of, (*around, 0.0, -0.0, 5e-324, -1e-310, 1e-9, -0.3, math.pi / 4.0, 0.8, -2.0, 1e5, nan))

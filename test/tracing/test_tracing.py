@@ -14,7 +14,7 @@ from crane_sim.tracing.trace_error import TraceError
 
 
 def test_floats_that_are_none_raise_no_error() -> None:
-    """As in the code, nan comes out of what has no value: a run that diverges ends with a status."""
+    """What has no value is nan, as in compiled code: a run that diverges ends with a status."""
     assert all(math.isnan(x) for x in (*sincos(math.nan), *sincos(math.inf), sqrt(-1.0)))
 
 
@@ -26,7 +26,7 @@ def test_sine_and_cosine_are_within_a_digit_of_the_c_library() -> None:
 
 
 def test_what_a_block_computes_stays_in_it() -> None:
-    """A value that has left a branch or loop without being its result is refused: the code may not have computed it."""
+    """A value from inside a branch or loop that is not its result is refused outside."""
     graph, found = Graph(), list[Value]()
 
     def compute(x: Value) -> tuple[Value, ...]:

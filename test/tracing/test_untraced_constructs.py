@@ -1,4 +1,4 @@
-"""What is not traced is an error of one line, which names the construct, the function, its file and its line."""
+"""Untraced constructs are one-line errors naming construct, function, file and line."""
 
 import random
 from collections.abc import Callable
@@ -129,7 +129,7 @@ def _middle(x: float) -> float:
 
 
 def test_the_innermost_places_are_named() -> None:
-    """Three functions, each once, from the inside out; Python gets it as the error that a user's input has."""
+    """Three functions are named once, from the inside out, in the error of a user's input."""
     entry = EntryPoint(_outermost)
     with pytest.raises(SceneError, match="cannot be compiled: `try:` is not traced") as raised:
         entry(1.0)

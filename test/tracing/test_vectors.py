@@ -1,4 +1,4 @@
-"""Loops of independent turns, arrays on the stack, and memory of turns of a loop, against plain Python."""
+"""Loops of independent turns, arrays on the stack, and turns' memory, against plain Python."""
 
 import resource
 from math import cos, sin
@@ -23,7 +23,7 @@ from crane_sim.tracing.machine_code import Optimisation
 
 @entry_point
 def fill_waves(n, x, out):
-    """Fill rows of `out` with functions of those of x, by a branch and by functions of the C library."""
+    """Fill rows of `out` with functions of rows of x, by a branch and by the C library."""
     use_wide_vectors()
     for k in simd_range(n):
         wave = sin(x[k]) + cos(x[k])
@@ -33,7 +33,7 @@ def fill_waves(n, x, out):
 
 @pytest.mark.parametrize("n", [0, 1, 7, 8, 9, 37])
 def test_independent_turns_have_the_bits_of_plain_python(n: int) -> None:
-    """However many turns fall into vectors, each has the bits of Python, and nothing behind them is touched."""
+    """Any number of turns has the bits of Python in vectors; what is behind is untouched."""
     x, compiled, plain = np.linspace(-7.0, 9.0, 37), np.full((2, 37), 3.0), np.full((2, 37), 3.0)
     fill_waves(n, x, compiled)
     fill_waves.py_func(n, x, plain)
@@ -42,7 +42,7 @@ def test_independent_turns_have_the_bits_of_plain_python(n: int) -> None:
 
 @entry_point
 def sum_by_hand(x):
-    """Return the sum of products of an array's entries with their numbers, by way of an array on the stack."""
+    """Return the sum of an array's entries times their numbers, by an array on the stack."""
     row, total = local_array((16,)), 0.0
     for k in simd_range(16):
         row[k] = x[k] * k
@@ -67,7 +67,10 @@ def moved(x, by):
 
 @entry_point
 def go_on(x, steps):
-    """Return the two last arrays of a sequence, and the end of the one before: each turn makes several."""
+    """Return the last two arrays of a sequence, and the end of the one before.
+
+    Each turn makes several.
+    """
     before, now, tail = x.copy(), moved(x, 1.0), x[1:]
     for k in range(steps):
         middle = moved(now, 0.25)
@@ -79,7 +82,7 @@ def go_on(x, steps):
 
 
 def test_what_a_turn_leaves_behind_stays_as_it_is() -> None:
-    """Arrays that the next turn of a loop reads, parts of arrays too, survive what is freed of the turns before."""
+    """Arrays that the next turn reads, and parts of them, survive when older ones are freed."""
     x = np.linspace(0.0, 1.0, 9)
     for compiled, plain in zip(go_on(x, 50), go_on.py_func(x, 50), strict=True):
         assert compiled.tobytes() == plain.tobytes()
@@ -87,7 +90,7 @@ def test_what_a_turn_leaves_behind_stays_as_it_is() -> None:
 
 @entry_point
 def find_first(x, limit):
-    """Return the first of ever larger arrays whose first entry reaches a limit, from within two loops."""
+    """Return the first of growing arrays whose first entry reaches a limit, from two loops."""
     for k in range(len(x), 1000):
         y = moved(x, 1.0 * k)
         for j in range(len(x), 1000):
@@ -104,7 +107,7 @@ def test_an_array_that_is_returned_from_within_loops_survives() -> None:
 
 
 def test_memory_does_not_grow_with_the_turns_of_a_loop() -> None:
-    """A thousand turns that allocate 100 kB each, several times, need a few of these at a time, not all of them."""
+    """A thousand turns that allocate 100 kB several times need only a few of these at a time."""
     x = np.zeros(12_500)
     go_on(x, 10)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -125,7 +128,7 @@ def text_of(function: Any, monkeypatch: pytest.MonkeyPatch, *arguments: Any) -> 
 
 
 def test_what_is_said_of_a_loop_reaches_the_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its turns are marked as independent, and the function that it ends up in as one of wide vectors."""
+    """A loop's turns are marked as independent, and its final function as of wide vectors."""
     text = text_of(fill_waves, monkeypatch, 8, np.ones(8), np.ones((2, 8)))
     assert "llvm.loop.parallel_accesses" in text
     assert any("@entry" in line and '"prefer-vector-width"="512"' in line for line in text.splitlines())
@@ -139,7 +142,7 @@ def element(x, i):
 
 @entry_point
 def pick(x, i):
-    """Return elements at an index of either sign, at the same one where it is positive, else the first, and at 2."""
+    """Return elements at an index of either sign, at it where positive, else first, and at 2."""
     return element(x, i), element(x, max(i, 0)), element(x, 2)
 
 
@@ -158,7 +161,7 @@ def double_all(x):
 
 
 def test_loops_that_ask_for_no_lanes_have_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An ordinary loop, whose lanes would cost more to compile than most loops ever win, is one of scalars."""
+    """An ordinary loop is one of scalars: lanes cost more to compile than most loops win."""
     text = text_of(double_all, monkeypatch, np.ones(8))
     assert '"llvm.loop.vectorize.enable", i1 false' in text and "parallel_accesses" not in text
 

@@ -29,7 +29,10 @@ class _TopicState:
     latched: dict[bytes, None] = field(default_factory=dict)  # messages that hold, in order; of a latched topic
 
     def latch(self, data: bytes) -> None:
-        """Keep the newest message; of a topic that all nodes share the newest different ones, each may hold."""
+        """Keep the newest message; of a topic that all nodes share, the newest different ones.
+
+        Each of these may hold.
+        """
         self.latched.pop(data, None)
         self.latched[data] = None
         while len(self.latched) > (_SHARED_LATCHED if self.topic.shared else 1):
@@ -99,7 +102,7 @@ class Bag:
         self._last_message = time.monotonic()
 
     def has_all(self, steps: int | None) -> bool:
-        """Whether the messages of `steps` steps (None: an unknown number) are here, or nothing more is coming."""
+        """Whether all messages of `steps` steps (None: unknown) are here, or no more will come."""
         silence = time.monotonic() - self._last_message
         if self.write_error or silence > _MESSAGE_TIMEOUT:
             return True
@@ -109,7 +112,10 @@ class Bag:
         return self._states.stamp >= last + self._period_ns and self._efforts.stamp >= last
 
     def finish(self, summary: Mapping[str, Any]) -> dict[str, Any]:
-        """Complete the file; return its entries of the run's summary: `mcap`, and `error` if messages are missing."""
+        """Complete the file; return its entries of the summary.
+
+        They are `mcap`, and `error` if messages are missing.
+        """
         self.save()
         steps = summary.get("steps", self.last_step) - self._after
         if not self.write_error:
@@ -143,7 +149,9 @@ class Bag:
         self._attempt(self._file.write, track.number, stamp if stamp > 0 else self._now, data)
 
     def _start_over(self) -> None:
-        """The plant was reset: keep the run so far in a file of its own, and begin a new one with the latched messages.
+        """Keep the run before the plant's reset in its own file, and begin a new one.
+
+        The new file starts with the latched messages.
 
         A file that could not be written stays as it is, and has no step behind the reset.
         """
@@ -177,5 +185,8 @@ class Bag:
 
 
 def _describe_end(summary: Mapping[str, Any], steps: int) -> dict[str, str]:
-    """Return what the end of a file says: its number of steps, and of the run whether it failed or ended early."""
+    """Return what a file's end says: its number of steps, and how the run ended.
+
+    It says whether the run failed or ended early.
+    """
     return {"steps": str(steps)} | {key: str(summary[key]) for key in ("ended_by", "error") if key in summary}

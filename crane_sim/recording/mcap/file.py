@@ -1,4 +1,4 @@
-"""An MCAP file while it grows, in chunks that survive its recorder, and the recovery of what a killed one left."""
+"""An MCAP file written in chunks, which survive a killed recorder, and their recovery."""
 
 from __future__ import annotations
 
@@ -34,7 +34,9 @@ class McapFile:
     """
 
     def __init__(self, path: Path, topics: Sequence[Topic], properties: Mapping[str, str] | None = None) -> None:
-        """Start a file of these topics and properties of the run, after recovering a killed recorder's of that name.
+        """Start a file of these topics and run properties; recover a killed recorder's first.
+
+        The recovered file is the one of the same name.
 
         Raises:
             FileExistsError: another recorder is writing it.
@@ -61,7 +63,7 @@ class McapFile:
         self._writer.flush()
 
     def close(self, end: Mapping[str, str]) -> None:
-        """Write how the run ended and the index, and move the file to its path, replacing an existing one."""
+        """Write the run's end and the index, and move the file to its path, replacing another."""
         self.save()
         self._writer.add_metadata(END, with_digest(end))
         self._writer.finish()
@@ -112,7 +114,7 @@ def _make_room(part: Path) -> None:
 
 
 def recover_bag(part: Path, time_left: Callable[[], float] = lambda: inf) -> Path | None:
-    """Write the messages that a killed recorder left into `<name>.recovered.mcap`, and remove what it left.
+    """Write a killed recorder's messages into `<name>.recovered.mcap`, and remove its file.
 
     Returns None, and leaves it alone, where a recorder is still writing it; None, too, where it has no messages.
 

@@ -1,4 +1,4 @@
-"""Records and messages of MCAP files: of one that is cut or damaged what is whole; the index is not used."""
+"""Records and messages of MCAP files; of a cut or damaged one, what is whole, without the index."""
 
 from __future__ import annotations
 

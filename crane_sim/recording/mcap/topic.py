@@ -19,7 +19,7 @@ class Topic(NamedTuple):
 
 
 def has_stamp(data: bytes) -> bool:
-    """Return whether a serialized message that should begin with a header begins with a stamp that may be one."""
+    """Return whether a serialized message begins with a header whose stamp is possible."""
     if len(data) < _HEAD:
         return False
     seconds, nanoseconds = _read_time(data)
@@ -27,7 +27,7 @@ def has_stamp(data: bytes) -> bool:
 
 
 def stamp_of(data: bytes) -> int:
-    """Return the stamp, ns, of a serialized message that begins with a header, of which `has_stamp` holds."""
+    """Return the stamp, ns, of a serialized message with a header; `has_stamp` must hold."""
     seconds, nanoseconds = _read_time(data)
     return seconds * _SECOND + nanoseconds
 

@@ -33,7 +33,10 @@ def blueprint(layout: Layout, live: bool = False) -> rrb.Blueprint:
 
 
 def arrange(crane: rrb.View, *tabs: rrb.View | rrb.Container, live: bool = False) -> rrb.Blueprint:
-    """Return the blueprint with the crane on the left and tabs on the right, at the start, or following the end."""
+    """Return the blueprint, crane left, tabs right, which starts at the beginning.
+
+    A live one follows the end.
+    """
     play_state = "following" if live else "paused"
     return rrb.Blueprint(
         rrb.Horizontal(crane, rrb.Tabs(*tabs, active_tab=0), column_shares=[5, 6]),
@@ -43,7 +46,7 @@ def arrange(crane: rrb.View, *tabs: rrb.View | rrb.Container, live: bool = False
 
 
 def crane_view(framing: Framing, trails: Sequence[str]) -> rrb.Spatial3DView:
-    """Return the view of the 3D scene, in which these entities are paths that are shown over the last seconds."""
+    """Return the view of the 3D scene; `trails` are paths shown over the last seconds."""
     hidden = ("plots", "shown", "curves", "frames", "states", "summary", "log")
     return rrb.Spatial3DView(
         name="Crane",

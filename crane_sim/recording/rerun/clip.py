@@ -96,7 +96,10 @@ def _write_gif(output: Path, frames: Iterator[Image.Image], frames_per_second: f
 
 
 def _gif_durations(count: int, frames_per_second: float) -> list[int]:
-    """Return how long each picture is shown [ms], in the hundredths of a second of a GIF: all of them without drift."""
+    """Return how long each picture is shown [ms], without drift of the total.
+
+    GIFs count in hundredths of a second.
+    """
     ends = [round(100.0 * k / frames_per_second) for k in range(count + 1)]
     return [10 * (end - begin) for begin, end in pairwise(ends)]
 

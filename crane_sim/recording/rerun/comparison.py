@@ -1,4 +1,4 @@
-"""A comparison as a recording: the runs' cranes in one scene, their curves over one time, their metrics."""
+"""A comparison as a recording: the cranes in one scene, curves over one time, metrics."""
 
 from __future__ import annotations
 
@@ -103,7 +103,10 @@ def _blueprint(framing: Framing, quantities: Curves, runs: int) -> rrb.Blueprint
 
 
 def _plot(quantity: Quantity, values: tuple[Array, ...], legend: bool) -> rrb.TimeSeriesView:
-    """Return the plot of a quantity; one legend on a tab suffices, since a run has the same colour in all plots."""
+    """Return the plot of a quantity.
+
+    One legend on a tab suffices, since a run has the same colour in all plots.
+    """
     finite = np.concatenate([each[np.isfinite(each)] for each in values])
     return rrb.TimeSeriesView(
         name=f"{quantity.title[0].upper()}{quantity.title[1:]} [{quantity.unit}]",
@@ -137,7 +140,7 @@ def _log_curves(rec: rr.RecordingStream, comparison: Comparison, quantities: Cur
 
 
 def _metrics_markdown(comparison: Comparison) -> str:
-    """Return the metrics of all runs as a markdown document, with the differences from the first."""
+    """Return all runs' metrics as a markdown document, with differences from the first."""
     names = comparison.names
     header = ["metric", *names, *(f"{name} − {names[0]}" for name in names[1:])]
     rows = []
@@ -161,7 +164,9 @@ GHOST_OPACITY = 0.45
 
 
 def draw_run(rec: rr.RecordingStream, run: RecordedRun, key: str, color: Color, ghost: bool) -> None:
-    """Draw the crane of a run with its ropes, and the path of its payload in a colour; a ghost is all in this colour.
+    """Draw a run's crane with its ropes, and its payload's path in a colour.
+
+    A ghost is all in this colour.
 
     All entities, and the names of all coordinate frames, begin with `key`.
     """
@@ -191,7 +196,7 @@ def _colored(urdf: str, color: Color) -> str:
 
 
 def _place(rec: rr.RecordingStream, entity: str, root: str, time: list[rr.TimeColumn], base: Array | None) -> None:
-    """Place the root of a crane in the world: at rest, or with its base (F, 6), positions [m] and angles [rad]."""
+    """Place a crane's root in the world: at rest, or with its base (F, 6), [m] and [rad]."""
     if base is None:
         rec.log(entity, rr.Transform3D(parent_frame=WORLD, child_frame=root), static=True)
         return
@@ -205,7 +210,7 @@ def _place(rec: rr.RecordingStream, entity: str, root: str, time: list[rr.TimeCo
 
 
 def _draw_ropes(rec: rr.RecordingStream, run: RecordedRun, key: str, root: str, color: Color) -> None:
-    """Draw the cable from the tip to the payload in the world, or the falls in the frame of the base."""
+    """Draw the cable from tip to payload in the world, or the falls in the base's frame."""
     frames, radius = run.frames, CABLE_RADIUS_RATIO * run.crane.framing["size"]
     strips = frames.nodes[:, None, run.crane.tip_index :] if frames.falls is None else frames.falls
     count, ropes = strips.shape[:2]
@@ -216,7 +221,7 @@ def _draw_ropes(rec: rr.RecordingStream, run: RecordedRun, key: str, root: str, 
 
 
 def _draw_path(rec: rr.RecordingStream, run: RecordedRun, key: str, color: Color) -> None:
-    """Draw the path of the payload: each frame has the line from its position at the frame before."""
+    """Draw the payload's path: each frame has the line from the position before."""
     payload = run.frames.nodes[:, -1]
     lines = np.stack([np.vstack([payload[:1], payload[:-1]]), payload], axis=1).astype(np.float32)
     style = rr.LineStrips3D.from_fields(colors=color, radii=0.003 * run.crane.framing["size"])

@@ -1,4 +1,4 @@
-"""The crane of a recording: a URDF whose joints fix its posture, or an overhead crane's solids, cable and nodes.
+"""The crane of a recording: a URDF in a posture, or an overhead crane's solids, cable and nodes.
 
 Rails and legs of the latter are as long as the motion needs. They are static, and what is static can be logged anew:
 the picture grows with a run, and is fitted to all of it in the end.
@@ -40,7 +40,7 @@ CABLE_RADIUS_RATIO = 0.0035  # radius of a rope, of the crane's size
 
 
 class EffortArrow(NamedTuple):
-    """The arrow of an effort: origin, in sizes of the crane, and unit vector of a positive one, in a frame."""
+    """The arrow of an effort in a frame: origin, in crane sizes, and a positive unit vector."""
 
     frame: str
     origin: Vector
@@ -48,7 +48,7 @@ class EffortArrow(NamedTuple):
 
 
 def turn_from_z(direction: Array) -> NDArray[np.float64]:
-    """Return unit quaternions (xyzw) that turn the z axis into the directions (n, 3); zero vectors give no turn."""
+    """Return quaternions (xyzw) from the z axis to directions (n, 3); zero vectors do not turn."""
     x, y, z = direction.T
     length = np.linalg.norm(direction, axis=1)
     # half-way form of the shortest arc, (-y, x, 0, length + z); below the horizon length + z cancels: r² / (length - z)
@@ -62,7 +62,7 @@ def turn_from_z(direction: Array) -> NDArray[np.float64]:
 
 
 def log_solids(rec: rr.RecordingStream, entity: str, frame: str, shapes: Sequence[Shape]) -> None:
-    """Log the boxes and cylinders of a frame, which replace those of this entity; they turn about x at most."""
+    """Log a frame's boxes and cylinders, replacing the entity's; they turn about x at most."""
     for kind, length in (("boxes", 3), ("cylinders", 2)):
         chosen = [shape for shape in shapes if len(shape.size) == length]
         if not chosen:
@@ -89,7 +89,7 @@ TORQUE_ARM = 0.15  # of the crane's size: distance of a torque's arrow from the 
 
 
 class RobotVisual:
-    """Draws the solids of a URDF at the joint coordinates, and rods from node to node of the rope."""
+    """Draws a URDF's solids at the joint coordinates, and rods between the rope's nodes."""
 
     def __init__(self, rec: rr.RecordingStream, layout: Layout) -> None:
         """Log the solids."""
@@ -106,7 +106,7 @@ class RobotVisual:
             rec.log("suspension_point", rr.CoordinateFrame("tip_link"), name, static=True)
 
     def effort_arrow(self, joint: str) -> EffortArrow:
-        """Return a torque's push at the arm along the link's x axis, a force's along its own axis."""
+        """Return a torque's push at the arm along the link's x axis, a force's along its axis."""
         pose = self._joints[joint]
         axis = np.array(pose.axis)
         if pose.joint_type == "prismatic":
@@ -119,7 +119,7 @@ class RobotVisual:
         self._rec.log("rope", rods, static=True)
 
     def move(self, time: list[rr.TimeColumn], q: Array, nodes: Array, colors: Colors) -> Framing | None:
-        """Add frames with coordinates (F, nq) and, in the frame that the crane stands in, nodes (F, N, 3).
+        """Add frames: coordinates (F, nq), and nodes (F, N, 3) in the crane's standing frame.
 
         The colours (F, L, 3) are those of links or falls; one alone is that of all. The framing stays.
         """
@@ -137,7 +137,7 @@ class RobotVisual:
         """Return None: a boom's reach is known from the start."""
 
     def _draw_lines(self, time: list[rr.TimeColumn], tops: Array, bottoms: Array, colors: Colors) -> None:
-        """Add rods between points (F, n, 3), in colours (F, n, 3), or (F, 1, 3) that are those of all."""
+        """Add rods between points (F, n, 3), in colours (F, n, 3), or (F, 1, 3) for all."""
         frames, count = tops.shape[:2]
         start, end = tops.reshape(-1, 3), bottoms.reshape(-1, 3)
         length = np.linalg.norm(end - start, axis=1)
@@ -155,7 +155,7 @@ class RobotVisual:
 def joint_transforms(
     joints: Iterable[rr.urdf.UrdfJoint], values: Mapping[str, Array]
 ) -> Iterator[tuple[str, rr.ComponentColumnList]]:
-    """Yield the names and the transforms of all joints that move, from joint coordinates (F,) by name."""
+    """Yield names and transforms of all joints that move, from coordinates (F,) by name."""
     for joint in joints:
         if joint.name == ATTITUDE_JOINT:
             yield joint.name, _turns(joint, np.column_stack([values[name] for name in ATTITUDE]))
@@ -166,7 +166,7 @@ def joint_transforms(
 
 
 def _turns(joint: rr.urdf.UrdfJoint, attitude: Array) -> rr.ComponentColumnList:
-    """Return the turns of a payload by quaternions (F, 4), w first, from its axes to those of the base."""
+    """Return a payload's turns, from its axes to the base's, of quaternions (F, 4), w first."""
     rest, frames = joint.compute_transform(0.0), len(attitude)  # with the names of frames that this tree gives them
     names = [each.as_arrow_array().to_pylist() for each in (rest.parent_frame, rest.child_frame) if each is not None]
     parent, child = (name * frames for name in names)
@@ -179,7 +179,7 @@ def _as_vector(values: Array) -> tuple[float, float, float]:
 
 
 def load_robot(robot: str, entity: str | None = None, frames: str | None = None) -> rr.urdf.UrdfTree:
-    """Return the tree of a URDF document, with what its entities are below and what its frames' names begin with."""
+    """Return a URDF's tree, its entities below `entity`, its frames' names prefixed by `frames`."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "crane.urdf")
         path.write_text(robot)
@@ -187,7 +187,10 @@ def load_robot(robot: str, entity: str | None = None, frames: str | None = None)
 
 
 def _cable_columns(nodes: Array, colors: Colors) -> rr.ComponentColumnList:
-    """Return one strip a link with colours (F, N, 3) for nodes (F, N+1, 3), or a single strip with one (F, 1, 3)."""
+    """Return a strip per link for nodes (F, N+1, 3), with colours (F, N, 3) or one (F, 1, 3).
+
+    With a single colour it is a single strip.
+    """
     frames, links = len(nodes), colors.shape[1]
     if links != nodes.shape[1] - 1:
         return rr.LineStrips3D.columns(strips=nodes.astype(np.float32), colors=colors[:, 0])

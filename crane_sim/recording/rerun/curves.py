@@ -35,7 +35,10 @@ BASE_AXES = ("surge [m]", "sway [m]", "heave [m]", "roll [rad]", "pitch [rad]", 
 
 
 class Channel(NamedTuple):
-    """The curves of one entity; `values` returns (K,) or (K, curves), or None where the run has no such quantity."""
+    """The curves of one entity; `values` returns (K,) or (K, curves), or None.
+
+    It is None where the run has no such quantity.
+    """
 
     entity: str
     names: tuple[str, ...]
@@ -77,7 +80,7 @@ def commands(layout: Layout) -> list[UnitPlot]:
 
 
 def _by_unit(name: str, coordinates: Sequence[int], units: Sequence[str], titles: Mapping[str, str]) -> list[UnitPlot]:
-    """Return the plots of a quantity with one component for each coordinate, in the order of their units (SI)."""
+    """Return the plots of a quantity of the coordinates, in the order of their units (SI)."""
     plots = []
     for unit in dict.fromkeys(units):
         columns = [i for i, own in enumerate(units) if own == unit]
@@ -137,14 +140,14 @@ def _tensions(layout: Layout, derived: str) -> Channel:
 
 
 def _reeved_tensions(layout: Layout, derived: str) -> Channel:
-    """Return the tensions of lead line and falls of a rope over sheaves; it has no names without one."""
+    """Return the tensions of lead line and falls of a rope over sheaves; no names without one."""
     names = tuple(f"{name} [N]{derived}" for name in layout.ropes.reeved)
     falls = (*PALETTE, *map(_soften, PALETTE)) * (1 + len(names) // (2 * len(PALETTE)))
     return Channel("plots/reeved_tension", names, (PLAIN, *falls)[: len(names)], lambda b: b.reeved)
 
 
 def _positions(layout: Layout) -> list[Channel]:
-    """Return the positions that a reader needs to draw the crane: those of the nodes once a frame of the 3D scene."""
+    """Return the positions needed to draw the crane: the nodes' once a frame of the 3D scene."""
     stride = layout.frame_stride
     ends = () if layout.ropes.falls is None else ("upper and lower end of each fall in the base [m]",)
     return [
@@ -189,7 +192,10 @@ def _swings(layout: Layout) -> list[Channel]:
 
 
 def _cable_curves(cable: Suspension) -> list[Channel]:
-    """Return what only an overhead crane shows: a trajectory in the plane, angles and length of an elastic cable."""
+    """Return what only an overhead crane shows.
+
+    That is a trajectory in the plane, and angles and length of an elastic cable.
+    """
     listed = []
     if cable.planar:
         listed.append(Channel("shown/payload_m", ("x", "z"), BLUE_GREEN, lambda b: b.nodes[:, -1, XZ]))
@@ -282,7 +288,7 @@ def _whole(nodes: Array) -> Array:
 
 
 def _lean(line: Array) -> Array:
-    """Return the angles (..., 2) [°] from the downward vertical of vectors (..., 3), towards x and towards y."""
+    """Return angles (..., 2) [°] of vectors (..., 3) from straight down, towards x and y."""
     return np.degrees(np.arctan2(line[..., :2], -line[..., 2:]))
 
 

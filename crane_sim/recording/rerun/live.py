@@ -17,7 +17,7 @@ def live_address(port: int) -> str:
 
 
 class LiveServer:
-    """Server on a port of the loopback interface; it outlives resets, after which a recording of its own begins."""
+    """Server on a loopback port; it outlives resets, after which a new recording begins."""
 
     def __init__(self, port: int) -> None:
         """Check that the port is free.
@@ -34,7 +34,7 @@ class LiveServer:
         self._stream: rr.RecordingStream | None = None
 
     def sink(self, application: str, run_id: str) -> rr.GrpcSink:
-        """Return where a recording of this id is written to, besides its file; the first one starts the server."""
+        """Return where a recording of this id is also written; the first one starts the server."""
         if self._stream is None:  # of the same id: another one would be listed by viewers as a recording without data
             self._stream = rr.RecordingStream(application, recording_id=run_id)
             self._stream.set_sinks(rr.GrpcServerSink(ADDRESS, self._port))

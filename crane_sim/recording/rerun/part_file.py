@@ -41,7 +41,7 @@ class PartFile:
     """
 
     def __init__(self, path: Path, rec: rr.RecordingStream) -> None:
-        """Make the file of a stream, in its folder, and lock it; recover a killed run's of that name.
+        """Make and lock a stream's file, in its folder; recover a killed run's of that name.
 
         Raises:
             RecordingError: the file cannot be written, or another recorder writes it.
@@ -106,7 +106,7 @@ class PartFile:
 
     @contextmanager
     def on_disk(self) -> Iterator[None]:
-        """Raise RecordingError, which names the file, where what the block writes does not reach the disk."""
+        """Raise RecordingError, naming the file, where the block's data do not reach the disk."""
         try:
             yield
         except RecordingError:

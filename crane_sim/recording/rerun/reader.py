@@ -62,7 +62,7 @@ def read_summary(path: Path) -> dict[str, Any]:
 
 
 def read_run(path: Path) -> RecordedRun:
-    """Return the run in a recording: of one that is cut or damaged the steps that are as they were written.
+    """Return the run in a recording; of a cut or damaged one, the steps that are as written.
 
     Raises:
         UnreadableRecording: the file is no recording of a run, or none of its steps is good.
@@ -88,7 +88,7 @@ def read_run(path: Path) -> RecordedRun:
 
 
 def _assemble(path: Path, batches: Batches, run: dict[str, Any], unreadable: int) -> RecordedRun:
-    """Return the run of the rows of a file with properties `run`, of which some messages are not readable."""
+    """Return the run of a file's rows and properties `run`, given its `unreadable` messages."""
     checked, end = DIGEST in run, _properties(batches[_SUMMARY])
     is_whole = agrees(end, required=checked)
     summary = json.loads(end.get("json", "{}")) if is_whole else {}
@@ -137,7 +137,7 @@ _OPTIONAL |= {"reeved": "reeved_tension"}
 
 
 def _arrays(rows: dict[str, Rows], path: Path, driven: bool, steps: NDArray[np.int64]) -> dict[str, Any]:
-    """Return the attributes of a run that are arrays at its good steps, by name; None for what it does not have."""
+    """Return a run's arrays at its good steps, by attribute name; None for those it lacks."""
     needed = _STORED | (_OF_DRIVES if driven else {})
     found: dict[str, Any] = {}
     for name, entity in (needed | _OPTIONAL).items():
@@ -173,7 +173,10 @@ def _verified_curves(batches: Batches) -> dict[str, Rows]:
 
 
 def _common_steps(curves: Iterable[Rows]) -> NDArray[np.int64]:
-    """Return the steps that all curves of every run have: of a recording without digests, by an older version."""
+    """Return the steps common to all curves that every run has.
+
+    It is for recordings without digests, by an older version.
+    """
     names = [f"plots/{name}" for name in _STORED.values()]
     found = [rows.step for rows in curves if rows.name in names]
     return reduce(np.intersect1d, found) if len(found) == len(names) else np.empty(0, np.int64)
@@ -188,7 +191,7 @@ def _changes(batches: Batches) -> dict[str, Instants]:
 
 
 def _texts(batches: Sequence[pa.RecordBatch], column: str) -> Instants:
-    """Return (scene time [ns], text) of the rows of a column, in which every text is a list of one, in order."""
+    """Return (scene time [ns], text) of a column's rows, in order; each text is a list of one."""
     rows: list[tuple[int, bytes, str]] = []
     for batch in batches:
         with suppress(KeyError):  # it has other columns, or is damaged
@@ -215,7 +218,10 @@ def _properties(batches: Sequence[pa.RecordBatch]) -> dict[str, Any]:
 
 
 def _read_batches(path: Path, entities: tuple[str, ...] = _RUN_ENTITIES) -> tuple[Batches, int]:
-    """Return the rows of entities whose names begin so, by entity, and the number of messages that are not readable."""
+    """Return the rows by entity, and the number of unreadable messages.
+
+    `entities` are what the names of the entities begin with.
+    """
     contents, batches = read_chunks(path, entities), defaultdict[str, list[pa.RecordBatch]](list)
     for chunk in contents.chunks:
         if not chunk.is_static or chunk.entity in (_RUN, _SUMMARY):

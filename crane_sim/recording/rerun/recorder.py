@@ -1,4 +1,7 @@
-"""Recorder of a run, from stamps and numbers of its messages, independent of ROS: blocks of steps, resets, failures."""
+"""Recorder of a run from its messages' stamps and numbers, independent of ROS.
+
+It writes blocks of steps, and handles resets and failures.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,7 @@ _SETTLING_TIME = 0.3  # s without one after which a run of unknown length counts
 
 
 class Recorder:
-    """Recorder of a run's messages, in any order between topics, that writes complete steps in blocks.
+    """Recorder of messages, in any order between topics, that writes complete steps in blocks.
 
     Attributes:
         write_error: one line on why the recording could not be written, empty while it can; messages are then ignored.
@@ -100,7 +103,7 @@ class Recorder:
         self._assembler.add_command(stamp, effort)
 
     def add_accepted(self, stamp: int, effort: Sequence[float] | None) -> None:
-        """Take the effort (nu,) that the plant has accepted in answer to the state of a stamp; None: there is none."""
+        """Take the effort (nu,) that the plant accepted for the state of a stamp, or None."""
         self._assembler.add_accepted(stamp, effort)
 
     def add_reference(self, stamp: int, target: Sequence[float]) -> None:
@@ -114,7 +117,7 @@ class Recorder:
         self._simulation_state = name
 
     def add_timeline_state(self, timeline: str, normal: str, stamp: int, state: str) -> None:
-        """Add that a timeline, which begins in the state `normal`, has another one from a stamp [ns] on."""
+        """Add a new state of a timeline, which begins as `normal`, from a stamp [ns] on."""
         if not self.write_error:
             step = min(max(1, stamp // self._scene.period_ns), self._newest_step)
             self._writer.add_timeline_state(timeline, normal, step, state)
@@ -148,7 +151,7 @@ class Recorder:
         self._last_message = time.monotonic()
 
     def has_all(self, steps: int | None) -> bool:
-        """Whether `steps` steps (None: an unknown number) have been received, or no more messages arrive."""
+        """Whether `steps` steps (None: unknown) were received, or no more messages arrive."""
         limit = _SETTLING_TIME if steps is None else MESSAGE_TIMEOUT
         if self.write_error or time.monotonic() - self._last_message > limit:
             return True
@@ -168,7 +171,7 @@ class Recorder:
         return entries
 
     def _complete(self, summary: Mapping[str, Any], time_limit: float) -> dict[str, Any]:
-        """Complete the file, or the one that its parts are joined into; return what `finish` does."""
+        """Complete the file, or the one that parts are joined into; return what `finish` does."""
         start = time.monotonic()
         self.save()
         steps, lost_commands = summary.get("steps", self.last_step), self.lost_commands
@@ -207,7 +210,7 @@ class Recorder:
             return None
 
     def _new_writer(self, path: Path) -> RunWriter:
-        """Return the writer of a file; all recorders that write a part of one between two resets have the same id."""
+        """Return a file's writer; recorders of one file's parts between resets share the id."""
         numbered = f"{self._run_id}-{self.resets}" if self._run_id and self.resets else self._run_id
         run_id = f"{self._scene.name}-{numbered or uuid.uuid4().hex[:12]}"
         return RunWriter(path, layout_of_scene(self._scene, run_id), self._live)

@@ -1,4 +1,4 @@
-"""Repair of recordings that a killed recorder left as `.part` files, and joining of the parts of one.
+"""Repair of `.part` recordings that a killed recorder left, and joining of a recording's parts.
 
 A recording has parts where a recorder died and its successor wrote a file of its own; in the end they become one file.
 """
@@ -26,7 +26,7 @@ _MARGIN = 0.3  # s before the deadline, so that the outcome can still be reporte
 
 
 def repair_leftovers(folder: Path) -> list[Path]:
-    """Repair every `.rrd.part` file in a folder that no process is writing, and return the recovered recordings.
+    """Repair a folder's `.rrd.part` files that no process writes; return the recovered ones.
 
     A file from which nothing can be recovered stays as it is.
     """
@@ -62,7 +62,7 @@ def countdown(seconds: float) -> Callable[[], float]:
 
 
 def join_recordings(parts: Sequence[Path], complete_file: Path, time_left: Callable[[], float]) -> bool:
-    """Join recordings, which may be unfinished, into `complete_file`; return whether that exists now.
+    """Join recordings, also unfinished ones, into `complete_file`; return whether it exists.
 
     Joining is given up as soon as `time_left` [s] is 0, which is called repeatedly, since a deadline may be set
     meanwhile. The Rerun process that joins them ends with this process in any case.
@@ -83,7 +83,9 @@ def join_recordings(parts: Sequence[Path], complete_file: Path, time_left: Calla
 
 
 def compact(recording: Path, time_limit: float) -> None:
-    """Join the chunks of a complete recording into large ones and index them: a viewer takes its time for each chunk.
+    """Join a complete recording's chunks into large indexed ones.
+
+    A viewer takes its time for each chunk.
 
     The file stays as it is where it is larger than `COMPACTED_BYTES`, or `time_limit` seconds are not enough.
     """
@@ -95,7 +97,7 @@ def compact(recording: Path, time_limit: float) -> None:
 
 
 def rerun_executable() -> Path:
-    """Return the path of the Rerun executable itself; its Python wrapper would not end it when killed."""
+    """Return the Rerun executable's own path; killing its Python wrapper would not end it."""
     return Path(rerun_cli.__file__).with_name("rerun")
 
 

@@ -1,4 +1,4 @@
-"""Chunks of a recording's file, decoded here and not by Rerun: its decoder aborts the process at some damaged files.
+"""Chunks of a recording's file, decoded without Rerun, which aborts at some damaged files.
 
 A file is a sequence of messages behind a head: kind, length, content, which is a message of protobuf. The content of a
 chunk is an Arrow stream of one batch, compressed by LZ4. Of a file that is cut the messages before that are whole; a
@@ -75,7 +75,7 @@ def read_chunks(path: Path, prefixes: tuple[str, ...]) -> Contents:
 
 
 def whole_size(path: Path) -> int | None:
-    """Return where the last whole message of a recording that is cut ends; None of one that has its end, or is none."""
+    """Return where a cut recording's last whole message ends; None if it is whole or none."""
     with path.open("rb") as file:
         if file.read(_HEAD_SIZE)[: len(MAGIC)] != MAGIC:
             return None
@@ -91,7 +91,7 @@ def whole_size(path: Path) -> int | None:
 
 
 def _messages(file: BinaryIO) -> Iterator[tuple[int, bytes]]:
-    """Yield (kind, content) of the whole messages up to the end of the recording, or to where the file is cut."""
+    """Yield (kind, content) of the whole messages, up to the end or to where the file is cut."""
     rest = os.fstat(file.fileno()).st_size - _HEAD_SIZE
     while len(head := file.read(_MESSAGE.size)) == _MESSAGE.size:
         kind, length = _MESSAGE.unpack(head)
@@ -116,7 +116,7 @@ def _decode(kind: int, content: bytes) -> Chunk | None:
 
 
 def _read_batch(fields: dict[int, Any]) -> pa.RecordBatch:
-    """Return the batch in the payload of a chunk, checked: offsets that are wrong would end the process."""
+    """Return a chunk's batch, checked: wrong offsets would end the process."""
     payload, size = fields[_PAYLOAD], fields.get(_SIZE, 0)
     if fields.get(_COMPRESSION) == _LZ4:
         if size > _MAX_RATIO * len(payload):
@@ -136,7 +136,7 @@ def _is_index(field: pa.Field) -> bool:
 
 
 def _fields(data: bytes) -> Iterator[tuple[int, Any]]:
-    """Yield (number, value) of the fields of a message of protobuf, those of fixed size as bytes."""
+    """Yield (number, value) of a protobuf message's fields, those of fixed size as bytes."""
     at = 0
     while at < len(data):
         tag, at = _varint(data, at)
@@ -160,7 +160,7 @@ def _varint(data: bytes, at: int) -> tuple[int, int]:
 
 
 def open_viewable(recording: Path) -> BinaryIO | None:
-    """Return a file without a name with what is whole of a recording that is cut; None of a whole one.
+    """Return a nameless file of what is whole of a cut recording; None of a whole one.
 
     The viewer does not end to load one that is cut.
 

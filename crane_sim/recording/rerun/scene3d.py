@@ -1,4 +1,4 @@
-"""The 3D scene of a recording: crane, cable, payload trail and target, at about 30 frames per second."""
+"""The 3D scene of a recording: crane, cable, payload trail, target, at about 30 frames a second."""
 
 from __future__ import annotations
 
@@ -29,7 +29,10 @@ GROUND_COLOR, GRID_COLOR = (70, 77, 86), (108, 117, 128)
 
 
 class Scene3D:
-    """Draws blocks into a recording; keeps the last payload position, so that the trail joins across blocks."""
+    """Draws blocks into a recording.
+
+    It keeps the last payload position, so that the trail joins across blocks.
+    """
 
     def __init__(self, rec: rr.RecordingStream, layout: Layout) -> None:
         """Log the crane's solids and everything else that does not move."""
@@ -80,7 +83,7 @@ class Scene3D:
         self._rec.send_columns(f"tf/{self._layout.stand.frame}", time, columns)
 
     def fit_to_motion(self) -> Framing | None:
-        """Fit everything that stands still to the whole motion; return how to look at it, None if that is as before."""
+        """Fit all that stands still to the motion; return the new view, None if unchanged."""
         framing = self._cast.fit_to_motion()
         self._fit(framing)
         return framing or self._range.fit()

@@ -49,7 +49,9 @@ class ViewCamera:
         self.drawn_at(self.end)
 
     def drawn_at(self, instant: float) -> bytes:
-        """Return the picture at a scene time [s] once it is complete, as PNG: the first that is like the one before.
+        """Return the complete picture at a scene time [s], as PNG.
+
+        It is the first that is like the one before.
 
         A viewer lays out a tab and loads what its views need in the frames in which it draws it for the first time.
 
@@ -64,7 +66,7 @@ class ViewCamera:
         raise PictureError(f"the viewer did not finish a picture within {viewer.LOAD_SECONDS:g} s")
 
     def at(self, instant: float) -> bytes:
-        """Return the picture at a scene time [s], as PNG; of a tab that has been drawn before it is complete."""
+        """Return the picture at a scene time [s], as PNG, complete if its tab was drawn before."""
         self._viewer.request(lambda client: client.set_time("sim_time", duration=instant, play_state="paused"))
         return self._viewer.request(lambda client: client.take_screenshot(self._view_id))
 

@@ -52,7 +52,7 @@ class PictureError(RuntimeError):
 
 
 def check_viewable(recording: Path) -> None:
-    """Raise SceneError for a file that neither is a recording nor a bag: the viewer would wait for one."""
+    """Raise SceneError for a file that is no recording and no bag: the viewer would wait."""
     if recording.name.endswith(".mcap.part") and recording.exists():
         return  # an unfinished bag, by older versions a folder
     try:
@@ -65,7 +65,7 @@ def check_viewable(recording: Path) -> None:
 
 
 def window_command(source: str) -> list[str]:
-    """Return the command that shows a recording's file, or what a live server's address serves, in a window."""
+    """Return the command that shows a recording, or a live server's address, in a window."""
     return [str(rerun_executable()), "--hide-welcome-screen", "--bind", ADDRESS, "--port", "auto", source]
 
 
@@ -150,7 +150,7 @@ def headless_viewer() -> Iterator[HeadlessViewer]:
 
 @contextlib.contextmanager
 def _served(recording: Path) -> Iterator[str]:
-    """Serve a recording on the loopback interface for the length of the block; yield its address, which is a secret.
+    """Serve a recording on the loopback interface during the block; yield its secret address.
 
     Of one that is cut it is what is whole.
     """

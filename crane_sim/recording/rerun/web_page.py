@@ -33,7 +33,7 @@ _POLL = 0.05  # s between two questions whether the viewer has started
 
 @contextlib.contextmanager
 def web_page(source: str) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
-    """Serve the page of a recording's file, or of what a live server serves, for the length of the block.
+    """Serve the page of a recording, or of what a live server serves, during the block.
 
     Yields the process of the viewer, which serves the data until it ends, and the address of the page.
 

@@ -1,4 +1,4 @@
-"""Writer of one run to a Rerun file: columns in blocks, checked after each, renamed when complete."""
+"""Writer of a run to a Rerun file: columns in blocks, checked after each, renamed when complete."""
 
 from __future__ import annotations
 
@@ -36,19 +36,21 @@ MAX_INDEXED_DURATION = 120.0  # s of scene time: a longer run has no index, whic
 
 
 def is_verified(entity: str) -> bool:
-    """Whether the curves of an entity are read back, and have digests: what is only shown has none."""
+    """Whether an entity's curves are read back and have digests; those only shown have none."""
     return entity.startswith(("plots/", "frames/")) and entity != SPEED  # speeds are logged beside the blocks
 
 
 class RunWriter:
-    """A recording that grows block by block in `<path>.part` and becomes `<path>` when it is closed.
+    """A recording that grows by blocks in `<path>.part`, and becomes `<path>` when closed.
 
     Attributes:
         recorded: number of steps that reached the disk.
     """
 
     def __init__(self, path: Path, layout: Layout, live: LiveServer | None = None) -> None:
-        """Start the file with the blueprint, the run properties and the crane; recover a killed run's of that name.
+        """Start the file with blueprint, run properties, crane; recover a killed run's file.
+
+        The recovered file is one of that name.
 
         Args:
             path: the complete recording's path; its folder is made when missing.
@@ -132,7 +134,7 @@ class RunWriter:
         self._log(step, SPEED, rr.Scalars(real_time_factor))
 
     def add_timeline_state(self, timeline: str, normal: str, step: int, state: str) -> None:
-        """Add that a timeline, which begins in the state `normal`, has another one from the start of a step on."""
+        """Add a new state of a timeline, which begins as `normal`, from a step's start on."""
         self._log_changes(self._timelines.find_change(timeline, normal, step, state))
 
     def add_events(self, events: Sequence[tuple[float, str]]) -> None:
@@ -175,7 +177,7 @@ class RunWriter:
             self._log_states(timeline, instants, [state for _, state in changes])
 
     def _log_states(self, timeline: str, instants: NDArray[np.int64], states: list[str]) -> None:
-        """Log the states of a timeline from instants [ns] on, and the colours of its states so far."""
+        """Log a timeline's states from instants [ns] on, and the colours of its states so far."""
         entity = f"{STATES}{timeline.replace(' ', '_')}"
         known = {state for _, state in self._changes[entity]}
         self._changes[entity] += zip(instants.tolist(), states, strict=True)

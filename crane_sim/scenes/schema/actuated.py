@@ -13,7 +13,7 @@ from crane_sim.scenes.schema.motors import reflected_inertia
 
 
 def has_strength(friction: Mapping[str, Friction], lugre: Mapping[str, LuGre]) -> bool:
-    """Return whether any joint's friction has some strength; raises SceneError as `check_friction` does."""
+    """Return whether any friction has some strength; errors are those of `check_friction`."""
     groups = {"friction": friction, "lugre": lugre}
     return any(check_friction(f"{key}.{name}", part) for key, group in groups.items() for name, part in group.items())
 

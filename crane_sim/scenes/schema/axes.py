@@ -1,4 +1,4 @@
-"""The groups of a trolley or a bridge on rails: its drive, its motion where that is given, and its mass."""
+"""The groups of a trolley or bridge on rails: its drive, its prescribed motion and its mass."""
 
 from typing import Annotated, Any, Literal
 
@@ -54,7 +54,7 @@ def check_shape(name: str, shape: Shape | None, drive: str) -> None:
 
 
 def check_mass(name: str, group: AxisGroup, carried: bool) -> None:
-    """Raise SceneError when an axis has a mass that nothing moves; carried: whether a force moves it across."""
+    """Raise SceneError when nothing moves an axis's mass; carried: a force moves it across."""
     if group.mass is not None and group.drive != "force" and not carried:
         drive = group.drive
         raise SceneError(f"{name}.mass = {group.mass}: nothing moves it; it belongs to a drive by force, not {drive!r}")

@@ -1,4 +1,4 @@
-"""The group `backlash` of a scene file: drives that have play between them and the joints of the support."""
+"""The group `backlash` of a scene file: play between drives and the joints of the support."""
 
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
@@ -15,7 +15,7 @@ MAX_DRIVES = 16
 
 
 class Drive(Group):
-    """A drive of a joint, with an inertia of its own, that moves the joint through play and an elastic shaft.
+    """A drive with its own inertia that moves a joint through play and an elastic shaft.
 
     All is reflected to the joint: of a motor behind the ratio n the inertia is n² times its own, the play that of motor
     shaft, gear and wheel together.
@@ -65,13 +65,13 @@ def drive_units(backlash: Backlash, joints: Sequence[Any]) -> tuple[str, ...]:
 
 
 def drives_at_start(backlash: Backlash, joints: Sequence[Any], q: Any, v: Any) -> tuple[Any, Any]:
-    """Return (positions, velocities) of the drives at t = 0, the joints being at q and moving at v."""
+    """Return (positions, velocities) of the drives at t = 0, when the joints have q and v."""
     drives = drives_of(backlash, joints)
     return tuple(q[i] + drive.offset for i, _, drive in drives), tuple(v[i] for i, _, _ in drives)
 
 
 def shaft_frequency(backlash: Backlash) -> float:
-    """Return a bound [rad/s] of the frequencies and decay rates of drives on their shafts, 0 without drives.
+    """Return a bound [rad/s] of the frequencies and decay rates of drives, 0 without any.
 
     ω² ≤ max(k / m) + Σ k / M of the shafts k and drives m of a joint with the inertia M; a joint counts as no lighter
     than its heaviest drive. Where the shafts' damping c is strong, motions decay at up to max(c / m) + Σ c / M.

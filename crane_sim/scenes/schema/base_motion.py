@@ -95,7 +95,7 @@ Yaws = Annotated[tuple[Yaw, ...], BeforeValidator(_as_list), Field(max_length=MA
 
 
 class Answer(Group):
-    """Response of a motion of the vessel to a wave, over frequency; a number is a constant response."""
+    """Response of a motion of the vessel to waves, by frequency; a number is a constant one."""
 
     frequencies: Annotated[tuple[NotNegative, ...], Field(min_length=1)]  # rad/s, increasing
     amplitudes: Annotated[tuple[NotNegative, ...], Field(min_length=1)]  # -, metres per metre of wave; of roll, pitch,
@@ -139,7 +139,7 @@ class Answers(Group):
 
 
 class SeaGroup(Group):
-    """A sea, and how the vessel answers it; without a response the base heaves as the water does."""
+    """A sea and the vessel's response; without a response the base heaves with the water."""
 
     spectrum: Literal["jonswap", "pierson_moskowitz"] = "jonswap"  # shape of the spectrum
     significant_height: NotNegative  # m, of the waves, from trough to crest; refused above a seventh of the length of
@@ -168,7 +168,7 @@ class SeaGroup(Group):
         }
 
     def waves(self, seed: int) -> SineSum:
-        """Return the elevation [m] of the water at the vessel; a sea without its own seed takes `seed`."""
+        """Return the elevation [m] of the water at the vessel; `seed` is for a sea without one."""
         return sample_sea(self._sea(), self.components, seed if self.seed is None else self.seed)
 
     def _sea(self) -> Sea:
@@ -203,7 +203,7 @@ class SeaGroup(Group):
 
 
 class Mount(Group):
-    """The place of the base on the vessel whose motion is given, in the vessel's axes: turned by roll, pitch, yaw.
+    """The place of the base on the vessel, in the vessel's axes: turned by roll, pitch, yaw.
 
     The lever arm adds to the motion: at r from the vessel's reference point the acceleration is a + α × r +
     ω × (ω × r).
@@ -222,7 +222,7 @@ class Mount(Group):
 
 
 class BaseMotion(Group):
-    """Motion of the base in the world: sinusoids along and about its axes, a sea, both together, or a file.
+    """Motion of the base in the world: sinusoids of its axes, a sea, both together, or a file.
 
     Joints stay relative to the base. An axis takes one sinusoid or a list of them. Cranes in the plane take surge,
     heave and pitch.
@@ -246,7 +246,7 @@ class BaseMotion(Group):
     # point, in its axes
 
     def base(self, seed: int, duration: float) -> AnyBase:
-        """Return the motion of the base, for a run of `duration` [s]; a sea without its own seed takes `seed`.
+        """Return the motion of the base over `duration` [s]; `seed` is for a sea without one.
 
         Raises:
             SceneError: settings contradict each other, or the file cannot be used.
@@ -266,7 +266,7 @@ class BaseMotion(Group):
         return self._sum(self.sea.motions(seed) if self.sea is not None else {})
 
     def notes(self, base: Any, duration: float) -> dict[str, Any]:
-        """Return the notes for the summary on the motion `base` of this group over `duration` [s]."""
+        """Return the summary's notes on the motion `base` of this group over `duration` [s]."""
         if self.file is not None:
             vessel = base.vessel if isinstance(base, MountedBase) else base
             return peak_notes(f"base_motion.file = {shorten(self.file, PATH)}", vessel, duration)

@@ -35,7 +35,7 @@ def smooth(times: Array, values: Array, cut_off: float) -> Array:
 
 
 def _matrix(spans: Array, weights: Array, slopes: Array, stiffness: float) -> Array:
-    """Return R + stiffness Qᵀ W⁻¹ Q in the upper form (3, n - 2) of banded matrices: R as of Reinsch, W of weights."""
+    """Return R + stiffness Qᵀ W⁻¹ Q as an upper band (3, n - 2): R of Reinsch, W of weights."""
     scaled = slopes / np.sqrt(np.stack([weights[:-2], weights[1:-1], weights[2:]]))
     bands = np.zeros((3, len(spans) - 1))
     bands[2] = (spans[:-1] + spans[1:]) / 3.0 + stiffness * np.sum(scaled**2, axis=0)

@@ -1,4 +1,4 @@
-"""The group `contact` of a scene file: the ground or deck below a load on falls, and the points that touch it."""
+"""The group `contact` of a scene file: ground or deck below a load on falls, and its points."""
 
 from typing import Annotated, Any, Literal
 
@@ -23,7 +23,7 @@ Speed = Annotated[Real, Field(ge=1e-6)]
 
 
 class DeckMotion(Group):
-    """How the surface moves relative to the base; sinusoids, one or a list of them for each axis."""
+    """Motion of the surface relative to the base: for each axis one sinusoid or a list of them."""
 
     surge: Sways = ()  # m, along x
     sway: Sways = ()  # m, along y
@@ -40,7 +40,7 @@ Points = Annotated[tuple[Vector, ...], Field(min_length=1, max_length=100)]
 
 
 class ContactGroup(Group):
-    """Contact of the load with the ground or a deck, a plane that is horizontal in the axes of the base."""
+    """Contact of the load with the ground or a deck, a plane horizontal in the base's axes."""
 
     kind: Literal["rigid", "compliant"] = "rigid"  # points that do not enter the surface, or on springs and dampers
     points: Points  # m, points of the load that may touch,
@@ -59,7 +59,9 @@ class ContactGroup(Group):
     # left out: 0
 
     def model(self, load: RigidLoad, q: Any) -> RigidContact | CompliantContact | None:
-        """Return the contact of a load that begins at the position and attitude q (7,), None without strength.
+        """Return the contact of a load that begins at q (7,), None without strength.
+
+        q is its position and attitude.
 
         Raises:
             SceneError: a key belongs to the other kind, points are in a line, or one begins below a rigid surface.

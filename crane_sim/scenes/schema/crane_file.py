@@ -1,4 +1,4 @@
-"""A crane's scene file: a support, what hangs below its tip, and the groups that all of them have."""
+"""A crane's scene file: a support, what hangs below its tip, and groups of all such cranes."""
 
 from abc import abstractmethod
 from functools import cached_property
@@ -26,7 +26,7 @@ from crane_sim.trajectories.inputs import Inputs
 
 
 class CraneFile(SupportGroups, SceneFile):
-    """The groups of all such cranes; `registry.file_of` joins a support's to those of what hangs below it.
+    """The groups of all such cranes; `registry.file_of` joins them to those of support and load.
 
     Joints are the support's, those of what hangs, what bends, and drives that have play, in this order.
     """
@@ -94,7 +94,7 @@ class CraneFile(SupportGroups, SceneFile):
         return self.deflections(self._structure, self.own_start[0], self.gravity, self.hung_mass)
 
     def tip(self, q: Any = None) -> Tip:
-        """Return the pose of the tip at positions q of the support's joints, bent by the first payload."""
+        """Return the tip's pose at positions q of the support, bent by the first payload."""
         if q is None:
             return tip_of(self._structure, (*self.own_start[0], *self._bent))
         return tip_of(self._structure, (*q, *self.deflections(self._structure, q, self.gravity, self.hung_mass)))
@@ -153,7 +153,7 @@ class CraneFile(SupportGroups, SceneFile):
 
     @property
     def target(self) -> tuple[float, ...] | None:
-        """Target of the actuated joints (nu,); a rope that keeps its length has one in the file as well.
+        """Target of the actuated joints (nu,), in the file also of a rope of constant length.
 
         Raises:
             SceneError: it has another number of values, or the length of rope or falls is not greater than 0.
@@ -191,12 +191,12 @@ class CraneFile(SupportGroups, SceneFile):
         """Whether nothing switches and nothing has a kink."""
 
     def support_rate(self) -> float:
-        """Return a bound [rad/s] of the frequencies and decay rates of the support's own equations."""
+        """Return a bound [rad/s] of the frequencies and decay rates of the support."""
         friction = [self.friction_rate()] if self.play or hasattr(self, "friction") else []
         return max(shaft_frequency(self.play), self.small_motions.bending_rate, *friction, 0.0)
 
     def friction_rate(self) -> float:
-        """Return an upper bound [1/s] of the eigenvalues that friction gives the joints of the support; 0 without.
+        """Return an upper bound [1/s] of the eigenvalues of friction in the support; 0 without.
 
         Of joints that move each other it is the sum: no eigenvalue of M⁻¹ D exceeds the trace.
         """
@@ -210,7 +210,7 @@ class CraneFile(SupportGroups, SceneFile):
         return float(max(rates.max(), rates[coupled].sum()))
 
     def open_loop(self) -> Inputs | tuple[float, ...]:
-        """Return the open-loop inputs, zero where one is left out; without `inputs` held efforts that move nothing.
+        """Return the open-loop inputs, 0 where left out; none: efforts that move nothing.
 
         Raises:
             SceneError: there is an input of a joint that no drive moves.
@@ -227,7 +227,7 @@ class CraneFile(SupportGroups, SceneFile):
         return Inputs(tuple(getattr(inputs, name) for name in self.actuated))
 
     def rest_at(self, target: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the positions of the support's joints and the winch at a target (nu,), others as they start."""
+        """Return positions of support and winch at a target (nu,), other joints as they start."""
         names = (*self.support_joints, *self.winch_units)
         start = (*self.own_start[0], *self.hanging_start[0][: len(self.winch_units)])
         at = dict(zip(names, start, strict=True)) | dict(zip(self.actuated, target, strict=True))

@@ -1,4 +1,4 @@
-"""The group `events` of cranes whose payload is a body or a point mass: loads that are exchanged in a run."""
+"""The group `events` of cranes with a body or point mass as payload: loads exchanged in a run."""
 
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
@@ -40,7 +40,7 @@ class ExchangeEvent(Group):
 
 
 class LoadEvent(ExchangeEvent):
-    """Pick-up or release of a load at a given time: the payload becomes a heavier or a lighter one."""
+    """Pick-up or release of a load at a given time: the payload becomes heavier or lighter."""
 
     set: LoadChange  # what is new from then on
 
@@ -131,7 +131,7 @@ def _load_after(key: str, event: ExchangeEvent, before: PointLoad | RigidLoad) -
 
 
 def _check_difference(key: str, less: RigidLoad, more: RigidLoad) -> None:
-    """Raise SceneError where no body is what the heavier load has in addition to the lighter one."""
+    """Raise SceneError where the heavier load minus the lighter one is not a possible body."""
     mass, moments, tensors = more.mass - less.mass, [], []
     for load in (less, more):
         r = -np.array(load.attachment)

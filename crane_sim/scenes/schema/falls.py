@@ -36,7 +36,7 @@ class FallsGroup(Group):
     relaxation: NonNegative = 0.0  # s, damping: T = (E A / L) (e + relaxation × rate of e)
 
     def falls(self, length: float, load: RigidLoad) -> Falls:
-        """Return the falls with an unstretched length [m], lower ends from the load's centre of mass.
+        """Return the falls of an unstretched length [m], ends from the load's centre of mass.
 
         Raises:
             SceneError: numbers of falls disagree, or offsets leave a fall no length.
@@ -62,7 +62,10 @@ class FallsStart(NamedTuple):
 
 
 def _spread(falls: Falls, start: FallsStart) -> tuple[Any, Any, Any]:
-    """Return (upper ends from the tip, lower ends from the load's centre, vectors from these to those), each (n, 3)."""
+    """Return (upper ends, lower ends, vectors from lower to upper ends), each (n, 3).
+
+    Upper ends are from the tip, lower ones from the load's centre.
+    """
     s, c = sin(start.yaw), cos(start.yaw)
     over = falls.top @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     arms = falls.bottom @ rotation_matrix(start.load[3:]).T
@@ -83,7 +86,7 @@ def check_ends(falls: Falls, start: FallsStart) -> None:
 def stiffest_frequency(
     falls: Falls, load: RigidLoad, mobility: tuple[Any, float | None], start: FallsStart, contact: Any
 ) -> float:
-    """Return the largest frequency or decay rate [rad/s] of the load on all of its falls, and on springs of a contact.
+    """Return the largest frequency or decay rate [rad/s] of the load on its falls and contact.
 
     Args:
         falls, load: parameters; the falls' length is that at t = 0.

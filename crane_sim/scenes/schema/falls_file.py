@@ -1,4 +1,4 @@
-"""What hangs on elastic falls, below any support: a rigid load, wound up by a winch or at falls of fixed length."""
+"""What hangs on elastic falls, below any support: a rigid load, with or without a winch."""
 
 from functools import cached_property
 from math import cos, inf, sin
@@ -61,7 +61,7 @@ class PortalStart(LoadStart):
 
 
 class PointLoadStart(TipStart, LoadStart):
-    """The suspension point and the load at t = 0, which hangs at rest where its position is left out."""
+    """Suspension point and load at t = 0; without a position the load hangs at rest."""
 
     length: Positive  # m, unstretched length of the falls, which stays
 
@@ -87,7 +87,7 @@ class FallsFile(CraneFile):
 
     @property
     def hanging_joints(self) -> dict[str, str]:
-        """Units of the joints: the falls' length where a winch moves it, the load's position and attitude."""
+        """Units of the joints: of the falls' length with a winch, the load's position, attitude."""
         load = dict.fromkeys(PLACE, "m") | dict.fromkeys(ATTITUDE, "1")
         return dict.fromkeys(self.winch, "m") | load
 
@@ -112,7 +112,7 @@ class FallsFile(CraneFile):
 
     @cached_property
     def _load_q(self) -> tuple[float, ...]:
-        """Position [m] and attitude (7,) of the load at t = 0, solved for once where it is at rest."""
+        """Position [m] and attitude (7,) of the load at t = 0, computed once where at rest."""
         start = self._start
         if start.position is not None:
             if start.skew is not None:
@@ -123,7 +123,10 @@ class FallsFile(CraneFile):
         return self._rest_pose(self.own_start[0], self.length_start[0], start.skew)
 
     def _rest_pose(self, q: Any, length: float, skew: float | None) -> tuple[float, ...]:
-        """Return position [m] and attitude (7,) of the load at rest on falls of this length below joints at q."""
+        """Return the load's position [m] and attitude (7,) at rest on falls of this length.
+
+        The support's joints are at q.
+        """
         (x, y, z), yaw = self.tip(q)
         near = self._given_posture(length) if self._start.position is not None else None
         falls = self.falls.falls(length, self._load)
@@ -134,7 +137,7 @@ class FallsFile(CraneFile):
         return x + k * dx - s * dy, y + s * dx + k * dy, z + dz, *map(float, turned)
 
     def _given_posture(self, length: float) -> Any:
-        """Return the load's place [m] and attitude (7,) at t = 0, from the tip, lowered to falls of this length."""
+        """Return the posture (7,) at t = 0 from the tip [m], lowered to falls of this length."""
         tip, yaw = self.tip()
         s, c = sin(yaw), cos(yaw)
         x, y, z = np.array(self._load_q[:3]) - tip
@@ -152,7 +155,7 @@ class FallsFile(CraneFile):
         return self._load_q[2]
 
     def rest_positions(self, target: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the joint positions (nq,) of the crane at rest at a target of the actuated joints (nu,)."""
+        """Return the joint positions (nq,) of the crane at rest at the target (nu,)."""
         q, length = self.rest_at(target), self.length_start[0]
         own, file = q[: len(self.joints)], self.left_to_rest()
         bent = file.deflections(self._structure, own, self.gravity, self.hung_mass)
@@ -196,7 +199,7 @@ class FallsFile(CraneFile):
         return self._falls_crane(None, None)
 
     def _falls_crane(self, hoist: Any, limits: tuple[float, float] | None) -> FallsCrane:
-        """Return the parameters of the crane with a winch, None without, and limits (low, high) [m] of the length."""
+        """Return the crane's parameters; hoist None: no winch; limits (low, high) [m] of length."""
         falls = self.falls.falls(self.length_start[0], self._load)
         load, exchange = exchange_of(self.payload, self.events, ground_velocity(self.contact))
         assert isinstance(load, RigidLoad)

@@ -1,4 +1,4 @@
-"""The group `hoist` of a scene file with falls: the winch that drives their length, and what it turns."""
+"""The group `hoist` of a scene file with falls: the winch that drives their length."""
 
 from math import inf
 from typing import Annotated, Literal, NamedTuple
@@ -55,7 +55,9 @@ class Hoist(Group):
         return low, min(high, self.reeving.longest)
 
     def inertia(self, ropes: Ropes, length: float) -> tuple[float | None, float]:
-        """Return (mass [kg] that moves with the length, None: imposed; largest rate [1/s] of the winch's friction).
+        """Return (mass [kg] that moves with the length, largest rate [1/s] of friction).
+
+        The mass is None where the length is imposed.
 
         Args:
             ropes: of the falls.
@@ -108,7 +110,7 @@ class Hoist(Group):
             raise SceneError("hoist.mass: is what hoist.reeving says of sheaves and drum; leave out one of the two")
 
     def _check_reeving(self, reeving: ReevingGroup, ropes: Ropes, length: float) -> None:
-        """Raise SceneError for a reeving that does not fit the falls, or has no inertia where it needs some."""
+        """Raise SceneError for a reeving that does not fit the falls or lacks inertia."""
         if reeving.falls != ropes.parts:
             raise SceneError(
                 f"hoist.reeving.falls = {reeving.falls}: each fall has falls.parts = {ropes.parts} parts of rope; "

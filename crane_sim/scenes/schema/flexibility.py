@@ -1,4 +1,4 @@
-"""The group `flexibility` of a scene file: a tower crane's jib or a mobile crane's boom that bends."""
+"""The group `flexibility` of a scene file: bending of a jib, a mast or a mobile crane's boom."""
 
 from math import cos, sin, sqrt
 from typing import Any, Self
@@ -45,7 +45,7 @@ class BoomFlexibility(Group):
 
 
 class MastBending(Group):
-    """The first modes of a mast's bending, alike in all directions: it turns about a point below the jib."""
+    """First bending modes of a mast, alike in all directions, about a point below the jib."""
 
     height: Positive  # m, h: of a cantilever loaded at its head about 0.85 of its length (Howell, 2001)
     stiffness: Positive  # N m/rad, about that point: the head's stiffness K times h²
@@ -67,7 +67,7 @@ class JibBody(Group):
 
 
 class JibFlexibility(BoomFlexibility):
-    """Bending of the jib about the tower's head, or of the mast; what balances the jib does not bend."""
+    """Bending of the jib about the tower's head, or of the mast; the counter-jib is rigid."""
 
     jib: JibBody  # what bends; all else of slew.inertia turns with the drive
     mast: MastBending | None = None  # of a rigid jib: the tower that sways below it; left out: rigid
@@ -79,7 +79,7 @@ class JibFlexibility(BoomFlexibility):
 
 
 def outer_inertias(outer: TelescopicBoom, elevation: float, length: float) -> tuple[float, float]:
-    """Return the inertia [kg m²] of what bends about the slewing axis, and about the root's transverse axis."""
+    """Return the inertia [kg m²] of what bends about the slewing and the root's transverse axes."""
     (ahead, _), first, second, c = outer.superstructure.foot, outer.base_section, outer.telescope, cos(elevation)
     parts = (
         (first.mass, first.centre, first.inertia),
@@ -90,7 +90,7 @@ def outer_inertias(outer: TelescopicBoom, elevation: float, length: float) -> tu
 
 
 def _bend(rigid: Any, bodies: tuple[TelescopicBoom, TelescopicBoom], flexibility: Any, place: Any) -> Any:
-    """Return a support that bends: (what turns with the drives, what bends), at t = 0 at (elevation, length)."""
+    """Return a bending support: (what drives turn, what bends) at a start (elevation, length)."""
     if not flexibility.modes:
         raise SceneError("flexibility: needs `lateral`, `vertical` or both; a rigid structure has no such group")
     inertias, compliances = outer_inertias(bodies[1], *place), list[Compliance | None]()
@@ -116,7 +116,9 @@ def flexible_boom(rigid: TelescopicBoom, flexibility: BoomFlexibility | None, q:
 
 
 def balance(slew_inertia: float, jib: JibBody) -> tuple[float, float]:
-    """Return (mass [kg], position [m]) of a point that balances the jib and has the rest of the slew inertia.
+    """Return (mass [kg], position [m]) of a point that balances the jib.
+
+    It has the rest of the slew inertia.
 
     Raises:
         SceneError: the slew inertia is less than the jib's.
@@ -175,7 +177,10 @@ def deflections(support: Any, flexibility: BoomFlexibility | None, place: Any, g
 
 
 def _angle_at_rest(outer: TelescopicBoom, mode: Bending, place: Any, gravity: float, hung: float) -> float:
-    """Return δ [rad] of k (δ - δ₀) + g S cos(β + δ) = 0, S the first moment of all masses along the structure."""
+    """Return δ [rad] of k (δ - δ₀) + g S cos(β + δ) = 0.
+
+    S is the first moment of all masses along the structure.
+    """
     (elevation, length), first, second = place, outer.base_section, outer.telescope
     moment = first.mass * first.centre + second.mass * (length - second.centre) + hung * length
     angle, step, load = mode.rest, 1.0, gravity * moment / mode.stiffness

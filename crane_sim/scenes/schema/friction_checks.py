@@ -27,7 +27,10 @@ def check_friction(name: str, friction: Kind | None) -> Kind | None:
 
 
 def friction_rate(friction: Friction | LuGre | None, inertia: float) -> float:
-    """Return the largest frequency [rad/s] or rate [1/s] of a joint with this inertia on its friction, 0 without."""
+    """Return the largest frequency [rad/s] or rate [1/s] of a joint's friction, 0 without.
+
+    The joint has this inertia.
+    """
     if friction is None or not inertia > 0.0:
         return 0.0
     if isinstance(friction, Friction):

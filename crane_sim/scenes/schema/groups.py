@@ -30,7 +30,7 @@ WORDS = {"from": "begin", "to": "end"}
 
 
 def explain_acceleration(remedy: str) -> BeforeValidator:
-    """Return a validator of a drive, which says what to do in place of a drive that is commanded accelerations."""
+    """Return a validator that refuses an acceleration drive and says what to do instead."""
 
     def check(drive: Any) -> Any:
         if drive == "acceleration":
@@ -68,7 +68,7 @@ def _read_group(kind: Any, values: dict[str, Any]) -> Any:
 
 
 class TaggedUnion:
-    """A tagged union: reads `{key: name, ...}` as the NamedTuple that `choices` has under that name.
+    """A tagged union: reads `{key: name, ...}` as the NamedTuple `choices[name]`.
 
     Attributes:
         choice: (the key, the NamedTuples by name).
@@ -105,7 +105,7 @@ class TaggedUnion:
 
 
 def tagged_union_validator(key: str, choices: dict[str, Any], optional: bool = False) -> BeforeValidator:
-    """Return a validator that reads `{key: name, ...}` as the NamedTuple that `choices` has under that name."""
+    """Return a validator that reads `{key: name, ...}` as the NamedTuple `choices[name]`."""
     return BeforeValidator(TaggedUnion(key, choices, optional))
 
 
@@ -164,7 +164,7 @@ Profile = Annotated[
 
 
 class Control(Group):
-    """The law, its period, and its nominal model; further keys are the law's own, see the section Laws of this page."""
+    """The law, its period and its nominal model; further keys are the law's, see section Laws."""
 
     model_config = ConfigDict(extra="allow", allow_inf_nan=False, frozen=True, defer_build=True)
     law: str  # its name: one of those below, or one that another package has installed

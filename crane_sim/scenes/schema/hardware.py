@@ -1,4 +1,4 @@
-"""The groups of a scene file on the hardware between law and crane: sensors, actuators, brakes, faults."""
+"""The groups of a scene file on hardware between law and crane: sensors, drives, brakes, faults."""
 
 import re
 from math import inf
@@ -69,7 +69,7 @@ class SensorGroup(Group):
 
 
 class MotorGroup(Group):
-    """A motor behind a gear: its inertia moves with the joint, and its largest torque depends on its speed."""
+    """A motor behind a gear: its inertia moves with the joint; speed limits its torque."""
 
     ratio: Positive  # rad/joint's unit, turns of the motor for the joint's motion; of a wheel or drum of radius r: n/r
     inertia: NonNegative = 0.0  # kg m², of rotor and gear about the motor's shaft; adds ratio² × it to the joint's
@@ -79,7 +79,7 @@ class MotorGroup(Group):
 
 
 class ServoGroup(Group):
-    """Reference generator and loops of a drive that follows a speed or a position, as a frequency converter's.
+    """Reference generator and loops of a speed or position drive, as of a frequency converter.
 
     The command, held for a period, becomes a reference within the limits below, in closed form. The speed loop is
     effort = gain × (e + integral of e / integral_time), e: reference's speed less the joint's; the effort is limited by
@@ -127,7 +127,7 @@ class ActuatorGroup(Group):
 
 
 class BrakeGroup(Group):
-    """The brakes of all actuated joints: of one that is stuck, and of a run without commands (`--on-silence brake`).
+    """Brakes of all actuated joints: of a stuck one, or without commands (`--on-silence brake`).
 
     An acceleration drive is decelerated and held, a winch with `drive: rate` gets zero, a servo its present position.
     The static load is that on a base at the mean of its motion. A payload that swings up to the angle A pulls its

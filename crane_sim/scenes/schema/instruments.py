@@ -1,4 +1,4 @@
-"""The groups of a scene file on what measures more than joints: an inertial measurement unit, and a camera."""
+"""The groups of a scene file on more measurements: an inertial measurement unit, and a camera."""
 
 from crane_sim.files.types import NonNegative, Positive, Real
 from crane_sim.scenes.schema.groups import Group
@@ -8,7 +8,7 @@ NOTHING: Vector = (0.0, 0.0, 0.0)
 
 
 class ImuGroup(Group):
-    """An inertial measurement unit on the base, its axes those of the base; on a ship, the motion reference unit.
+    """An inertial measurement unit in the base's axes; on a ship, the motion reference unit.
 
     Over ROS it is the topic `base/imu`. It measures the specific force, acceleration less gravity, and the angular
     velocity. Random numbers depend on seed, signal and step: every run repeats to the last bit.
@@ -27,7 +27,7 @@ class ImuGroup(Group):
 
 
 class CameraGroup(Group):
-    """A camera aboard that measures the payload's position in the axes of the base; it is a topic, no input of the law.
+    """A camera that measures the payload's position in the base's axes: a topic, no law's input.
 
     Over ROS it is the topic `camera/payload_pose`, beside the true one. Laws have a camera of their own
     (`control.vision`).

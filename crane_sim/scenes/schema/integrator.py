@@ -1,4 +1,4 @@
-"""Integration method of a scene: its own, checked against the stiffest motion, or an automatic choice."""
+"""Integration method of a scene: an automatic choice, or its own checked for fast motions."""
 
 from typing import Any, NamedTuple
 
@@ -13,7 +13,7 @@ from crane_sim.integrators.rodas import Rodas
 
 
 class Auto(NamedTuple):
-    """`rodas` for stiff cables, `gauss` for long horizons, else `dop853`; the summary has the choice and its reason.
+    """`rodas` for stiff cables, `gauss` for long horizons, else `dop853`; the summary says why.
 
     With `rtol`: `rodas` for stiff cables, `gauss16` at 1e-8 and below where nothing is sampled or switches and no
     chain hangs below, else `dop853`.
@@ -45,12 +45,12 @@ MIN_STEP = 1e-9  # s, the resolution of stamps
 
 
 def needs_frequency(method: Any) -> bool:
-    """Return whether the method depends on the stiffest motion: others choose their steps themselves."""
+    """Return whether the method depends on the stiffest motion, as without step control."""
     return isinstance(method, Auto) or hasattr(method, "safe_step")
 
 
 def choose_method(method: Any, requirements: MethodRequirements, model: Any = None) -> tuple[Any, str | None]:
-    """Return (method, reason of an automatic choice or None) for a model; None: one whose state is no array.
+    """Return (method, reason of an automatic choice or None); model None: its state is no array.
 
     Raises:
         SceneError: a fixed step is too large for the stiffest motion, or a setting is out of range.
@@ -72,12 +72,12 @@ def choose_method(method: Any, requirements: MethodRequirements, model: Any = No
 
 
 def implicit(method: Any, requirements: MethodRequirements) -> bool:
-    """Return whether a scene runs with the method that solves linear systems, for which a state is an array."""
+    """Return whether a scene's method solves linear systems, which takes an array as state."""
     return isinstance(choose_method(method, requirements)[0], Rodas)
 
 
 def check_fit(method: Any, model: Any, continuous: bool) -> None:
-    """Raise SceneError when a method meets a model whose state it does not understand, or a source it cannot take."""
+    """Raise SceneError when a method cannot integrate the model's state or take the source."""
     if isinstance(method, Leapfrog) and not system.position_count.has_implementation(type(model)):
         raise SceneError("integrator.method = 'leapfrog': takes overhead cranes of several links; this one dop853")
     if not isinstance(method, Rodas):

@@ -1,4 +1,4 @@
-"""What hangs on a rope of fixed length below a driven suspension point: links, and a point mass or a body."""
+"""What hangs on a rope of fixed length below a driven point: links, and a point mass or a body."""
 
 from functools import cached_property
 from math import sqrt
@@ -47,7 +47,7 @@ class LineFile(RiggedFile):
 
     @property
     def hanging_start(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """(q, v) of rope, links and attitude at t = 0; SceneError: a direction changes along itself."""
+        """(q, v) of what hangs at t = 0; SceneError: a direction changes along itself."""
         n, u = self._direction
         along = sum(x * v for x, v in zip(self.initial.direction, u, strict=True))
         if abs(along) > UNIT_TOLERANCE * (1.0 + max(map(abs, u))):

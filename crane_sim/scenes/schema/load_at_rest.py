@@ -47,7 +47,7 @@ class _Hanging(NamedTuple):
 
 
 class _Forces(NamedTuple):
-    """What acts on the load in a posture, by displacements and turns about the axes of the support."""
+    """Forces and moments on a load in a posture, by displacements and turns in support axes."""
 
     potential: float  # J
     loads: Any  # (6,) N and N m
@@ -57,7 +57,9 @@ class _Forces(NamedTuple):
 
 @np.errstate(all="ignore")  # the largest numbers overflow
 def load_at_rest(falls: Falls, load: RigidLoad, gravity: float, yaw: float | None, near: Any = None) -> Any:
-    """Return (x, y, z) [m] of the load's centre at rest and its attitude (w, x, y, z), from the tip, in its axes.
+    """Return the load's place (x, y, z) [m] and attitude (w, x, y, z) at rest.
+
+    Both are in the axes of the tip, the place is that of the load's centre, from the tip.
 
     Args:
         falls, load: the parameters; the falls' length is their unstretched one.
@@ -83,7 +85,7 @@ def load_at_rest(falls: Falls, load: RigidLoad, gravity: float, yaw: float | Non
 
 
 def _search(hanging: _Hanging, y: Any, softness: float) -> tuple[_Hanging, Any]:
-    """Return (the load, its posture at rest or NaN) by a search from y, on falls that are first this much softer."""
+    """Return (the load, its posture at rest or NaN), searched from y on falls softened first."""
     stiffness = hanging.falls.axial_stiffness
     while softness > 1.0:
         hanging, y = _descend(_with_stiffness(hanging, stiffness / softness), y)
@@ -104,7 +106,7 @@ def _with_stiffness(hanging: _Hanging, stiffness: Any) -> _Hanging:
 
 
 def _descend(hanging: _Hanging, y: Any) -> tuple[_Hanging, Any]:
-    """Return (the load, its posture) from where no step lowers the potential by more than its last digits."""
+    """Return (the load, its posture) after steps down until the potential is at rounding."""
     radius, lever = 0.5, np.sqrt(np.mean(np.sum(hanging.falls.bottom**2, axis=1))) or 1.0
     scale = np.array([1.0, 1.0, 1.0, lever, lever, lever])[: hanging.free]  # m: angles as displacements at the ends
     for _ in range(DESCENTS):
@@ -126,7 +128,7 @@ def _descend(hanging: _Hanging, y: Any) -> tuple[_Hanging, Any]:
 
 
 def _step(gradient: Any, curvature: Any, weight: float, radius: float) -> Any:
-    """Return the step down by the absolute curvatures, no longer than the radius; from a saddle one of any size."""
+    """Return the step down by the absolute curvatures within the radius, also from a saddle."""
     values, axes = np.linalg.eigh(curvature)
     axes *= np.where(axes.sum(axis=0) < 0.0, -1.0, 1.0)  # LAPACK's signs differ by processor
     least = max(FLATTEST * weight, ROUNDING * float(np.abs(values).max()))  # N/m: a load on slack falls has none
@@ -138,7 +140,10 @@ def _step(gradient: Any, curvature: Any, weight: float, radius: float) -> Any:
 
 
 def _solve(hanging: _Hanging, y: Any) -> Any:
-    """Return the posture without force and moment on what is free, NaN where Newton's method finds none near y."""
+    """Return the posture of zero force and moment on what is free, by Newton's method near y.
+
+    It is NaN where the method finds none.
+    """
     free, stiffness = hanging.free, float(hanging.falls.axial_stiffness.max())
     most = CLOSE * hanging.weight * max(1.0, abs(y[2])) + 1e-14 * stiffness
     for _ in range(TRIALS):
@@ -153,7 +158,7 @@ def _solve(hanging: _Hanging, y: Any) -> Any:
 
 
 def _curvature(forces: _Forces) -> Any:
-    """Return the second derivatives (free, free) of the potential, without those of turns where moments remain."""
+    """Return the potential's second derivatives (free, free), without turns under moments."""
     curvature = -forces.axes.T @ forces.slope @ forces.axes
     return 0.5 * (curvature + curvature.T)
 
@@ -196,7 +201,7 @@ def _cross_matrices(vectors: Any) -> Any:
 
 
 def _stand_on_end(hanging: _Hanging, y: Any) -> tuple[_Hanging, Any]:
-    """Return the load and its posture told from the other one of the two attitudes at zero angles."""
+    """Return the load and its posture by angles from the other one of two zero attitudes."""
     zero = ON_END if hanging.zero is LEVEL else LEVEL
     turn = rotation_matrix(ON_END) if zero is ON_END else rotation_matrix(ON_END).T
     angles = _angles(rotation_matrix(quaternion(y[3:])) @ turn.T)

@@ -1,4 +1,4 @@
-"""A tower crane on a mast that bends: its support, its angles at rest and where its trolley is then."""
+"""A tower crane on a mast that bends: its support, and its angles and trolley position at rest."""
 
 from math import cos, hypot, sin, sqrt
 from typing import Any
@@ -44,20 +44,26 @@ def swaying_tower(rigid: TowerCrane, flexibility: Any, ballast: tuple[float, flo
 
 
 def compute_moments(tower: SwayingTower, radius: float, hung: float = 0.0) -> tuple[float, float, float]:
-    """Return Σ m [kg], Σ m x [kg m] and Σ m x² [kg m²] with the trolley, and a mass [kg] below it, at a radius [m]."""
+    """Return Σ m [kg], Σ m x [kg m] and Σ m x² [kg m²] with the trolley at a radius [m].
+
+    A mass [kg] hangs below the trolley.
+    """
     masses, places = (*tower.masses, tower.support.trolley.mass + hung), (*tower.places, radius)
     rows = list(zip(masses, places, strict=True))
     return sum(masses), sum(m * x for m, x in rows), sum(m * x * x for m, x in rows)
 
 
 def tilt_inertia(tower: SwayingTower, radius: float) -> float:
-    """Return the inertia [kg m²] of what sways about an axis across the jib, the trolley at a radius [m]."""
+    """Return the inertia [kg m²] of what sways about an axis across the jib.
+
+    The trolley is at a radius [m].
+    """
     rows = zip((*tower.masses, tower.support.trolley.mass), (*tower.places, radius), strict=True)
     return sum(m * (x * x + tower.height**2) for m, x in rows)
 
 
 def angles_at_rest(tower: SwayingTower, slew: float, radius: float, gravity: float, hung: float) -> tuple[float, float]:
-    """Return the angles [rad] at which the springs balance all weights; hung: mass [kg] of all that hangs.
+    """Return the angles [rad] where springs balance all weights; hung: all hanging mass [kg].
 
     Raises:
         SceneError: the mast bends too far, or buckles under less than 1.1 times the weights.

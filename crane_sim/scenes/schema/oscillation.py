@@ -7,7 +7,7 @@ import numpy as np
 
 
 def row_frequency(springs: Any, inverse_masses: Any) -> float:
-    """Return the largest frequency [rad/s] of bodies in a row, neighbours of which are joined by springs.
+    """Return the largest frequency [rad/s] of a row of bodies with springs between neighbours.
 
     Args:
         springs: stiffnesses (N,) [N/m].

@@ -20,11 +20,11 @@ from crane_sim.trajectories.inputs import Inputs as Channels
 
 
 class OverheadFile(OverheadCrane):
-    """A scene with an overhead crane: a trolley, on a bridge in 3 dimensions, and a cable of one or many links."""
+    """A scene with an overhead crane: a trolley, in 3 dimensions on a bridge, and a cable."""
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Joints: axes, the hoist, then angles or directions of the links or positions of the nodes."""
+        """Joints: axes, hoist, then the links' angles or directions or the nodes' positions."""
         n, hoist = len(self.parts.lengths), ("hoist",) if self.hoist else ()
         across = "xz" if self.dimensions == 2 else "xyz"
         if self.cable_model == "elastic":
@@ -87,7 +87,7 @@ class OverheadFile(OverheadCrane):
 
     @property
     def lowest_pressure(self) -> float:
-        """Height [m] above the base's origin below which no wind presses on the payload, on links that keep length."""
+        """Height [m] above the base's origin below which no wind presses on the payload."""
         keeps = self.base_motion is None and self.hoist is None and self.cable_model != "elastic"
         return -sum(self.parts.lengths) if keeps else -inf
 
@@ -108,7 +108,7 @@ class OverheadFile(OverheadCrane):
         return notes
 
     def rest_positions(self, target: tuple[float, ...]) -> tuple[float, ...] | None:
-        """Return the joint positions (nq,) of an elastic cable at rest at a target (nu,), None of one that is rigid.
+        """Return an elastic cable's joint positions (nq,) at rest at a target (nu,), else None.
 
         Its nodes are below the trolley, as far as their weights stretch the links. Wind and forces on nodes are not in.
         """
@@ -135,7 +135,7 @@ class OverheadFile(OverheadCrane):
         return crane_of(self)
 
     def open_loop(self) -> Channels | tuple[float, ...]:
-        """Return the open-loop inputs, zero for joints without one; a tuple of zero efforts without `inputs`."""
+        """Return the open-loop inputs, zero where left out; a tuple of zeros without `inputs`."""
         if self.inputs is None or not self.actuated:
             return (0.0,) * len(self.actuated)
         return Channels(tuple(getattr(self.inputs, name) for name in self.actuated))

@@ -1,4 +1,4 @@
-"""Cable and initial state of an overhead scene: lists expanded, massless nodes merged, joint coordinates."""
+"""Cable and initial state of an overhead scene: expanded lists, merged nodes, coordinates."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -124,7 +124,7 @@ def _merge_links(cable: Cable) -> Cable:
 
 
 def choose_cable_model(file: "OverheadCrane") -> str:
-    """Return the cable's model; `auto` takes a rod for a light straight cable in the plane, else rigid links."""
+    """Return the cable's model; `auto`: a rod for a light straight cable in the plane, or links."""
     requested, cable = file.cable.model, file.parts
     if requested != "auto":
         return requested
@@ -161,7 +161,7 @@ def compute_initial_state(file: "OverheadCrane") -> tuple[Vector, Vector]:
 
 
 def hoist_at_start(file: "OverheadCrane") -> tuple[float, float]:
-    """Return the length [m] of the first link of a crane with a hoist, and its rate [m/s], at t = 0."""
+    """Return length [m] and rate [m/s] of the first link of a crane with a hoist at t = 0."""
     profile = file.hoist and file.hoist.profile
     if profile is not None:
         return start_of(profile)
@@ -181,7 +181,7 @@ def _link_states(file: "OverheadCrane", top: list[float], rates: list[float]) ->
 
 
 def _node_states(file: "OverheadCrane", top: list[float], rates: list[float]) -> tuple[Vector, Vector]:
-    """Return positions and velocities of an elastic cable's nodes, given those of axes and hoist."""
+    """Return positions and velocities of an elastic cable's nodes, from those of the axes."""
     start, n, d = file.initial, len(file.parts.lengths), file.dimensions
     if start.positions is None:
         return _unstretched_nodes(file, top, rates)
@@ -206,7 +206,7 @@ def _check_apart(points: list[tuple[float, ...]], lengths: Vector) -> None:
 
 
 def _unstretched_nodes(file: "OverheadCrane", top: list[float], rates: list[float]) -> tuple[Vector, Vector]:
-    """Return positions and velocities of the nodes of unstretched links, from angles or directions."""
+    """Return positions and velocities of unstretched links' nodes, from angles or directions."""
     cable, flat = file.parts, file.dimensions == 2
     if file.initial.velocities is not None:
         raise SceneError("initial.velocities: belong to initial.positions; angles and directions take rates")
@@ -224,7 +224,7 @@ def _unstretched_nodes(file: "OverheadCrane", top: list[float], rates: list[floa
 
 
 class OverheadCrane(OverheadGroups):
-    """The groups of an overhead scene and what follows from them: cable, joints that take commands, initial state."""
+    """The groups of an overhead scene, and its cable, actuated joints and initial state."""
 
     @cached_property
     def parts(self) -> Cable:

@@ -1,4 +1,4 @@
-"""Cross-field validation of overhead scenes: groups that contradict each other, or would be ignored."""
+"""Cross-field validation of overhead scenes: groups in contradiction or without effect."""
 
 from crane_sim.files.errors import SceneError
 from crane_sim.scenes.schema.axes import AxisGroup, check_finite, check_mass
@@ -10,7 +10,7 @@ LENGTH_TOLERANCE = 1e-9  # relative; largest difference of the first link's leng
 
 
 def check_groups(file: OverheadCrane) -> None:
-    """Raise SceneError when groups of a scene contradict each other, or one of them would be ignored."""
+    """Raise SceneError when groups of a scene contradict each other or would be ignored."""
     _check_plane(file)
     for name, group in (("trolley", file.trolley), ("bridge", file.bridge or AxisGroup(drive="fixed"))):
         _check_axis(file, name, group)

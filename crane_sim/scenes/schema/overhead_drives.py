@@ -17,7 +17,7 @@ from crane_sim.scenes.schema.overhead_stiffness import axis_mass
 
 
 def support_of(file: OverheadCrane) -> Support:
-    """Return the support of a crane that is not a closed form: trolley and bridge, in the plane the trolley alone.
+    """Return the support of a crane that is not a closed form: trolley and, in 3D, bridge.
 
     Raises:
         SceneError: as of `axis_of`.

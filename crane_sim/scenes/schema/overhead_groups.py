@@ -36,7 +36,7 @@ HoistDrive = Annotated[Literal["prescribed", "force"], BY_SPEED]
 
 
 class CableGroup(Group):
-    """Links and node masses from the top; the last node is the payload. One number stands for all `links`."""
+    """Links and node masses from the top, the last the payload; one number stands for `links`."""
 
     model: Literal["rigid", "elastic", "straight", "auto"] = "rigid"  # `rigid` links; `elastic` ones; `straight`: one
     # rod; `auto`: `straight` where the cable is light and straight and nothing bends it, else `rigid`
@@ -69,13 +69,13 @@ class MassGroup(Group):
 
 
 class PayloadGroup(MassGroup):
-    """The payload: the last node's mass, in place of the last one of node_masses, and its windage."""
+    """The payload: its windage, and the last node's mass in place of that in node_masses."""
 
     windage: Windage | None = None  # area and drag in the `wind`; left out: no wind acts on it
 
 
 class HoistGroup(Group):
-    """Drive of the first link's length. A force-driven hoist without inertia is the massless winch."""
+    """Drive of the first link's length; by force and without inertia it is the massless winch."""
 
     drive: HoistDrive  # by a given `profile`, or by a force on the length, positive pays out
     profile: Profile = None  # m, length over time, of a prescribed hoist
@@ -88,7 +88,7 @@ class HoistGroup(Group):
 
 
 class Start(Group):
-    """Positions and velocities at t = 0: angles (2D), directions (3D) or, elastic, positions of the nodes."""
+    """Positions and rates at t = 0: angles (2D), directions (3D) or, elastic, nodes' positions."""
 
     x: BoundedReal = 0.0  # m, of the trolley
     v: BoundedReal = 0.0  # m/s, of the trolley
@@ -129,7 +129,7 @@ class FrictionGroup(Group):
 
 
 class BristleGroup(Group):
-    """Dry friction of rails by bristles, the smooth alternative to `friction`; with links that are rigid."""
+    """Dry friction of rails by bristles, for rigid links: smooth in contrast to `friction`."""
 
     trolley: LuGre | None = None  # on the rail along x
     bridge: LuGre | None = None  # on the rails along y

@@ -1,4 +1,4 @@
-"""The model of an overhead scene: which one `crane_of` chooses, its parameters, and the base that it stands on."""
+"""The model that `crane_of` chooses for an overhead scene, its parameters, and its base."""
 
 from math import sqrt
 from typing import Any
@@ -167,7 +167,7 @@ def _hanging_parts(file: OverheadCrane) -> dict[str, Any]:
 
 
 def _exchange_of(file: OverheadCrane, limits: EventLimits, windage: Windage | None) -> Exchange:
-    """Return the changes of the payload: what is taken up moves with it, where the event does not say otherwise."""
+    """Return the changes of the payload; a load taken up moves with it unless told otherwise."""
     n, order = len(limits.times), order_of(file.events)
     given = [file.events[i].velocity for i in order]
     for k, (i, velocity) in enumerate(zip(order, given, strict=True)):
@@ -211,7 +211,7 @@ def springs_of(file: OverheadCrane, hoist: Hoist | None) -> Springs:
 
 
 def stretched_lengths(file: OverheadCrane, lengths: tuple[float, ...]) -> tuple[float, ...]:
-    """Return the lengths [m] of an elastic cable's links of rest lengths (N,) [m] that hang and carry what is below."""
+    """Return the lengths [m] of an elastic cable's hanging links of rest lengths (N,) [m]."""
     springs = springs_of(file, hoist_of(file))
     weights = file.gravity * np.cumsum(springs.masses[::-1])[::-1]
     return tuple(np.array(lengths) + weights / springs.stiffness)

@@ -16,7 +16,7 @@ LEAST_MASS = 1e-10  # of the payload's mass: that of a trolley or bridge without
 
 
 def stiffest(file: OverheadCrane) -> float:
-    """Return the largest frequency or decay rate [rad/s] of the cable that hangs still with any of its payloads.
+    """Return the largest frequency or decay rate [rad/s] of the hanging cable, by any payload.
 
     Or the largest initial rate, where that is larger.
     """
@@ -50,7 +50,7 @@ def _stiffest_with(file: OverheadCrane, masses: Array) -> float:
 
 
 def _shortest_first(file: OverheadCrane) -> float:
-    """Return the least length [m] of the first link: of its profile, cut where the run ends, or where it starts."""
+    """Return the least length [m] of the first link: of its profile in the run, or its start."""
     first, hoist = file.parts.lengths[0], file.hoist
     if hoist is None:
         return first
@@ -60,7 +60,7 @@ def _shortest_first(file: OverheadCrane) -> float:
 
 
 def _friction_rate(file: OverheadCrane) -> float:
-    """Return the largest rate [1/s] at which viscous friction slows a joint, or Stribeck's falling one drives it."""
+    """Return the largest rate [1/s] of a joint's viscous friction or falling Stribeck curve."""
     friction, carried, rate = file.friction, file.trolley.mass or 0.0, 0.0
     if friction is not None and friction.trolley is not None:
         rate = steepest_slope(friction.trolley) / carried
@@ -79,7 +79,7 @@ def _bristle_rate(file: OverheadCrane) -> float:
 
 
 def _least(shape: Shape, duration: float) -> float:
-    """Return the least value that a motion takes in a run, of a thousand instants and where its pieces meet."""
+    """Return a motion's least value in a run, of a thousand instants and where pieces meet."""
     motion = shape.motion()
     ends = motion.starts[(motion.starts > 0.0) & (motion.starts < duration)]
     t = np.concatenate([np.linspace(0.0, duration, 1001), ends])
@@ -90,7 +90,7 @@ def _least(shape: Shape, duration: float) -> float:
 
 
 def bending_error(file: OverheadCrane) -> float:
-    """Return about how far [m] the payload strays within the run because a straight cable cannot bend.
+    """Return about how far [m] the payload is off because a straight cable cannot bend.
 
     The nodes above it, m_c kg in all, bend the cable by their share of its tension, and push the payload by their share
     of its mass: (m_c / m_p)² of the way that it swings, more below a light trolley, and growing with the phase. The
@@ -106,7 +106,7 @@ def bending_error(file: OverheadCrane) -> float:
 
 
 def driven_masses(file: OverheadCrane) -> dict[str, float]:
-    """Return the masses [kg] that forces on trolley and bridge, which carries the trolley, move beside the cable."""
+    """Return the masses [kg] that forces on trolley and bridge move, beside the cable."""
     carried, masses = file.trolley.mass or 0.0, dict[str, float]()
     if file.trolley.drive == "force":
         masses["trolley"] = carried
@@ -116,7 +116,7 @@ def driven_masses(file: OverheadCrane) -> dict[str, float]:
 
 
 def massless_axes(file: OverheadCrane) -> list[str]:
-    """Return which of trolley and bridge are driven by a force and have no mass, nor their motor."""
+    """Return which axes are driven by a force although neither they nor their motors have mass."""
     return [name for name, mass in driven_masses(file).items() if not mass + reflected_inertia(file, name) > 0.0]
 
 
@@ -127,10 +127,10 @@ def axis_mass(file: OverheadCrane, name: str) -> float:
 
 
 def _lightest_axis(file: OverheadCrane) -> float:
-    """Return the smaller one of the masses [kg] that the cable can move along an axis; infinite where it moves none."""
+    """Return the least mass [kg] that the cable can move along an axis; infinite without any."""
     return min([np.inf, *(axis_mass(file, name) for name in driven_masses(file))])
 
 
 def _largest(file: OverheadCrane, masses: Array, springs: Array) -> float:
-    """Return the largest frequency of trolley and nodes, neighbours of which are joined by `springs` (N,) [N/m]."""
+    """Return the largest frequency of trolley and nodes joined by `springs` (N,) [N/m]."""
     return row_frequency(springs, 1.0 / np.array([_lightest_axis(file), *masses], dtype=float))

@@ -1,4 +1,4 @@
-"""A base motion that was recorded: read from a CSV file, filtered if requested, smoothed by a spline."""
+"""A recorded base motion: read from a CSV file, filtered on request, smoothed by a spline."""
 
 from math import factorial
 from pathlib import Path
@@ -44,7 +44,7 @@ PIECE_SAMPLES = np.linspace(0.0, 1.0, 9)  # of every piece, for its largest acce
 
 
 def spline_base(file: str, duration: float, cut_off: float | None = None) -> SplineBase:
-    """Return the quintic spline through a file's rows: its derivatives are continuous up to the fourth.
+    """Return the quintic spline through a file's rows, with four continuous derivatives.
 
     Args:
         file: path of a CSV file with a head: time [s], and any of surge, sway, heave [m], roll, pitch, yaw [rad], the
@@ -93,7 +93,7 @@ def _low_pass(where: str, times: Array, values: Array, cut_off: float) -> Array:
 
 
 def peak_accelerations(base: SplineBase, duration: float) -> tuple[Array, Array]:
-    """Return (largest linear [m/s²] and angular [rad/s²] acceleration within 0 .. duration [s], their times [s])."""
+    """Return (largest accelerations [m/s²] and [rad/s²] in 0 .. duration [s], their times [s])."""
     times = base.knots[:-1, None] + np.diff(base.knots)[:, None] * PIECE_SAMPLES
     s = np.clip(times, 0.0, duration) - base.knots[:-1, None]
     during_run = (base.knots[1:] > 0.0) & (base.knots[:-1] < duration)
@@ -106,7 +106,7 @@ def peak_accelerations(base: SplineBase, duration: float) -> tuple[Array, Array]
 
 
 def peak_notes(where: str, base: SplineBase, duration: float) -> dict[str, Any]:
-    """Return the largest accelerations of a base for the summary, and warnings of those that no ship has."""
+    """Return notes on a base's largest accelerations, and warnings where no ship has such."""
     (linear, angular), (at, at_turn) = (part.tolist() for part in peak_accelerations(base, duration))
     remedy = "are the rows noisy? base_motion.cut_off [Hz], or a lower one, smooths them"
     lines = []

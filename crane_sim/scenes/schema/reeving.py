@@ -39,7 +39,7 @@ class SheaveBearing(NamedTuple):
     pin_radius: Positive  # m, of the bearing
 
     def ratio(self, radius: float) -> float:
-        """Return the tension on the side that the rope goes to over the other one, infinite where it is stuck."""
+        """Return the ratio of tensions, outgoing to incoming, infinite where the rope is stuck."""
         share = self.friction * self.pin_radius / radius
         return (1.0 + share) / (1.0 - share) if share < 1.0 else inf
 
@@ -85,7 +85,10 @@ class DrumGroup(Group):
     layer_height: Positive | None = None  # m, from one layer to the next: 0.87 to 1 times the rope's diameter
 
     def check(self, length: float | None, group: str) -> None:
-        """Raise SceneError for keys that are missing, or have no effect; arguments of `ReevingGroup.check`."""
+        """Raise SceneError for keys that are missing or have no effect.
+
+        The arguments are those of `ReevingGroup.check`.
+        """
         if self.layers == 1:
             if self.layer_height is not None:
                 raise SceneError(
@@ -97,7 +100,7 @@ class DrumGroup(Group):
             raise SceneError(f"{group}.reeving.{key}: is missing; a drum with {self.layers} layers needs it")
 
     def capacities(self) -> Any:
-        """Return the rope [m] that each layer holds (layers,), infinite where `turns` is left out."""
+        """Return the rope [m] that each layer holds (layers,), infinite without `turns`."""
         radii = self.radius + (self.layer_height or 0.0) * np.arange(self.layers)
         return 2.0 * pi * radii * (self.turns or inf)
 
@@ -110,7 +113,7 @@ class DrumGroup(Group):
 
 
 class ReevingGroup(Group):
-    """A rope over sheaves: `falls` of equal length between the support's tip and the block, the lead line to a drum."""
+    """A rope over sheaves: `falls` of equal length from tip to block, a lead line to a drum."""
 
     falls: Falls  # -, parts of rope that carry the block
     lead_sheaves: Count = 1  # -, between falls and drum
@@ -125,7 +128,7 @@ class ReevingGroup(Group):
         return inf if self.length is None else self.length / self.falls
 
     def loss(self, group: str) -> SheaveLoss | None:
-        """Return what the rope loses on a sheave, None for nothing; `group`: of the scene that has the reeving.
+        """Return a sheave's loss, None without; `group`: of the scene, with the reeving.
 
         Raises:
             SceneError: a sheave cannot turn.
@@ -140,7 +143,10 @@ class ReevingGroup(Group):
         return SheaveLoss(ratio) if ratio > 1.0 else None
 
     def least_mass(self, ropes: int) -> float:
-        """Return the mass [kg] that sheaves and drum add to the length, on the drum's last layer; without the rope."""
+        """Return the mass [kg] that sheaves and drum add to the length, without the rope.
+
+        The drum is on its last layer.
+        """
         n, mass = self.falls, 0.0
         if self.drum is not None:
             radius = self.drum.radius + (self.drum.layer_height or 0.0) * (self.drum.layers - 1)

@@ -35,7 +35,7 @@ COORDINATES = ("x", "y", "z")  # of the payload, in the base frame
 
 
 class PathGroup(Group):
-    """Path of the payload or of the actuated joints: the keys of any path, beside those of its kind."""
+    """Path of the payload or of the actuated joints: the keys that all kinds of path have."""
 
     of: Literal["payload", "joints"] = "payload"  # whether the coordinates are the payload's (x, y, z in the axes of
     # the base) or the actuated joints'
@@ -88,7 +88,7 @@ def target_of(reference: ReferenceGroup | None, actuated: tuple[str, ...]) -> tu
 
 
 def resolve_target(target: tuple[float, ...] | None, path: Trajectory | None) -> tuple[float, ...] | None:
-    """Return the target of the actuated joints: that of the scene, or without one the end of their path.
+    """Return the target of the actuated joints: the scene's, or the end of their path.
 
     Raises:
         SceneError: the path ends elsewhere.
@@ -135,7 +135,10 @@ def _pieces(group: PathGroup, file: Any) -> PiecewisePolynomial:
 
 
 def _reordered_pieces(group: PathGroup, names: tuple[str, ...]) -> PiecewisePolynomial:
-    """Return the motion with its coordinates in the order of `names`: all of the joints, the first of the payload's."""
+    """Return the motion with its coordinates in the order of `names`.
+
+    A path of joints has all of the names, one of the payload the first ones.
+    """
     pieces = group.profile.to_polynomials()
     n = pieces.coefficients.shape[1]
     if n > len(names) or (group.of == "joints" and n < len(names)):
@@ -147,7 +150,7 @@ def _reordered_pieces(group: PathGroup, names: tuple[str, ...]) -> PiecewisePoly
 
 
 def _frequency(shaping: Shaping, file: Any) -> float:
-    """Return the frequency of the swing [rad/s]; `auto` is small swings of a point load on the scene's whole rope."""
+    """Return the frequency of the swing [rad/s]; `auto`: of a point load on the whole rope."""
     if shaping.frequency != "auto":
         return shaping.frequency
     if not file.gravity > 0.0:

@@ -1,4 +1,4 @@
-"""Groups of a scene file for what hangs below a rope: links with nodes between them, and a rigid-body payload."""
+"""Groups of a scene file for what hangs below a rope: links with nodes, and a rigid body."""
 
 from collections.abc import Sequence
 from math import cos, sin
@@ -32,7 +32,7 @@ def _square(value: Any) -> Any:
 
 
 class Link(Group):
-    """A further link below the rope: a node, such as a hook block, and a rigid, massless line below it."""
+    """A further link below the rope: a node, such as a hook block, and a rigid, massless line."""
 
     mass: Positive  # kg, of the node at its upper end
     length: Positive  # m, of the line
@@ -47,7 +47,7 @@ class PayloadWindage(Group):
 
 
 class Payload(Group):
-    """The payload: a point mass, or with `inertia` a rigid body, which turns about its attachment."""
+    """The payload: a point mass, or with `inertia` a rigid body turning about its attachment."""
 
     mass: Positive  # kg, of the payload
     inertia: Annotated[tuple[Vector, Vector, Vector] | None, BeforeValidator(_square)] = None  # kg m², about the
@@ -95,7 +95,7 @@ def _check_inertia(tensor: Any) -> None:
 
 
 class RiggingStart(Group):
-    """Further links and the payload's attitude at t = 0; left out: links in line with the rope, axes as the base's."""
+    """Further links and attitude at t = 0; left out: in line with the rope, axes as the base's."""
 
     directions: tuple[Vector, ...] | None = None  # -, unit vectors down the further links, in the axes of the base
     direction_rates: tuple[Vector, ...] | None = None  # 1/s, across the directions
@@ -103,7 +103,7 @@ class RiggingStart(Group):
     angular_velocity: Vector = (0.0, 0.0, 0.0)  # rad/s, of the body relative to the base, in the body's axes
 
     def nearest_to(self, yaw: float) -> "RiggingStart":
-        """Return the start with that one of two quaternions of an attitude which is nearer to a yaw angle [rad]."""
+        """Return the start with the quaternion of its attitude that is nearer to a yaw [rad]."""
         w, _, _, z = self.orientation
         if w * cos(0.5 * yaw) + z * sin(0.5 * yaw) >= 0.0:
             return self
@@ -124,7 +124,7 @@ def chain_of(rope_length: float, links: Sequence[Link], payload: float) -> Chain
 
 
 def twist_frequency(torsion: Torsion | None, inertias: Sequence[Any], mobility: float) -> float:
-    """Return the largest frequency or decay rate [rad/s] of payloads on the rope's torsion, 0 without.
+    """Return the largest frequency or decay rate [rad/s] on the rope's torsion, 0 without.
 
     Args:
         torsion: of the rope.
@@ -199,14 +199,14 @@ def attitude_of(orientation: Any, key: str = "initial.orientation") -> tuple[flo
 
 
 def attitude_rate(q: Any, omega: Any) -> tuple[float, ...]:
-    """Return the rates q' = ½ q ⊗ ω (4,) of a unit quaternion at an angular velocity [rad/s] in the body's axes."""
+    """Return the rates q' = ½ q ⊗ ω (4,) of a unit quaternion, ω [rad/s] in the body's axes."""
     (w, x, y, z), (a, b, c) = q, omega
     rate = -(x * a + y * b + z * c), w * a + y * c - z * b, w * b + z * a - x * c, w * c + x * b - y * a
     return tuple(0.5 * part for part in rate)
 
 
 def check_equipment(file: Any, payload: Payload, geared: Sequence[str] = ()) -> None:
-    """Raise SceneError for groups of drives and faults that these cranes do not model: they would have no effect.
+    """Raise SceneError for groups of drives and faults that have no effect on these cranes.
 
     Motors of the joints `geared` add their inertia.
     """

@@ -1,4 +1,4 @@
-"""Boom and jib of a knuckle-boom crane: inertias that no body has, singular inertia matrices, friction of joints."""
+"""Checks of a knuckle-boom crane's boom and jib: inertias, singular matrices, friction."""
 
 from collections.abc import Mapping
 
@@ -14,7 +14,7 @@ ROUNDING = 1e-9
 
 
 def check_rods(boom: Rod, jib: Rod) -> None:
-    """Raise SceneError for an inertia that no rigid body has, or for rods too light to be moved by an effort."""
+    """Raise SceneError for an inertia that no body has, or for rods too light for any effort."""
     for name, rod in (("boom", boom), ("jib", jib)):
         most = 2.0 * rod.inertia  # of a body, each principal moment of inertia is at most the sum of the two others
         if rod.axial_inertia is not None and rod.axial_inertia > most * (1.0 + ROUNDING):

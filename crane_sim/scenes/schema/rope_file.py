@@ -104,7 +104,7 @@ class RiggedFile(CraneFile):
 
     @property
     def lowest_pressure(self) -> float:
-        """Height [m] above the base's origin below which no wind presses on the payload, where the tip keeps its."""
+        """Height [m] above the base's origin below which no wind presses on the payload."""
         if self.base_motion is not None or self.modes or self._tip_rises:
             return -inf
         arms = [hypot(*(payload.attachment or (0.0,))) for payload in self._payloads]
@@ -128,7 +128,7 @@ class RiggedFile(CraneFile):
         return not (self._stops or rubs or self.payload_drag is not None)
 
     def _hanging_rate(self, length: float) -> float:
-        """Return a bound [rad/s] of the frequencies of all payloads on a rope of a length [m] that hang still.
+        """Return a bound [rad/s] of the frequencies of all payloads that hang on a rope [m].
 
         That of their swings only for methods that depend on it.
         """
@@ -187,7 +187,7 @@ class RiggedFile(CraneFile):
 
 
 class RopeFile(RiggedFile):
-    """A payload on rope and links, which a winch moves; coordinates of the rope are its length and two angles.
+    """A payload on links and a rope, moved by a winch; the rope has a length and two angles.
 
     Below a knuckle boom one rope and a point mass have a closed form of their own. `links`, `payload.inertia`,
     `events`, `backlash`, `rope.reeving`, `rope.friction` and `rope.torsion` choose the suspended cable of the other
@@ -242,7 +242,7 @@ class RopeFile(RiggedFile):
         return self._rope_start if self.rope.drive == "locked" else free
 
     def resting_joints(self, target: tuple[float, ...]) -> Mapping[str, float]:
-        """Return the angles [rad] of the structure's modes, by joint, at rest at a target (nu,); none of a rigid one.
+        """Return the modes' angles [rad], by joint, at rest at a target (nu,); none if rigid.
 
         Raises:
             SceneError: it bends too far.
@@ -299,7 +299,7 @@ class RopeFile(RiggedFile):
         return self._crane_with_one_rope(geared, rope)._replace(friction=friction)
 
     def _refuse_keys_of_one_rope(self) -> None:
-        """Raise SceneError for keys that only the equations of one rope and a point mass support."""
+        """Raise SceneError for keys that only the model of one rope and a point mass takes."""
         springs = getattr(self, "springs", None)
         groups = {"springs.rope": springs.rope if springs is not None else None}
         groups |= {f"{key}.rope": getattr(self, key).get("rope") for key in ("friction", "lugre")}

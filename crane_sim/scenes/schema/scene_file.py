@@ -41,7 +41,7 @@ class Assembly(NamedTuple):
 
 
 class SceneFile(HardwareGroups, ABC):
-    """The groups of any crane; a crane's file has also `crane: Literal["NAME"]` and its own groups."""
+    """The groups of any crane; a crane's file adds `crane: Literal["NAME"]` and its own groups."""
 
     name: Name = ""  # of the scene, in one line; left out: the file's
     description: str = ""  # a line for the catalogue
@@ -153,7 +153,7 @@ class SceneFile(HardwareGroups, ABC):
 
     @property
     def lowest_pressure(self) -> float:
-        """Height [m] above the base's origin below which no wind presses on what moves up and down."""
+        """Height [m] above the base's origin below which no wind presses on moving bodies."""
         return -inf
 
     @property
@@ -168,13 +168,16 @@ class SceneFile(HardwareGroups, ABC):
 
     @property
     def is_in_kinked_wind(self) -> bool:
-        """Whether the payload may come to the lowest height of the wind's profile, where the mean has a kink."""
+        """Whether the payload may come to where the profile of the mean wind has a kink.
+
+        That is the lowest height of the wind's profile.
+        """
         if not self.is_windy or self.wind is None or self.wind.profile is None:
             return False
         return self.wind.origin_height + self.lowest_pressure <= self.wind.profile.lowest
 
     def airflow(self) -> Wind | None:
-        """Return the wind, None where none presses on a body; SceneError: groups contradict each other."""
+        """Return the wind, None where it has no effect; SceneError: contradictory groups."""
         if not self.is_windy or self.wind is None:
             return None
         self.wind.check_ground(self.payload_height)
@@ -185,14 +188,14 @@ class SceneFile(HardwareGroups, ABC):
         return self.base_motion.base(self.seed, self.duration) if self.base_motion is not None else None
 
     def rest_positions(self, target: tuple[float, ...]) -> tuple[float, ...] | None:
-        """Return the joint positions (nq,) of the crane at rest at a target of the actuated joints (nu,).
+        """Return the joint positions (nq,) of the crane at rest at the target (nu,).
 
         None where they are known without the file: the cable hangs straight down.
         """
         return None
 
     def resting_joints(self, target: tuple[float, ...]) -> Mapping[str, float]:
-        """Return the positions of joints, by name, that the file knows of the crane at rest at a target (nu,).
+        """Return the positions of joints, by name, that are known at rest at a target (nu,).
 
         All other joints are at the target, or the cable hangs straight down.
 

@@ -1,4 +1,4 @@
-"""Small motions of a support about its posture at t = 0, from the model's own kinematics and inertia."""
+"""Small motions of a support about its posture at t = 0, from its kinematics and inertia."""
 
 from math import cos, sin, sqrt
 from typing import Any, NamedTuple

@@ -1,4 +1,4 @@
-"""The group `events` of a gantry crane: pick-up and release by its spreader, and what may touch then."""
+"""The group `events` of a gantry crane: loads that its spreader takes or lets go, and contact."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -18,7 +18,7 @@ DECIMALS = 12  # [m/s] of the deck's velocity, which then has the same bits on e
 
 
 class ContactChange(Group):
-    """What may touch from an event on, such as the spreader's corners on top of the container that it has let go."""
+    """What may touch from an event on, such as spreader corners on a container that it let go."""
 
     points: Points  # m, of the new payload, as many as those of `contact`, from the spreader's origin, in its axes
     height: Real | None = None  # m, of what they touch above the base's origin; left out: that of `contact`
@@ -31,7 +31,7 @@ class SpreaderChange(LoadChange):
 
 
 class SpreaderEvent(ExchangeEvent):
-    """An exchange of the payload at a given time: the spreader lets go what it carries, or takes something up."""
+    """An exchange of the payload at a time: the spreader lets a load go, or takes one up."""
 
     set: SpreaderChange  # what is new from then on
 
@@ -42,7 +42,7 @@ class SpreaderEvent(ExchangeEvent):
 
 
 def ground_velocity(contact: ContactGroup | None) -> Callable[[float], Vector]:
-    """Return the velocity (3,) [m/s] of what waits to be taken up, as a function of time: it stands on the deck."""
+    """Return the velocity (3,) [m/s] of the deck, on which waiting loads stand, over time."""
     motion = contact.motion.motion() if contact is not None and contact.motion is not None else None
     if motion is None:
         return at_rest
@@ -55,7 +55,7 @@ def ground_velocity(contact: ContactGroup | None) -> Callable[[float], Vector]:
 
 
 def contact_of(contact: ContactGroup | None, events: Sequence[SpreaderEvent], load: RigidLoad, q: Any) -> Any:
-    """Return the contact of all loads of a run, the first of which begins at the position and attitude q (7,).
+    """Return the contact of all loads of a run; the first begins at the pose q (7,).
 
     Raises:
         SceneError: a key contradicts another one.

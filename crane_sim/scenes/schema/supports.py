@@ -1,4 +1,4 @@
-"""The supports of cranes in scene files: the groups of each, its joints, and the structure that they describe."""
+"""The supports of cranes in scene files: their groups, joints and structures."""
 
 from abc import abstractmethod
 from typing import Annotated, Any, ClassVar, NamedTuple, Self
@@ -55,7 +55,7 @@ class SupportJoint(NamedTuple):
 
 
 class SupportGroups(Group):
-    """What every support's groups answer; coordinates are in the order of `joints`, then what bends."""
+    """What groups of any support provide; coordinates are ordered as `joints`, then modes."""
 
     joints: ClassVar[tuple[SupportJoint, ...]]
 
@@ -71,7 +71,7 @@ class SupportGroups(Group):
 
     @property
     def modes(self) -> dict[str, Any]:
-        """The bending modes of the structure by the name of their joint, in the order of the joints."""
+        """The structure's bending modes by the names of their joints, in the joints' order."""
         return {}
 
     @property
@@ -93,10 +93,10 @@ class SupportGroups(Group):
         """
 
     def check_start(self, start: Any, target: Any) -> None:
-        """Raise SceneError for a start (q, v) or a target of the joints that the support cannot have."""
+        """Raise SceneError for a start (q, v) or a target that the support cannot have."""
 
     def velocities_at_start(self, start: Any) -> tuple[float, ...]:
-        """Return the velocities at t = 0 of the group `initial`, of the support's joints and what hangs there."""
+        """Return the velocities at t = 0 of the support's joints and of what hangs there."""
         return start.v
 
     def is_locked(self, joint: str) -> bool:
@@ -108,7 +108,7 @@ class SupportGroups(Group):
         return f"{joint}.drive = {getattr(getattr(self, joint), 'drive', 'locked')!r}"
 
     def deflections(self, structure: Any, q: Any, gravity: float, hung: float) -> tuple[float, ...]:
-        """Return the angles [rad] of the modes at joint positions q, a mass `hung` [kg] hanging at the tip."""
+        """Return the modes' angles [rad] at positions q, with a mass `hung` [kg] at the tip."""
         return ()
 
     def left_to_rest(self) -> Self:
@@ -149,7 +149,7 @@ class DrivenSupport(SupportGroups):
         return self.backlash
 
     def carrier(self, structure: Any, file: Any) -> Support:
-        """Return the structure with friction, motors and play of its joints; `file` is all of the scene's."""
+        """Return the structure with friction, motors and play of its joints in a scene `file`."""
         support = with_friction_and_motors(structure, file, self.support_joints)
         return add_backlash(support, self.backlash, self.support_joints)
 
@@ -222,7 +222,7 @@ class TowerGroups(FlexibleGroups):
         return {f"slew.{key}": getattr(self.slew, key, None) for key in keys}
 
     def structure(self, q: Any) -> Any:
-        """Return the structure; SceneError: nothing can bend, or the mast is under what bends itself."""
+        """Return the structure; SceneError: nothing can bend, or jib and mast would both bend."""
         return flexible_jib(TowerCrane(self.slew, self.trolley), self.flexibility, q)
 
     def is_locked(self, joint: str) -> bool:
@@ -264,7 +264,7 @@ class MobileGroups(FlexibleGroups):
         return {"boom.windage": self.boom.windage}
 
     def structure(self, q: Any) -> Any:
-        """Return the structure; SceneError: the telescoped section ends behind the foot pin, or nothing can bend."""
+        """Return the structure; SceneError: nothing can bend, or a boom too short."""
         self._check_shortest(q[2])
         rigid = TelescopicBoom(self.superstructure, self.boom, self.telescope)
         return flexible_boom(rigid, self.flexibility, q)
@@ -306,7 +306,7 @@ class BridgeGroups(DrivenSupport):
         return tuple(joint for joint in self.joints if self._axes[joint.name].drive == "force")
 
     def velocities_at_start(self, start: Any) -> tuple[float, ...]:
-        """Return the velocities at t = 0, where axes that are not driven by a force move as they say."""
+        """Return the velocities at t = 0, as prescribed where no force drives an axis."""
         rates = list(start.v)
         for i, (name, axis) in enumerate(self._axes.items()):
             if axis.motion is not None:
@@ -321,7 +321,7 @@ class BridgeGroups(DrivenSupport):
         return tuple(rates)
 
     def structure(self, q: Any) -> Bridge:
-        """Return the structure; SceneError: mass, motion or friction do not fit the drive of an axis."""
+        """Return the structure; SceneError: mass, motion or friction do not fit the drive."""
         return Bridge(*(self._axis(name, axis) for name, axis in self._axes.items()))
 
     def _axis(self, name: str, axis: AxisGroup) -> BridgeAxis:
@@ -342,7 +342,7 @@ class BridgeGroups(DrivenSupport):
 
 
 class GantryGroups(BridgeGroups):
-    """A trolley on a portal, which travels along y; the portal of a ship-to-shore crane has a boom."""
+    """A trolley on a portal that travels along y, on a ship-to-shore crane with a boom."""
 
     legs: Range | None = None  # m, where its legs stand along the trolley's rail, which only its picture shows; a rail
     # that reaches further beyond them than they are apart is drawn as the boom of a ship-to-shore crane

@@ -1,4 +1,4 @@
-"""Uncertain parameters of a scene: a distribution for each, from which the scene's seed draws a value.
+"""Uncertain parameters of a scene: distributions, from which its seed draws the values.
 
 A value is the quantile of its distribution at a number in (0, 1) that depends on seed and key alone: what else is
 uncertain does not change it.
@@ -148,13 +148,13 @@ _DISTRIBUTIONS, _SEED = TypeAdapter(dict[str, Distribution]), TypeAdapter(Seed)
 
 
 def probability_of(seed: int, key: str) -> float:
-    """Return the number in (0, 1) of a seed and a key: 53 bits of a hash, centred between its neighbours."""
+    """Return the number in (0, 1) of a seed and a key: 53 bits of a hash, plus half a bit."""
     word = int.from_bytes(hashlib.sha256(f"{seed}/{key}".encode()).digest()[:8], "big")
     return ((word >> 11) + 0.5) * 2.0**-53
 
 
 def draw_parameters(document: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return (the document of a scene with what its `uncertain` group draws, what was drawn by key).
+    """Return (a scene's document with the values that `uncertain` draws, these by key).
 
     Raises:
         SceneError: the group is wrong, or names what the scene does not have.

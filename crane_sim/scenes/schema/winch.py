@@ -18,7 +18,7 @@ from crane_sim.scenes.schema.reeving import ReevingGroup
 
 
 class Winch(Group):
-    """Keys of every winch: it takes an effort, or imposes the length's acceleration or velocity (`drive: rate`)."""
+    """Keys of every winch: an effort drives it, or `drive: rate` imposes the length's motion."""
 
     drive: Any = "force"  # what the input of the winch is, see the subclasses
     time_constant: Positive | None = None  # s, of a `rate` drive: its input is then the velocity [m/s], followed with
@@ -33,7 +33,7 @@ class Winch(Group):
         return {"force": "N", "torque": "N m", "locked": "", "rate": imposed}[self.drive]
 
     def check(self, start: float, rate: float, joint: int) -> None:
-        """Raise SceneError for keys that belong to another drive, and for a start that the drive cannot have.
+        """Raise SceneError for keys of another drive and for an impossible start.
 
         Args:
             start, rate: length [m] and its rate [m/s] at t = 0.
@@ -85,7 +85,7 @@ class ReevedRope(Winch):
         return self.reeving is not None and self.drive == "force"
 
     def check(self, start: float, rate: float, joint: int) -> None:
-        """Raise SceneError as `Winch.check` does, and for falls, drum and friction that do not fit drive or rope."""
+        """Raise SceneError as `Winch.check`, and for falls, drum and friction that do not fit."""
         super().check(start, rate, joint)
         drive, reeving, by_effort = self.drive, self.reeving, self.drive in ("force", "torque")
         if self.friction is not None and not by_effort:
@@ -102,7 +102,7 @@ class ReevedRope(Winch):
         reeving.check(low, high, "rope")
 
     def check_surroundings(self, file: Any) -> None:
-        """Raise SceneError for motors, base motions and exchanges of the load that do not fit drive and rope."""
+        """Raise SceneError for motors, base motions and events that do not fit drive and rope."""
         extra = next((key for key in ("reeving", "friction") if getattr(self, key) is not None), None)
         if extra is not None and self.drive in ("force", "torque") and getattr(file, "events", ()):
             raise SceneError(f"events: an impact on a winch with rope.{extra} is not modelled; take rope.drive: rate")

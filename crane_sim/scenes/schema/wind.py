@@ -36,7 +36,7 @@ Profile = Annotated[
 
 
 class GustGroup(Group):
-    """Gusts of three components, sums of sinusoids of random phases that have a spectrum of turbulence exactly.
+    """Gusts of three components: sinusoids of random phases with a spectrum of turbulence.
 
     They do not depend on the place, and repeat after a period that is longer than the run where it can be.
     """
@@ -80,7 +80,7 @@ class GustGroup(Group):
     def draw(
         self, speed: float, height: float, seed: int, duration: float
     ) -> tuple[Gust | None, Gust | None, Gust | None]:
-        """Return the components for a run of `duration` [s]; without a seed of their own they take `seed`.
+        """Return the components for a run of `duration` [s]; `seed` is for gusts without one.
 
         Raises:
             SceneError: settings contradict each other.
@@ -121,7 +121,7 @@ class GustGroup(Group):
 
 
 class WindGroup(Group):
-    """Wind that presses on bodies with a `windage`, by ½ ρ C A |v| v with v its velocity relative to the body.
+    """Wind on bodies with a `windage`, by ½ ρ C A |v| v, v being relative to the body.
 
     The speed 0 is no wind at all, as if group and windages were absent.
     """
@@ -136,7 +136,10 @@ class WindGroup(Group):
     gusts: GustGroup | None = None  # turbulence; left out: the wind is steady
 
     def check_ground(self, height: float) -> None:
-        """Raise SceneError where the mean is by height and a payload `height` [m] above the origin is in the ground."""
+        """Raise SceneError where the mean is by height and the payload is below ground.
+
+        The payload is `height` [m] above the origin.
+        """
         if self.profile is not None and self.origin_height + height < 0.0:
             raise SceneError(
                 f"wind.origin_height = {self.origin_height:g}: the payload starts {-height:.4g} m below the origin, "
@@ -144,7 +147,7 @@ class WindGroup(Group):
             )
 
     def wind(self, seed: int, duration: float, kinked: bool = False) -> Wind:
-        """Return the wind, for a run of `duration` [s]; gusts without a seed of their own take `seed`.
+        """Return the wind in a run of `duration` [s]; `seed` is for gusts without one.
 
         Where it is `kinked`, steps end where the payload passes the lowest height of the profile.
 
@@ -165,7 +168,7 @@ class WindGroup(Group):
         return Wind(self.speed, self.height, law, direction, self.origin_height, self.density, gusts, kink)
 
     def notes(self, wind: Wind, seed: int) -> dict[str, Any]:
-        """Return the entry of the summary on the wind of this group: its settings and what was drawn, and warnings."""
+        """Return the summary's entry on the wind: settings, what was drawn, and warnings."""
         entry: dict[str, Any] = {"speed": self.speed, "direction": self.direction}
         if self.gusts is None:
             return {"wind": entry}
