@@ -6,7 +6,16 @@ from setuptools import find_packages, setup
 
 NAME = "crane_sim"
 # a file of crane_control each:
-LAWS = ("energy", "lqr", "cartesian", "angular", "adaptive", "harmonic", "anti_swing", "joint_trajectory")
+LAWS = (
+    "energy",
+    "lqr",
+    "cartesian",
+    "angular",
+    "adaptive",
+    "harmonic",
+    "anti_swing",
+    "joint_trajectory",
+)
 # commands of crane_bench:
 LABORATORY = ("bench", "league", "soak", "reproduce", "docs", "describe")
 

@@ -25,7 +25,9 @@ def print_tables(tables: Tables) -> None:
 
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Return a table in Markdown, of cells that may have vertical lines."""
-    first, *others = [f"| {' | '.join(cell.replace('|', '/') for cell in cells)} |\n" for cells in (head, *rows)]
+    first, *others = [
+        f"| {' | '.join(cell.replace('|', '/') for cell in cells)} |\n" for cells in (head, *rows)
+    ]
     return "".join([first, "|", "---|" * len(head), "\n", *others])
 
 

@@ -2,9 +2,10 @@
 
 It is by Smith & Egeland, eq. 81-99.
 
-The disturbance is taken for a function of what the payload does, α·ψ(x) for each axis with random features ψ. With
-e the error of the payload, Q = ½ (kp + (kc + c) c) |e|² + c e·e' + ½ |e'|², kc = kd - c, and F the dead zone, the law
-adds u = α·ψ to what the payload should do and learns α' = -γ F(Q) ψ (c e + e').
+The disturbance is taken for a function of what the payload does, α·ψ(x) for each axis with random
+features ψ. With e the error of the payload, Q = ½ (kp + (kc + c) c) |e|² + c e·e' + ½ |e'|², kc =
+kd - c, and F the dead zone, the law adds u = α·ψ to what the payload should do and learns α' = -γ
+F(Q) ψ (c e + e').
 """
 
 from collections.abc import Mapping
@@ -14,7 +15,12 @@ import numpy as np
 from pydantic import BeforeValidator, Field
 
 from crane_control.cartesian import CartesianLaw, Settings, TrackingDefaults, make_cartesian_law
-from crane_control.estimation.features import FeatureArguments, Features, draw_frequencies, write_features
+from crane_control.estimation.features import (
+    FeatureArguments,
+    Features,
+    draw_frequencies,
+    write_features,
+)
 from crane_control.tracking.tracker import Estimate, Gains
 from crane_sim.files.errors import SceneError
 from crane_sim.files.types import NonNegative, Positive, Seed, reject_bool
@@ -39,7 +45,9 @@ class Adaptation(NamedTuple):
     width: Positive = 1.5  # -, of their Gaussian kernel, in the units of its arguments
     rate: NonNegative = 9.0  # -, γ, learning rate
     c: Positive = 0.5  # 1/s, weight of the error beside its rate; below kd
-    of: FeatureArguments = "y"  # arguments of the disturbance and of the kernel: the payload's position, its position
+    of: FeatureArguments = (
+        "y"  # arguments of the disturbance and of the kernel: the payload's position, its position
+    )
     # and velocity, or its errors of both
     time: bool = False  # whether it is a function of time, too
     dead_zone: DeadZone | None = None  # errors too small to learn from; left out: none
@@ -80,7 +88,9 @@ class Learner(NamedTuple):
             inputs[4 + i] = measurement.position[i] - sample.goal[0][i]
             inputs[6 + i] = measurement.velocity[i] - sample.goal[1][i]
         inputs[8] = sample.t
-        elapsed = sample.t - last_time[0] if last_time[0] >= 0.0 else 0.0  # a law may begin in the middle of a run
+        elapsed = (
+            sample.t - last_time[0] if last_time[0] >= 0.0 else 0.0
+        )  # a law may begin in the middle of a run
         last_time[0] = sample.t
         u, nothing = adaptation_step(self, elapsed), (0.0, 0.0)
         return Estimate(measurement.position, measurement.velocity, u, nothing, nothing, (1.0, 1.0))
@@ -129,10 +139,21 @@ def make_learner(settings: Adaptation, gains: Gains) -> Learner:
         SceneError: c is not below kd, so that Q would not decrease.
     """
     if settings.c >= gains.kd:
-        raise SceneError(f"control.adaptation.c = {settings.c:g}: must be below kd = {gains.kd:g} 1/s")
-    features = draw_frequencies(settings.features, settings.width, settings.of, settings.time, settings.seed)
+        raise SceneError(
+            f"control.adaptation.c = {settings.c:g}: must be below kd = {gains.kd:g} 1/s"
+        )
+    features = draw_frequencies(
+        settings.features, settings.width, settings.of, settings.time, settings.seed
+    )
     size = gains.kp + gains.kd * settings.c
-    return Learner(features, settings.rate, settings.c, size, settings.dead_zone, initial_weights(settings.features))
+    return Learner(
+        features,
+        settings.rate,
+        settings.c,
+        size,
+        settings.dead_zone,
+        initial_weights(settings.features),
+    )
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
@@ -143,5 +164,9 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
     """
     own, remaining = read_group(Adaptation, settings, "adaptation")
     return make_cartesian_law(
-        "adaptive", remaining, nominal, lambda tracker, _: make_learner(own, tracker.gains), TrackingDefaults()
+        "adaptive",
+        remaining,
+        nominal,
+        lambda tracker, _: make_learner(own, tracker.gains),
+        TrackingDefaults(),
     )

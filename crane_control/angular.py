@@ -2,8 +2,9 @@
 
 It damps the swing angles and tracks by the suspension point.
 
-The paper does not print the damping law; this one was inferred from the gains that it prints. φx, φy are the swing
-angles about the base's x and y, L the cable's length, yd the reference of the payload:
+The paper does not print the damping law; this one was inferred from the gains that it prints. φx,
+φy are the swing angles about the base's x and y, L the cable's length, yd the reference of the
+payload:
 
     x0'' = (-L kd φy' - a sin φx sin φy) / cos φy + kpt (xd - x0) + kdt (xd' - x0')
     y0'' = a + kpt (yd - y0) + kdt (yd' - y0'),    a = L kd φx' cos φy / cos φx
@@ -60,7 +61,8 @@ def compute_damping(length, damping, n, dn):
 
     n (3,) is the unit vector to the payload and dn (3,) its rate.
 
-    Not finite where the cable lies along the base's x, or is horizontal: the angles are not defined there.
+    Not finite where the cable lies along the base's x, or is horizontal: the angles are not defined
+    there.
     """
     sy, cy = -n[0], sqrt(1.0 - n[0] * n[0])
     sx, cx = n[1] / cy, -n[2] / cy
@@ -73,7 +75,11 @@ def compute_damping(length, damping, n, dn):
 def compute_tracking(law, goal, tip, dtip, i):
     """Return the tracking acceleration of the tip along axis i."""
     x, v, a = goal
-    return law.kp * (x[i] - tip[i]) + law.kd * (law.velocity * v[i] - dtip[i]) + law.acceleration * a[i]
+    return (
+        law.kp * (x[i] - tip[i])
+        + law.kd * (law.velocity * v[i] - dtip[i])
+        + law.acceleration * a[i]
+    )
 
 
 @system.command.register(AngularLaw)
@@ -97,7 +103,9 @@ def _check_start(nominal: Scene) -> None:
     down = cos(rope[1]) * cos(rope[2]) if boom else -rope[2]
     if abs(down) < MIN_HEIGHT_RATIO:
         where = f"initial.q[4:] = {list(rope[1:])}" if boom else f"initial.direction = {list(rope)}"
-        raise SceneError(f"{where}: the rope is horizontal, where the angular law's swing angles are not defined")
+        raise SceneError(
+            f"{where}: the rope is horizontal, where the angular law's swing angles are not defined"
+        )
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> AngularLaw:
@@ -110,7 +118,12 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> AngularLaw:
     pendulum, trajectory = nominal_pendulum("angular", nominal)
     servo = make_tip_servo("angular", None, nominal, None)
     if isinstance(servo, PositionServo):
-        raise SceneError("suspension.drive = 'servo': the angular law commands accelerations; take drive: acceleration")
+        raise SceneError(
+            "suspension.drive = 'servo': the angular law commands accelerations; take drive: "
+            "acceleration"
+        )
     _check_start(nominal)
     forward = float(options.velocity), float(options.acceleration)
-    return AngularLaw(pendulum.length, trajectory, options.damping, options.kp, options.kd, *forward, servo)
+    return AngularLaw(
+        pendulum.length, trajectory, options.damping, options.kp, options.kd, *forward, servo
+    )

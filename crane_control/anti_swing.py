@@ -2,10 +2,11 @@
 
 Those to a target have feedback of the swing.
 
-Below a joint that moves the suspension point at the commanded speed v, the payload swings by l a'' + g a = -v' (a: its
-angle, positive where it is ahead; l: the rope's length). With v = v_0 + k a, k = 2 z sqrt(g l), the swing is damped:
-s² + 2 z w s + w² = 0, w² = g / l. On the way to a target, v_0 = h (x* - x) and the poles solve
-l (s² + w²) (s + h) + k s² = 0, by Routh's criterion stable for all h > 0, k > 0.
+Below a joint that moves the suspension point at the commanded speed v, the payload swings by l a''
++ g a = -v' (a: its angle, positive where it is ahead; l: the rope's length). With v = v_0 + k a, k
+= 2 z sqrt(g l), the swing is damped: s² + 2 z w s + w² = 0, w² = g / l. On the way to a target, v_0
+= h (x* - x) and the poles solve l (s² + w²) (s + h) + k s² = 0, by Routh's criterion stable for all
+h > 0, k > 0.
 """
 
 from collections.abc import Mapping
@@ -26,16 +27,24 @@ from crane_sim.trajectories.shaping import Shaping, impulses
 
 TIME_TOLERANCE = 1e-9  # s, of instants that differ by rounding
 STEP = 1e-4  # rad or m, of differences: their error is its square
-CUTOFF = 1e-4  # -, of singular values: above the rounding of directions that are parallel, below that of a short lever
+# -, of singular values: above the rounding of directions that are parallel, below that of a short
+# lever
+CUTOFF = 1e-4
 
 
 class Settings(NamedTuple):
     """Speeds of all actuated joints, for `drive: velocity` and winches with `drive: rate`."""
 
-    speeds: dict[str, Table] | None = None  # by joint: the operator's, in the joint's unit/s; left out: to
+    speeds: dict[str, Table] | None = (
+        None  # by joint: the operator's, in the joint's unit/s; left out: to
+    )
     # `reference.q`; joints that are not named stand still
-    shaping: Shaping | None = None  # of the operator's speeds, against the swing of the nominal rope; left out: none
-    damping: Annotated[NonNegative, Field(le=1.0)] = 0.2  # -, ratio z that the feedback gives the swing; 0: none
+    shaping: Shaping | None = (
+        None  # of the operator's speeds, against the swing of the nominal rope; left out: none
+    )
+    damping: Annotated[NonNegative, Field(le=1.0)] = (
+        0.2  # -, ratio z that the feedback gives the swing; 0: none
+    )
     position_gain: Positive = 0.3  # 1/s, h: speed for a deviation from `reference.q`
 
 
@@ -79,7 +88,8 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> AntiSwingLaw:
     """Return the law for its nominal scene.
 
     Raises:
-        SceneError: a setting is wrong, there is a path, neither a target nor a speed, or nothing swings.
+        SceneError: a setting is wrong, there is a path, neither a target nor a speed, or nothing
+            swings.
     """
     options = read_settings(Settings, settings)
     if nominal.trajectory is not None:
@@ -98,9 +108,15 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> AntiSwingLaw:
     targets = [0.0] * len(feedback) if tables else nominal.reference or ()
     joints = tuple(
         SpeedCommand(
-            nominal.joint_names.index(name), tables[i] if tables else None, target, options.position_gain, gains
+            nominal.joint_names.index(name),
+            tables[i] if tables else None,
+            target,
+            options.position_gain,
+            gains,
         )
-        for i, (name, target, gains) in enumerate(zip(nominal.actuated, targets, feedback, strict=True))
+        for i, (name, target, gains) in enumerate(
+            zip(nominal.actuated, targets, feedback, strict=True)
+        )
     )
     kinds = tuple("effort" if unit == "m/s" else "velocity" for unit in nominal.effort_units)
     return AntiSwingLaw(joints, tuple(weights), tuple(delays), kinds)
@@ -111,7 +127,8 @@ def swing_gains(scene: Scene) -> tuple[float, npt.NDArray[np.float64]]:
 
     The joints are the actuated ones; the motions are small.
 
-    The angle of a joint that turns is counted as the distance that it moves the tip: it is divided by the radius.
+    The angle of a joint that turns is counted as the distance that it moves the tip: it is divided
+    by the radius.
 
     Raises:
         SceneError: the payload hangs on nothing that swings.
@@ -121,7 +138,9 @@ def swing_gains(scene: Scene) -> tuple[float, npt.NDArray[np.float64]]:
     gains = np.where(np.abs(gains) > STEP, gains, 0.0)
     positions = [unit == "m" for unit in scene.joint_units]
     if not np.any(gains) or np.any(gains[:, positions]):
-        raise SceneError("control.law = 'anti_swing': no actuated joint moves a rope that swings by angles")
+        raise SceneError(
+            "control.law = 'anti_swing': no actuated joint moves a rope that swings by angles"
+        )
     return length, gains
 
 
@@ -129,9 +148,13 @@ class SwingGeometry(NamedTuple):
     """The swing below a suspension point, horizontally."""
 
     length: float  # m, from the suspension point to the payload
-    ahead: npt.NDArray[np.float64]  # (nu, 2) joint's unit/m: times a horizontal offset (2,) of the payload from the
+    ahead: npt.NDArray[
+        np.float64
+    ]  # (nu, 2) joint's unit/m: times a horizontal offset (2,) of the payload from the
     # point, how far each actuated joint has to move for the point to follow
-    moved: npt.NDArray[np.float64]  # (nq, 2) m/joint's unit, horizontal motion of the payload relative to the point by
+    moved: npt.NDArray[
+        np.float64
+    ]  # (nq, 2) m/joint's unit, horizontal motion of the payload relative to the point by
     # each passive joint
 
 
@@ -160,7 +183,9 @@ def gravity(scene: Scene) -> float:
     """Return the acceleration of free fall [m/s²]; raises SceneError where there is none."""
     file: Any = scene.file
     if not file.gravity > 0.0:
-        raise SceneError(f"control.law = 'anti_swing': nothing swings at gravity = {file.gravity:g}")
+        raise SceneError(
+            f"control.law = 'anti_swing': nothing swings at gravity = {file.gravity:g}"
+        )
     return file.gravity
 
 

@@ -2,9 +2,10 @@
 
 Commands are shaped during operation.
 
-The feedback is that of the law `anti_swing`: the speed k φ, φ the angle by which the payload is ahead of the plumb line
-in the direction in which the joint moves its suspension point. It gives the swing the characteristic polynomial
-s² + 2 z w s + w², for which the shaper is designed. Frequency w and gain k = 2 z w l follow the rope's length l.
+The feedback is that of the law `anti_swing`: the speed k φ, φ the angle by which the payload is
+ahead of the plumb line in the direction in which the joint moves its suspension point. It gives the
+swing the characteristic polynomial s² + 2 z w s + w², for which the shaper is designed. Frequency w
+and gain k = 2 z w l follow the rope's length l.
 """
 
 from collections import deque
@@ -23,7 +24,8 @@ from crane_sim.trajectories.shaping import impulses
 DAMPING = 0.1
 """Damping ratio z that the feedback gives the swing."""
 _UPDATE_PERIOD = 0.5  # s between two updates of shaper and gains for the present configuration
-_HORIZON = 60.0  # s of commands that are kept: half a period of a rope of 3.5 km, and no shaper's delay is longer
+# s of commands that are kept: half a period of a rope of 3.5 km, and no shaper's delay is longer
+_HORIZON = 60.0
 _TIME_TOLERANCE = 1e-6  # s, of instants that differ by rounding
 
 
@@ -41,11 +43,15 @@ class Assistance:
             SceneError: nothing swings below an actuated joint.
         """
         self._scene, self._gravity = scene, gravity(scene)
-        self._past: deque[tuple[float, tuple[float, ...]]] = deque()  # (s from which it is held, operator's speeds)
+        self._past: deque[tuple[float, tuple[float, ...]]] = (
+            deque()
+        )  # (s from which it is held, operator's speeds)
         self._newest, self._next_update, self.delay = 0.0, 0.0, 0.0
         self._update_gains(0.0, scene.initial_q)
         if not np.any(self._feedback):
-            raise SceneError("assistance: no actuated joint moves a point below which the load swings")
+            raise SceneError(
+                "assistance: no actuated joint moves a point below which the load swings"
+            )
 
     def record_command(self, t: float, speeds: Sequence[float]) -> None:
         """Record the operator's speeds (nu,), held from t [s] on.
@@ -71,7 +77,8 @@ class Assistance:
             self._next_update = t + _UPDATE_PERIOD
             self._update_gains(t, q)
         shaped = sum(
-            weight * np.array(self._at(t - delay)) for weight, delay in zip(self._weights, self._delays, strict=True)
+            weight * np.array(self._at(t - delay))
+            for weight, delay in zip(self._weights, self._delays, strict=True)
         )
         return tuple((shaped + self._feedback @ self._offset(t, q)).tolist())
 

@@ -24,7 +24,9 @@ class TrackingDefaults(NamedTuple):
     stiffness: float = 1.0  # kp, in units of g / L, the square of the pendulum's natural frequency
     damping: float = INITIAL_DAMPING  # of the payload's error, of critical
     ramp: float = 0.0  # s, in which the gains rise to their values
-    velocity_feedforward: bool = False  # of the setpoint: for a law that estimates the disturbance's rate
+    velocity_feedforward: bool = (
+        False  # of the setpoint: for a law that estimates the disturbance's rate
+    )
 
 
 class CartesianLaw(NamedTuple):
@@ -62,7 +64,9 @@ def cartesian_command(law, t, q, v):
 class Forward(NamedTuple):
     """Feedforward to the suspension point, eq. 64, and of the base's motion."""
 
-    velocity: bool | None = None  # of the setpoint; left out: where the law estimates the disturbance's rate
+    velocity: bool | None = (
+        None  # of the setpoint; left out: where the law estimates the disturbance's rate
+    )
     acceleration: bool = False  # of the reference
     base: bool = False  # the base's acceleration is measured and compensated
 
@@ -73,12 +77,18 @@ class Settings(NamedTuple):
     For the pendulum and, by joint efforts, for the knuckle boom (`knuckle_tracking`).
     """
 
-    kp: NonNegative | None = None  # 1/s², of the payload's error; left out: from the pendulum's natural frequency
+    kp: NonNegative | None = (
+        None  # 1/s², of the payload's error; left out: from the pendulum's natural frequency
+    )
     kd: NonNegative | None = None  # 1/s, of the payload's error; left out: by the law's own damping
-    servo: Servo | None = None  # of the suspension point, where its acceleration is commanded, and of the boom's tip
+    servo: Servo | None = (
+        None  # of the suspension point, where its acceleration is commanded, and of the boom's tip
+    )
     feedforward: Forward = Forward()  # to the suspension point
     vision: CameraSettings | None = None  # a camera; left out: the law sees every state
-    tracker_rate: Positive | None = None  # Hz, of a tracker in a process of its own, see Two rates in `ros.md`;
+    tracker_rate: Positive | None = (
+        None  # Hz, of a tracker in a process of its own, see Two rates in `ros.md`;
+    )
     # left out: it is sampled every period
 
 
@@ -95,8 +105,10 @@ def make_cartesian_law(
     """Return the Cartesian law called `name`.
 
     Args:
-        name, settings, nominal: of the law; the settings are those of its group, the scene is the nominal one.
-        make_estimator: makes the disturbance estimator of a tracker (None: none), given the suspension point's lag [s].
+        name, settings, nominal: of the law; the settings are those of its group, the scene is the
+            nominal one.
+        make_estimator: makes the disturbance estimator of a tracker (None: none), given the
+            suspension point's lag [s].
         defaults: the law's own.
 
     Raises:
@@ -109,7 +121,11 @@ def make_cartesian_law(
     velocity = defaults.velocity_feedforward if forward.velocity is None else forward.velocity
     hold = nominal.period if options.tracker_rate is None else 1.0 / options.tracker_rate
     lag = 0.5 * hold + (0.0 if velocity else servo.kd / servo.kp)
-    kp = defaults.stiffness * pendulum.gravity / pendulum.length if options.kp is None else options.kp
+    kp = (
+        defaults.stiffness * pendulum.gravity / pendulum.length
+        if options.kp is None
+        else options.kp
+    )
     kd = 2.0 * defaults.damping * sqrt(kp) if options.kd is None else options.kd
     gains = Gains(kp, kd, float(velocity), float(forward.acceleration), defaults.ramp)
     tracker = Tracker(pendulum, gains, trajectory, make_camera(options.vision, nominal), None, base)
@@ -123,4 +139,6 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
     """
-    return make_cartesian_law("cartesian", settings, nominal, lambda tracker, lag: None, TrackingDefaults())
+    return make_cartesian_law(
+        "cartesian", settings, nominal, lambda tracker, lag: None, TrackingDefaults()
+    )

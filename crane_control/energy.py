@@ -23,14 +23,17 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> Law:
     """Return the energy-based law for the crane of the nominal scene.
 
     Raises:
-        SceneError: no such law exists for this crane, the law rejects the settings or the scene, or the scene has a
-            path.
+        SceneError: no such law exists for this crane, the law rejects the settings or the scene, or
+            the scene has a path.
     """
     if nominal.crane not in BUILDERS:
-        raise SceneError(f"control.law = 'energy': not for crane = {nominal.crane!r}; possible: {[*BUILDERS]}")
+        raise SceneError(
+            f"control.law = 'energy': not for crane = {nominal.crane!r}; possible: {[*BUILDERS]}"
+        )
     if nominal.trajectory is not None:
         raise SceneError(
-            "reference.path: control.law = 'energy' follows no path, it goes to reference.q; leave the path out"
+            "reference.path: control.law = 'energy' follows no path, it goes to reference.q; leave "
+            "the path out"
         )
     check_has_one_rope("energy", nominal)
     return BUILDERS[nominal.crane](settings, nominal)

@@ -2,15 +2,15 @@
 
 The frequency of the disturbance is unknown.
 
-For each horizontal axis an extended Kalman filter estimates [y, y', d, d', θ, b, λ]: the payload's position y [m], the
-oscillating disturbance d [m/s²] and the square θ [1/s²] of its angular frequency, a bias b [m/s²], and the ratio λ of
-the nominal to the true length of the cable:
+For each horizontal axis an extended Kalman filter estimates [y, y', d, d', θ, b, λ]: the payload's
+position y [m], the oscillating disturbance d [m/s²] and the square θ [1/s²] of its angular
+frequency, a bias b [m/s²], and the ratio λ of the nominal to the true length of the cable:
 
     y'' = ω² (tip - y) + d + b,   d'' = -θ d,
 
-tip the suspension point's position [m], ω the pendulum frequency [rad/s]. θ and b are random walks, λ is constant. The
-compensation u [m/s²] is an acceleration of the payload that the tracker adds. It opposes the disturbance predicted for
-the time when the suspension point responds, τ [s] later:
+tip the suspension point's position [m], ω the pendulum frequency [rad/s]. θ and b are random walks,
+λ is constant. The compensation u [m/s²] is an acceleration of the payload that the tracker adds. It
+opposes the disturbance predicted for the time when the suspension point responds, τ [s] later:
 
     u = -d(t + τ) - b,   d(t + τ) = d cos(√θ τ) + d' sin(√θ τ) / √θ.
 """
@@ -52,18 +52,35 @@ FREQUENCY_BOUNDS = (0.1, 3.0)  # of the disturbance, in the natural frequency of
 class ObserverSettings(NamedTuple):
     """Observer of the disturbance, a sine of unknown frequency, and of the rope's length."""
 
-    frequency: Positive | None = None  # rad/s, initial, 0.1 to 3 times the natural frequency of the pendulum; left
+    frequency: Positive | None = (
+        None  # rad/s, initial, 0.1 to 3 times the natural frequency of the pendulum; left
+    )
     # out: 0.8 times
-    lead: NonNegative | None = None  # s, τ, prediction time; left out: the lag of the suspension point
-    ramp: NonNegative | None = None  # s, rise time of u and of the gains; left out: 1.6 s, with a camera 0.6 s
-    noise: Positive = 1e-4  # m, standard deviation of the measured position; that of the camera, if larger
-    noise_rate: Positive = 1e-3  # m/s, standard deviation of the measured velocity; not used with a camera
-    push: Positive = 0.005  # m/s, standard deviation of the process noise of the payload's velocity after one second
-    wander: Positive = 1.5  # m/s³, standard deviation of the process noise of the disturbance's rate after one second
-    detune: Positive = 0.5  # 1/s², standard deviation of the process noise of the squared frequency after one second
-    drift: Positive = 0.005  # m/s², standard deviation of the process noise of the bias after one second
-    rope: NonNegative = 0.05  # -, standard deviation of the initial λ, nominal over true length; 0: λ stays 1. With the
-    # default, the payload of `offshore_obstacle` is within 1 mm of its path on a rope 10 % shorter or longer
+    lead: NonNegative | None = (
+        None  # s, τ, prediction time; left out: the lag of the suspension point
+    )
+    ramp: NonNegative | None = (
+        None  # s, rise time of u and of the gains; left out: 1.6 s, with a camera 0.6 s
+    )
+    noise: Positive = (
+        1e-4  # m, standard deviation of the measured position; that of the camera, if larger
+    )
+    noise_rate: Positive = (
+        1e-3  # m/s, standard deviation of the measured velocity; not used with a camera
+    )
+    # m/s, standard deviation of the process noise of the payload's velocity after one second
+    push: Positive = 0.005
+    # m/s³, standard deviation of the process noise of the disturbance's rate after one second
+    wander: Positive = 1.5
+    # 1/s², standard deviation of the process noise of the squared frequency after one second
+    detune: Positive = 0.5
+    drift: Positive = (
+        0.005  # m/s², standard deviation of the process noise of the bias after one second
+    )
+    # -, standard deviation of the initial λ, nominal over true length; 0: λ stays 1. With the
+    rope: NonNegative = 0.05
+    # default, the payload of `offshore_obstacle` is within 1 mm of its path on a rope 10 % shorter
+    # or longer
 
 
 SETTINGS = {"control": Settings, "control.observer": ObserverSettings}
@@ -119,12 +136,17 @@ def update_filter(observer, pendulum, sample, measurement):
     if h > 0.0:  # a second call at the same time adds nothing
         for i in range(2):
             omega_sq = pendulum_omega_sq(
-                pendulum.length / x[i, LENGTH_RATIO], pendulum.gravity, (x[0, Y], x[1, Y]), sample.tip
+                pendulum.length / x[i, LENGTH_RATIO],
+                pendulum.gravity,
+                (x[0, Y], x[1, Y]),
+                sample.tip,
             )
             predict(ekf, i, omega_sq, 0.5 * (last_tip[i] + sample.tip[i]), h)
             rate, last_tip[i] = (sample.tip[i] - last_tip[i]) / h, sample.tip[i]
             if measurement.new:
-                correct(ekf, i, Y, measurement.raw[i], omega_sq, sample.tip[i], rate, measurement.age)
+                correct(
+                    ekf, i, Y, measurement.raw[i], omega_sq, sample.tip[i], rate, measurement.age
+                )
             if observer.velocity_measured:
                 correct(ekf, i, V, measurement.velocity[i], omega_sq, sample.tip[i], rate, 0.0)
         last_time[0] = sample.t
@@ -136,7 +158,10 @@ def _initial_theta(frequency: float | None, omega_sq: float) -> float:
         return 0.64 * omega_sq
     low, high = (factor * sqrt(omega_sq) for factor in FREQUENCY_BOUNDS)
     if not low <= frequency <= high:
-        what = f"must be {low:.3g} to {high:.3g} rad/s, 0.1 to 3 times the natural frequency of the pendulum"
+        what = (
+            f"must be {low:.3g} to {high:.3g} rad/s, 0.1 to 3 times the natural frequency of the "
+            "pendulum"
+        )
         raise SceneError(f"control.observer.frequency = {frequency:g}: {what}")
     return frequency * frequency
 
@@ -147,20 +172,33 @@ def make_observer(settings: ObserverSettings, tracker: Tracker, lag: float) -> H
     The tip is the suspension point.
 
     Raises:
-        SceneError: the base's acceleration is fed forward: it would be compensated twice; or the frequency is out of
-            the observer's bounds.
+        SceneError: the base's acceleration is fed forward: it would be compensated twice; or the
+            frequency is out of the observer's bounds.
     """
     if tracker.base is not None:
         raise SceneError(
-            "control.feedforward.base: must be left out, the harmonic law estimates the base's effect as a disturbance"
+            "control.feedforward.base: must be left out, the harmonic law estimates the base's "
+            "effect as a disturbance"
         )
     omega_sq = tracker.pendulum.gravity / tracker.pendulum.length
     theta, (low, high) = _initial_theta(settings.frequency, omega_sq), FREQUENCY_BOUNDS
-    position_std = settings.noise if tracker.camera is None else max(settings.noise, tracker.camera.noise_std)
-    process_noise = np.array(
-        [1e-12, settings.push**2, 0.0, settings.wander**2, settings.detune**2, settings.drift**2, 0.0]
+    position_std = (
+        settings.noise if tracker.camera is None else max(settings.noise, tracker.camera.noise_std)
     )
-    initial_variance = np.array([position_std**2, 1e-4, 0.25, 1.0, (0.4 * theta) ** 2, 1e-4, settings.rope**2])
+    process_noise = np.array(
+        [
+            1e-12,
+            settings.push**2,
+            0.0,
+            settings.wander**2,
+            settings.detune**2,
+            settings.drift**2,
+            0.0,
+        ]
+    )
+    initial_variance = np.array(
+        [position_std**2, 1e-4, 0.25, 1.0, (0.4 * theta) ** 2, 1e-4, settings.rope**2]
+    )
     ekf = Filter(
         (position_std**2, settings.noise_rate**2),
         theta,
@@ -170,7 +208,10 @@ def make_observer(settings: ObserverSettings, tracker: Tracker, lag: float) -> H
         state=initial_filter_state(),
     )
     return HarmonicObserver(
-        lag if settings.lead is None else settings.lead, tracker.gains.ramp, tracker.camera is None, ekf
+        lag if settings.lead is None else settings.lead,
+        tracker.gains.ramp,
+        tracker.camera is None,
+        ekf,
     )
 
 
@@ -184,5 +225,9 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> CartesianLaw:
     defaults = WITHOUT_CAMERA if remaining.get("vision") is None else WITH_CAMERA
     defaults = defaults if observer.ramp is None else defaults._replace(ramp=observer.ramp)
     return make_cartesian_law(
-        "harmonic", remaining, nominal, lambda tracker, lag: make_observer(observer, tracker, lag), defaults
+        "harmonic",
+        remaining,
+        nominal,
+        lambda tracker, lag: make_observer(observer, tracker, lag),
+        defaults,
     )

@@ -1,8 +1,8 @@
 """Drives by speed or position, led along a path of the joints: the scene's, or a received one.
 
-A drive that takes a position is commanded the path's, x*. One that takes a speed is commanded v* + h (x* - x): the
-deviation of a joint that follows its speed exactly decays as exp(-h t). Without a path the joints
-stay where they start.
+A drive that takes a position is commanded the path's, x*. One that takes a speed is commanded v* +
+h (x* - x): the deviation of a joint that follows its speed exactly decays as exp(-h t). Without a
+path the joints stay where they start.
 """
 
 from collections.abc import Mapping
@@ -26,7 +26,9 @@ class Settings(NamedTuple):
     """
 
     drive: Literal["velocity", "position"] = "velocity"  # what the drives take
-    position_gain: NonNegative = 1.0  # 1/s, h: speed for a deviation from the path, of drives that take speeds
+    position_gain: NonNegative = (
+        1.0  # 1/s, h: speed for a deviation from the path, of drives that take speeds
+    )
 
 
 SETTINGS = {"control": Settings}
@@ -59,7 +61,10 @@ def compute_commands(rows, trajectory, t, q):
     """Compiled commands (nu,) for calls from Python."""
     x, rate, _ = reference_at(trajectory, t)
     return tuple(
-        [row.position * x[i] + row.velocity * rate[i] + row.gain * (x[i] - q[row.joint]) for i, row in enumerate(rows)]
+        [
+            row.position * x[i] + row.velocity * rate[i] + row.gain * (x[i] - q[row.joint])
+            for i, row in enumerate(rows)
+        ]
     )
 
 
@@ -75,11 +80,15 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> JointTrajectoryLaw:
     if nominal.trajectory is not None and not nominal.trajectory.of_joints:
         line = "control.law = 'joint_trajectory' follows paths of the joints only"
         raise SceneError(f"reference.path.of = 'payload': {line}")
-    kinds = tuple("effort" if unit == WINCH_RATE else options.drive for unit in nominal.effort_units)
+    kinds = tuple(
+        "effort" if unit == WINCH_RATE else options.drive for unit in nominal.effort_units
+    )
     joints = [nominal.joint_names.index(name) for name in nominal.actuated]
     by_position, by_velocity = (1.0, 0.0, 0.0), (0.0, 1.0, options.position_gain)
     pairs = zip(joints, kinds, strict=True)
-    rows = tuple(JointRow(i, *(by_position if kind == "position" else by_velocity)) for i, kind in pairs)
+    rows = tuple(
+        JointRow(i, *(by_position if kind == "position" else by_velocity)) for i, kind in pairs
+    )
     return JointTrajectoryLaw(rows, nominal.trajectory or _rest(nominal), kinds)
 
 
@@ -87,4 +96,6 @@ def _rest(scene: Scene) -> Trajectory:
     """Return the path that stays where the actuated joints start."""
     at = dict(zip(scene.joint_names, scene.initial_q, strict=True))
     start = np.array([at[name] for name in scene.actuated])
-    return compile_trajectory(with_rest_at_ends(np.array([0.0, MIN_INTERVAL]), start[None, :, None]), of_joints=True)
+    return compile_trajectory(
+        with_rest_at_ends(np.array([0.0, MIN_INTERVAL]), start[None, :, None]), of_joints=True
+    )

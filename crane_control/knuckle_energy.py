@@ -1,11 +1,13 @@
 """Energy-based law for the knuckle crane (Ambrosino et al., eq. 15-18, with the signs corrected).
 
-Proportional-derivative action on the actuated joints, plus gravity compensation of the crane and its hanging payload.
-It shapes the energy V = kinetic energy + m g d (1 - cos θ1 cos θ2) + ½ Σ kp e² + energy of the springs, where e is the
-error of an actuated joint. V's derivative is -Σ kd q'² less what friction and drag dissipate.
+Proportional-derivative action on the actuated joints, plus gravity compensation of the crane and
+its hanging payload. It shapes the energy V = kinetic energy + m g d (1 - cos θ1 cos θ2) + ½ Σ kp e²
++ energy of the springs, where e is the error of an actuated joint. V's derivative is -Σ kd q'² less
+what friction and drag dissipate.
 
-The position error of the slew may saturate at r (`reach`), which limits the swing that a far target excites:
-kp e / √(1 + (e/r)²) in place of kp e, and kp e² / (1 + √(1 + (e/r)²)) in place of ½ kp e² in V.
+The position error of the slew may saturate at r (`reach`), which limits the swing that a far target
+excites: kp e / √(1 + (e/r)²) in place of kp e, and kp e² / (1 + √(1 + (e/r)²)) in place of ½ kp e²
+in V.
 """
 
 from collections.abc import Mapping
@@ -41,9 +43,13 @@ class ControlParameters(NamedTuple):
     kp: tuple[float, float, float]  # N m/rad
     kd: tuple[float, float, float]  # N m s/rad
     target: tuple[float, float, float]  # rad
-    gravity_moments: tuple[float, float]  # N m, of all weights on boom and jib when they are horizontal
+    gravity_moments: tuple[
+        float, float
+    ]  # N m, of all weights on boom and jib when they are horizontal
     rope: RopeControl | None  # None: no force drives the rope
-    error_saturation: float | None  # rad, r of the slew's position error; None: it does not saturate
+    error_saturation: (
+        float | None
+    )  # rad, r of the slew's position error; None: it does not saturate
 
 
 class EnergyLaw(NamedTuple):
@@ -128,7 +134,11 @@ def compute_lyapunov(law, t, q, v):
     )
     springs = p.support.potential(pose, 0.0)  # no gravity: its moments are compensated
     value = add_rope_energy(p.cable, value + springs, rope_state.length)
-    value = value + parameters.kp[0] * saturated_spring(parameters.error_saturation, parameters.target[0] - q[0])[1]
+    value = (
+        value
+        + parameters.kp[0]
+        * saturated_spring(parameters.error_saturation, parameters.target[0] - q[0])[1]
+    )
     for i in range(1, 3):
         value = value + 0.5 * parameters.kp[i] * (parameters.target[i] - q[i]) ** 2
     for i in range(3):
@@ -147,10 +157,15 @@ class Settings(NamedTuple):
 
     kp: Gains = (30.0, 10.0, 10.0, 1.0)  # N m/rad, of slew, boom, jib; of the rope N/m
     kd: Gains = (50.0, 30.0, 50.0, 10.0)  # N m s/rad, likewise; of the rope N s/m
-    reach: Positive | None = None  # rad, r at which the slew's position error saturates: its proportional torque tends
+    reach: Positive | None = (
+        None  # rad, r at which the slew's position error saturates: its proportional torque tends
+    )
     # to kp r for large errors; left out: it is linear in the error
-    adaptation: MassEstimation | None = None  # mass estimation: the law compensates the weight of the mass that it
-    # estimates for the payload (`knuckle_unknown_load`); left out: that of the nominal `payload.mass`
+    adaptation: MassEstimation | None = (
+        None  # mass estimation: the law compensates the weight of the mass that it
+    )
+    # estimates for the payload (`knuckle_unknown_load`); left out: that of the nominal
+    # `payload.mass`
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw:
@@ -164,19 +179,28 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw:
     if nominal.reference is None:
         raise SceneError("reference: is missing, the energy law needs a target")
     if isinstance(nominal.model.cable, MotionRope):
-        raise SceneError("rope.drive = 'rate': the energy law commands a rope force; possible: force, locked")
+        raise SceneError(
+            "rope.drive = 'rate': the energy law commands a rope force; possible: force, locked"
+        )
     nu = len(nominal.actuated)
     for name, gains in (("kp", options.kp), ("kd", options.kd)):
         if len(gains) < nu:
-            raise SceneError(f"control.{name}: has {len(gains)} values, {nu} joints are actuated: {nominal.actuated}")
+            raise SceneError(
+                f"control.{name}: has {len(gains)} values, {nu} joints are actuated: "
+                f"{nominal.actuated}"
+            )
     return EnergyLaw(_parameters_of(options, nominal.reference, nominal.model, nu), nominal.model)
 
 
-def _parameters_of(options: Settings, target: tuple[float, ...], model: Crane, nu: int) -> ControlParameters:
+def _parameters_of(
+    options: Settings, target: tuple[float, ...], model: Crane, nu: int
+) -> ControlParameters:
     boom, jib, g, m = model.support.boom, model.support.jib, model.gravity, model.load.mass
     gravity_moments = (
         g * boom.length * (m + 0.5 * boom.mass + jib.mass),
         g * jib.length * (m + 0.5 * jib.mass),
     )
     winch = RopeControl(options.kp[3], options.kd[3], target[3], m * g) if nu == 4 else None
-    return ControlParameters(options.kp[:3], options.kd[:3], target[:3], gravity_moments, winch, options.reach)  # pyright: ignore[reportArgumentType]
+    return ControlParameters(
+        options.kp[:3], options.kd[:3], target[:3], gravity_moments, winch, options.reach
+    )  # pyright: ignore[reportArgumentType]

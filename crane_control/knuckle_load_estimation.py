@@ -1,27 +1,30 @@
 """The energy law of the knuckle crane for an unknown payload mass, estimated from the tension.
 
-Vertical motion of the payload: m (z'' + g) = -T n_z, with n the unit vector from tip to payload, z its height, and T
-the tension, computed from the winch's effort. Two low-pass filters with the same rate λ, a of z'' + g and f of -T n_z,
-begin at their steady state for the nominal mass m0 at rest. The law compensates the weight of the estimated mass
-m̂ = f / a in place of that of m0:
+Vertical motion of the payload: m (z'' + g) = -T n_z, with n the unit vector from tip to payload, z
+its height, and T the tension, computed from the winch's effort. Two low-pass filters with the same
+rate λ, a of z'' + g and f of -T n_z, begin at their steady state for the nominal mass m0 at rest.
+The law compensates the weight of the estimated mass m̂ = f / a in place of that of m0:
 
     a' = λ (z'' + g - a),  f' = λ (-T n_z - f),  a(0) = g,  f(0) = m0 g,  m̂ = f / a.
 
 No acceleration is measured: over a period, the mean of z'' is the change of z' divided by the time.
 
-Symbols: β, γ elevations of boom and jib, l_B, l_J their lengths, d length of the rope; kd_β, kd_γ, kd_d the law's gains
-on their rates; V the energy that the plain law shapes (`knuckle_energy`), here for the true mass m.
+Symbols: β, γ elevations of boom and jib, l_B, l_J their lengths, d length of the rope; kd_β, kd_γ,
+kd_d the law's gains on their rates; V the energy that the plain law shapes (`knuckle_energy`), here
+for the true mass m.
 
-Proof that W does not increase (force-driven rope, no friction on the payload, base at rest, all but m nominal,
-continuous), with B = l_B²/kd_β + l_J²/kd_γ + 1/kd_d and W = V + ½ (B/λ) (f - m a)²:
-1. (f - m a)' = -λ (f - m a): equal filters of equal inputs, so their difference decays for any motion of the crane.
-   It is (m0 - m) g at the start and always (m̂ - m) a, hence m̂ tends to m.
-2. The law overcompensates the weight by (m̂ - m) g: V' = -Σ kd q'² + (m̂ - m) g b·q', b = (l_B cos β, l_J cos γ, -1)
-   for boom, jib and rope. By Young's inequality, joint by joint, V' ≤ ¼ B g² (m̂ - m)².
-3. W' ≤ B (m̂ - m)² (¼ g² - a²), which is not positive while a > ½ g. Where it stays zero, m̂ = m and q' = 0, and the
-   crane is at rest at its target, as under the plain law.
-While a ≤ ½ g, as in free fall, the tension is too small for an estimate, which stays as it is. A rope transmits tension
-only: the estimate takes the effort limited to tension, and V' holds for a winch whose command is a tension.
+Proof that W does not increase (force-driven rope, no friction on the payload, base at rest, all but
+m nominal, continuous), with B = l_B²/kd_β + l_J²/kd_γ + 1/kd_d and W = V + ½ (B/λ) (f - m a)²:
+1. (f - m a)' = -λ (f - m a): equal filters of equal inputs, so their difference decays for any
+   motion of the crane. It is (m0 - m) g at the start and always (m̂ - m) a, hence m̂ tends to m.
+2. The law overcompensates the weight by (m̂ - m) g: V' = -Σ kd q'² + (m̂ - m) g b·q', b = (l_B cos
+   β, l_J cos γ, -1) for boom, jib and rope. By Young's inequality, joint by joint, V' ≤ ¼ B g² (m̂
+   - m)².
+3. W' ≤ B (m̂ - m)² (¼ g² - a²), which is not positive while a > ½ g. Where it stays zero, m̂ = m
+   and q' = 0, and the crane is at rest at its target, as under the plain law.
+While a ≤ ½ g, as in free fall, the tension is too small for an estimate, which stays as it is. A
+rope transmits tension only: the estimate takes the effort limited to tension, and V' holds for a
+winch whose command is a tension.
 """
 
 from collections.abc import Mapping
@@ -78,7 +81,9 @@ class MassEstimatingEnergyLaw(NamedTuple):
 def make_estimator_state(nominal: Crane) -> MassEstimatorState:
     """Return the estimator of a law, at its steady state for the nominal payload at rest."""
     m, g = nominal.load.mass, nominal.gravity
-    return MassEstimatorState(np.array([g, m * g]), np.array([0.0, 0.0, 1.0]), np.array([-m * g]), np.array([m]))
+    return MassEstimatorState(
+        np.array([g, m * g]), np.array([0.0, 0.0, 1.0]), np.array([-m * g]), np.array([m])
+    )
 
 
 @routine
@@ -114,7 +119,9 @@ def with_gravity_compensation_for_mass(parameters, p, mass):
 def mass_estimating_command(law, t, q, v):
     """Return the efforts (4,) of the law for the mass that it estimates."""
     mass = update_estimate(law, t, q, v)
-    efforts = control_action(with_gravity_compensation_for_mass(law.parameters, law.nominal, mass), q, v)
+    efforts = control_action(
+        with_gravity_compensation_for_mass(law.parameters, law.nominal, mass), q, v
+    )
     law.estimator.winch_effort[0] = min(efforts[-1], 0.0)  # a rope transmits tension only
     return efforts
 
@@ -127,15 +134,26 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw | MassEstima
     Raises:
         SceneError: a setting is unknown or out of range, or the law does not fit the scene.
     """
-    law, options = knuckle_energy.build(settings, nominal), read_settings(Settings, settings).adaptation
+    law, options = (
+        knuckle_energy.build(settings, nominal),
+        read_settings(Settings, settings).adaptation,
+    )
     if options is None:
         return law
     if law.parameters.rope is None:
         raise SceneError(
-            "control.adaptation: the mass is estimated from the winch's force; possible: rope.drive = 'force'"
+            "control.adaptation: the mass is estimated from the winch's force; possible: "
+            "rope.drive = 'force'"
         )
     if law.nominal.gravity == 0.0:
-        raise SceneError("gravity = 0.0: without weight the mass cannot be estimated, leave out control.adaptation")
+        raise SceneError(
+            "gravity = 0.0: without weight the mass cannot be estimated, leave out "
+            "control.adaptation"
+        )
     if not nominal.sampled:
-        raise SceneError("control.period = 'continuous': a law that estimates the mass has memory; give a period")
-    return MassEstimatingEnergyLaw(law.parameters, law.nominal, options.rate, make_estimator_state(law.nominal))
+        raise SceneError(
+            "control.period = 'continuous': a law that estimates the mass has memory; give a period"
+        )
+    return MassEstimatingEnergyLaw(
+        law.parameters, law.nominal, options.rate, make_estimator_state(law.nominal)
+    )

@@ -1,17 +1,19 @@
 """LQR for any scene: u = u* - K (z - z*), the equations linearised where the target can be held.
 
-z: the joint positions and velocities that are free to deviate; of a unit vector, the two coordinates of its tangent
-plane. A law that is sampled solves the discrete Riccati equation, of the motion between two commands, with the same
-weights; a continuous one the continuous equation.
+z: the joint positions and velocities that are free to deviate; of a unit vector, the two
+coordinates of its tangent plane. A law that is sampled solves the discrete Riccati equation, of the
+motion between two commands, with the same weights; a continuous one the continuous equation.
 
-The weights are those of Bryson's rule where the scene gives none: a deviation of 0.2 m or 0.05 rad, a velocity of
-0.2 m/s or 0.1 rad/s, and an effort that accelerates its own joint by 1 m/s² or 1 rad/s² weigh the same.
+The weights are those of Bryson's rule where the scene gives none: a deviation of 0.2 m or 0.05 rad,
+a velocity of 0.2 m/s or 0.1 rad/s, and an effort that accelerates its own joint by 1 m/s² or 1
+rad/s² weigh the same.
 
-The equations are those at the mean of what disturbs the crane (`crane_sim.scenes.averaging`): its base at the mean of
-its motion, forces at theirs, no wave and no gust. A static heel or a steady wind is given in `control.nominal`.
+The equations are those at the mean of what disturbs the crane (`crane_sim.scenes.averaging`): its
+base at the mean of its motion, forces at theirs, no wave and no gust. A static heel or a steady
+wind is given in `control.nominal`.
 
-Where the scene has a path of the joints, these follow it: z* is then the target with the path's positions and
-velocities of the actuated joints in place of its own.
+Where the scene has a path of the joints, these follow it: z* is then the target with the path's
+positions and velocities of the actuated joints in place of its own.
 """
 
 from collections.abc import Mapping, Sequence
@@ -114,16 +116,23 @@ class Settings(NamedTuple):
 
     The path is one of joints (`overhead_shaped`).
 
-    The gain is that of the discrete Riccati equation, for efforts that are held for a period (zero-order hold), with
-    the same weights: at 10 ms 1 to 6 % beside the gain of the continuous one, which `period: continuous` has.
+    The gain is that of the discrete Riccati equation, for efforts that are held for a period
+    (zero-order hold), with the same weights: at 10 ms 1 to 6 % beside the gain of the continuous
+    one, which `period: continuous` has.
 
-    The equations are linearised at the mean of what disturbs the crane: the base at the mean of its motion, constant
-    forces, the offsets of sines and the means of tables; `nominal` says what the law takes instead.
+    The equations are linearised at the mean of what disturbs the crane: the base at the mean of its
+    motion, constant forces, the offsets of sines and the means of tables; `nominal` says what the
+    law takes instead.
     """
 
-    q: Annotated[tuple[NonNegative, ...], Field(min_length=2)] | None = None  # -, weights of positions, then of
-    # velocities, one of each joint; left out: Bryson's rule, which counts 0.2 m or 0.05 rad, 0.2 m/s or 0.1 rad/s as 1
-    r: tuple[Positive, ...] | None = None  # -, weights of the efforts, one of each actuated joint; left out: the effort
+    q: Annotated[tuple[NonNegative, ...], Field(min_length=2)] | None = (
+        None  # -, weights of positions, then of
+    )
+    # velocities, one of each joint; left out: Bryson's rule, which counts 0.2 m or 0.05 rad, 0.2
+    # m/s or 0.1 rad/s as 1
+    r: tuple[Positive, ...] | None = (
+        None  # -, weights of the efforts, one of each actuated joint; left out: the effort
+    )
     # that accelerates the joint by 1 m/s² or 1 rad/s² counts as 1
 
 
@@ -134,8 +143,8 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> LqrLaw:
     """Return the law for its nominal scene, sampled every `nominal.period` if `nominal.sampled`.
 
     Raises:
-        SceneError: a setting is wrong, the path is the payload's, nothing can be held at the target, or a motion about
-            it cannot be reached.
+        SceneError: a setting is wrong, the path is the payload's, nothing can be held at the
+            target, or a motion about it cannot be reached.
     """
     (law,) = build_many([settings], [nominal])
     if isinstance(law, SceneError):
@@ -143,7 +152,9 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> LqrLaw:
     return law
 
 
-def build_many(settings: Sequence[Mapping[str, Any]], nominals: Sequence[Scene]) -> list[LqrLaw | SceneError]:
+def build_many(
+    settings: Sequence[Mapping[str, Any]], nominals: Sequence[Scene]
+) -> list[LqrLaw | SceneError]:
     """Return the law of each of many scenes, or the error that `build` raises for it.
 
     Rest and linear equations, which cost most, are computed for all scenes of a kind at once.
@@ -152,12 +163,18 @@ def build_many(settings: Sequence[Mapping[str, Any]], nominals: Sequence[Scene])
     laws: list[Any] = [_options_of(*pair) for pair in zip(settings, scenes, strict=True)]
     sound = [i for i, law in enumerate(laws) if not isinstance(law, SceneError)]
     rests: dict[int, Any] = dict(zip(sound, equilibria([scenes[i] for i in sound]), strict=True))
-    laws = [rest if isinstance(rest := rests.get(i), SceneError) else law for i, law in enumerate(laws)]
-    with threadpool_limits(limits=1, user_api="blas"):  # more threads wait longer for each other than they compute
+    laws = [
+        rest if isinstance(rest := rests.get(i), SceneError) else law for i, law in enumerate(laws)
+    ]
+    with threadpool_limits(
+        limits=1, user_api="blas"
+    ):  # more threads wait longer for each other than they compute
         for group in by_kind(scenes):
             kind = [i for i in group if not isinstance(laws[i], SceneError)]
             if kind:
-                matrices = state_matrices_of([scenes[i] for i in kind], *zip(*(rests[i] for i in kind), strict=True))
+                matrices = state_matrices_of(
+                    [scenes[i] for i in kind], *zip(*(rests[i] for i in kind), strict=True)
+                )
                 for i, a, b in zip(kind, *matrices, strict=True):
                     laws[i] = _design(laws[i], scenes[i], rests[i], a, b)
     return laws
@@ -168,7 +185,10 @@ def _options_of(settings: Mapping[str, Any], scene: Scene) -> Settings | SceneEr
     try:
         options = read_settings(Settings, settings)
         if scene.trajectory is not None and not scene.trajectory.of_joints:
-            raise SceneError("reference.path.of = 'payload': control.law = 'lqr' follows paths of the joints only")
+            raise SceneError(
+                "reference.path.of = 'payload': control.law = 'lqr' follows paths of the joints "
+                "only"
+            )
         if scene.reference is not None and scene.actuated:
             _check_sizes(options, scene)
     except ForeignSetting as error:
@@ -178,13 +198,15 @@ def _options_of(settings: Mapping[str, Any], scene: Scene) -> Settings | SceneEr
     return options
 
 
-def _design(options: Settings, scene: Scene, rest: tuple[Array, Array], a: Array, b: Array) -> LqrLaw | SceneError:
+def _design(
+    options: Settings, scene: Scene, rest: tuple[Array, Array], a: Array, b: Array
+) -> LqrLaw | SceneError:
     """Return the law of a scene about rest, or the error that it has no regulator.
 
     Rest is (positions (nq,), efforts (nu,)).
 
-    a, b are the linear equations of its n free deviations, (2 n, 2 n) and (2 n, nu); what nothing accelerates is left
-    out.
+    a, b are the linear equations of its n free deviations, (2 n, 2 n) and (2 n, nu); what nothing
+    accelerates is left out.
     """
     basis, moving = tangent_basis(scene, rest[0]), np.flatnonzero(np.tile(~imposed_rows(a, b), 2))
     nq, n = basis.shape
@@ -200,7 +222,10 @@ def _design(options: Settings, scene: Scene, rest: tuple[Array, Array], a: Array
     except SceneError as error:
         return error
     target, efforts = rest
-    rows = tuple(GainRow(float(effort), row.copy()) for effort, row in zip(efforts, gain @ to_joints.T, strict=True))
+    rows = tuple(
+        GainRow(float(effort), row.copy())
+        for effort, row in zip(efforts, gain @ to_joints.T, strict=True)
+    )
     return LqrLaw(rows, target, scene.trajectory, poles)
 
 
@@ -224,8 +249,15 @@ def _check_sizes(options: Settings, scene: Scene) -> None:
     """Raise SceneError where there are more or fewer weights than the scene has joints."""
     joints, actuated = list(scene.joint_names), list(scene.actuated)
     for name, weights, size, what in (
-        ("q", options.q, 2 * len(joints), f"of the positions, then of the velocities, of {shorten(joints)}"),
+        (
+            "q",
+            options.q,
+            2 * len(joints),
+            f"of the positions, then of the velocities, of {shorten(joints)}",
+        ),
         ("r", options.r, len(actuated), f"one per actuated joint, {shorten(actuated)}"),
     ):
         if weights is not None and len(weights) != size:
-            raise SceneError(f"control.{name}: has {len(weights)} weights, {size} are needed: {what}")
+            raise SceneError(
+                f"control.{name}: has {len(weights)} weights, {size} are needed: {what}"
+            )

@@ -1,29 +1,35 @@
 """Energy-based law for the overhead crane: swing damping by a trolley of small apparent mass.
 
-Damping of the trolley alone hardly damps the swing below a heavy trolley, on which the rope's force has little effect.
-So the law shapes kinetic energy too: with the force T sin α of the rope on the trolley, computed from measured joints,
+Damping of the trolley alone hardly damps the swing below a heavy trolley, on which the rope's force
+has little effect. So the law shapes kinetic energy too: with the force T sin α of the rope on the
+trolley, computed from measured joints,
 
     F = M/μ f + (M/μ - 1) T sin α,   f = kp e / √(1 + (e/r)²) - kd x',   F_hoist = kp_h e_h - kd_h l' - m g,
 
-with the errors e of the trolley's position x and e_h of the rope's length l, the swing angle α from the vertical
-and the mass m of the payload. Then the trolley of mass M moves as one of the apparent mass μ under the force f.
+with the errors e of the trolley's position x and e_h of the rope's length l, the swing angle α from
+the vertical and the mass m of the payload. Then the trolley of mass M moves as one of the apparent
+mass μ under the force f.
 
-Proof that V never rises (planar crane, a rigid taut rope, nominal parameters, continuous law), V = energy of payload
-and drum with m g l for zero level + ½ μ x'² + kp e² / (1 + √(1 + (e/r)²)) + ½ kp_h e_h²:
+Proof that V never rises (planar crane, a rigid taut rope, nominal parameters, continuous law), V =
+energy of payload and drum with m g l for zero level + ½ μ x'² + kp e² / (1 + √(1 + (e/r)²)) + ½
+kp_h e_h²:
 1. M x'' = F + T sin α gives μ x'' = f + T sin α. The rope's power is -T (x' sin α + l') on the
    payload, T l' on the drum.
 2. So (energy of payload and drum + ½ μ x'²)' = f x' + F_hoist l'.
-3. The derivatives of V's two spring terms cancel the position terms of f and F_hoist, and m g l balances the payload's
-   weight on the hoist: V' = -kd x'² - kd_h l'².
-   Friction, on which the law does not act, takes μ/M R x' on the rail and R_h l' on the hoist, and makes the tension
-   another one than the computed T: by D = (R sin α / M + R_h / J) / (1/m + sin²α/M + 1/J), J the hoist's reflected mass
-   (without a hoist 1/J is 0), which takes (1 - μ/M) D x' sin α. A hoist that sticks bears R_h = F_hoist + tension.
-V is positive about the target. Where V' stays zero, trolley and rope rest, hence α'' = 0: the target, or upside down.
+3. The derivatives of V's two spring terms cancel the position terms of f and F_hoist, and m g l
+   balances the payload's weight on the hoist: V' = -kd x'² - kd_h l'².
+   Friction, on which the law does not act, takes μ/M R x' on the rail and R_h l' on the hoist, and
+   makes the tension another one than the computed T: by D = (R sin α / M + R_h / J) / (1/m +
+   sin²α/M + 1/J), J the hoist's reflected mass (without a hoist 1/J is 0), which takes (1 - μ/M) D
+   x' sin α. A hoist that sticks bears R_h = F_hoist + tension.
+V is positive about the target. Where V' stays zero, trolley and rope rest, hence α'' = 0: the
+target, or upside down.
 
-Default gains: linearised, trolley and swing have s⁴ + δ s³ + (1 + κ + m/μ) s² + δ s + κ in units of ω = √(g/l), with
-δ = kd / (μ ω), κ = kp / (μ ω²). μ = m/4, kp = m ω²/4, kd = m ω put all four poles at -ω; the hoist's two are there too.
-The saturation r of the position error (setting `reach`) limits the speed to about r ω / 4.
-"""
+Default gains: linearised, trolley and swing have s⁴ + δ s³ + (1 + κ + m/μ) s² + δ s + κ in units of
+ω = √(g/l), with δ = kd / (μ ω), κ = kp / (μ ω²). μ = m/4, kp = m ω²/4, kd = m ω put all four poles
+at -ω; the hoist's two are there too. The saturation r of the position error (setting `reach`)
+limits the speed to about r ω / 4.
+"""  # noqa: E501
 
 from collections.abc import Mapping
 from math import copysign, cos, inf, sin, sqrt
@@ -85,7 +91,9 @@ class HoistControl(NamedTuple):
         """Return (efforts, inverse mass, bias acceleration, terms in (V, dV/dt)) of the hoist."""
         error, length_rate = self.target - q[1], v[1]
         force = self.kp * error - self.kd * length_rate - weight
-        value = 0.5 * self.kp * error * error + 0.5 * self.reflected_mass * length_rate * length_rate
+        value = (
+            0.5 * self.kp * error * error + 0.5 * self.reflected_mass * length_rate * length_rate
+        )
         terms = value, -self.kd * length_rate * length_rate
         return (force,), 1.0 / self.reflected_mass, force / self.reflected_mass, terms
 
@@ -134,7 +142,9 @@ def computed_tension(law, q, v, force):
     swing, swing_rate = nominal_coordinate(q, n - 1, n), nominal_coordinate(v, n - 1, n)
     s, m, mu = sin(swing), law.payload_mass, law.apparent_mass
     efforts, inverse_mass, hoist_acc, _ = law.rope.control(q, v, m * law.gravity)
-    relative_acc = length * swing_rate * swing_rate + law.gravity * cos(swing) - s * force / mu - hoist_acc
+    relative_acc = (
+        length * swing_rate * swing_rate + law.gravity * cos(swing) - s * force / mu - hoist_acc
+    )
     return relative_acc / (1.0 / m + s * s / mu + inverse_mass), s, efforts, inverse_mass
 
 
@@ -186,8 +196,13 @@ def compute_lyapunov(law, q, v):
     swing, swing_rate = nominal_coordinate(q, n - 1, n), nominal_coordinate(v, n - 1, n)
     _, _, _, (value, value_rate) = law.rope.control(q, v, 0.0)
     error, s, c = law.target - q[0], sin(swing), cos(swing)
-    across, up = v[0] + length_rate * s + length * c * swing_rate, -length_rate * c + length * s * swing_rate
-    value = value + 0.5 * law.payload_mass * (across * across + up * up + 2.0 * law.gravity * length * (1.0 - c))
+    across, up = (
+        v[0] + length_rate * s + length * c * swing_rate,
+        -length_rate * c + length * s * swing_rate,
+    )
+    value = value + 0.5 * law.payload_mass * (
+        across * across + up * up + 2.0 * law.gravity * length * (1.0 - c)
+    )
     value = value + 0.5 * law.apparent_mass * v[0] * v[0]
     value = value + law.kp * error * error / (1.0 + sqrt(1.0 + (error / law.error_saturation) ** 2))
     return value, value_rate - law.kd * v[0] * v[0] - compute_friction_loss(law, q, v)
@@ -199,12 +214,17 @@ class Settings(NamedTuple):
     In the formulas m is the payload's mass and l the length.
     """
 
-    kp: Gains | None = None  # N/m, of trolley and hoist; left out: m ω²/4 and (m + J) ω², ω² = g / l, J the
+    kp: Gains | None = (
+        None  # N/m, of trolley and hoist; left out: m ω²/4 and (m + J) ω², ω² = g / l, J the
+    )
     # hoist's reflected mass
     kd: Gains | None = None  # N s/m, likewise; left out: m ω and 2 (m + J) ω
-    apparent_mass: Positive | None = None  # kg, mass that the trolley seems to have; left out: a quarter of the
+    apparent_mass: Positive | None = (
+        None  # kg, mass that the trolley seems to have; left out: a quarter of the
+    )
     # payload's; the trolley's own: no kinetic shaping
-    reach: Positive = inf  # m, r at which the trolley's position error saturates: its proportional force tends to kp r
+    # m, r at which the trolley's position error saturates: its proportional force tends to kp r
+    reach: Positive = inf
     # for large errors; left out: it is linear in the error
 
 
@@ -224,7 +244,9 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> OverheadEnergyLaw:
     kd = _gains("kd", options.kd, (m * omega, 2.0 * hoisted_mass * omega), len(target))
     hoist = model.hoist
     rope = (
-        HoistControl(kp[1], kd[1], length, hoist.reflected_mass, hoist.friction) if has_hoist else FixedLength(length)
+        HoistControl(kp[1], kd[1], length, hoist.reflected_mass, hoist.friction)
+        if has_hoist
+        else FixedLength(length)
     )
     masses = options.apparent_mass or 0.25 * m, model.trolley.mass, m
     trolley_control = kp[0], kd[0], target[0], options.reach
@@ -238,20 +260,31 @@ def _read_target(nominal: Scene) -> tuple[float, ...]:
         raise SceneError("reference: is missing, the energy law needs a target")
     if not isinstance(model, RodCrane) or model.cable.nodes.shape[1] > 1:
         raise SceneError(
-            "cable: the energy law needs a nominal cable of one rigid link in the plane; see control.nominal"
+            "cable: the energy law needs a nominal cable of one rigid link in the plane; see "
+            "control.nominal"
         )
     if not isinstance(model.trolley, ForceAxis) or not isinstance(model.hoist, ForceHoist | None):
-        raise SceneError("trolley, hoist: the energy law drives both by force (hoist: with inertia, or absent)")
+        raise SceneError(
+            "trolley, hoist: the energy law drives both by force (hoist: with inertia, or absent)"
+        )
     if model.gravity == 0.0:
-        raise SceneError("gravity = 0.0: without weight nothing pulls the payload below the trolley")
+        raise SceneError(
+            "gravity = 0.0: without weight nothing pulls the payload below the trolley"
+        )
     if len(target) == 2 and target[1] <= 0.0:
-        raise SceneError(f"reference.q[1] = {target[1]}: must be greater than 0, it is a rope's length")
+        raise SceneError(
+            f"reference.q[1] = {target[1]}: must be greater than 0, it is a rope's length"
+        )
     return target
 
 
-def _gains(name: str, gains: tuple[float, ...] | None, default: tuple[float, float], nu: int) -> tuple[float, float]:
+def _gains(
+    name: str, gains: tuple[float, ...] | None, default: tuple[float, float], nu: int
+) -> tuple[float, float]:
     if gains is None:
         return default
     if len(gains) != nu:
-        raise SceneError(f"control.{name}: has {len(gains)} values, {nu} are needed, one of each actuated joint")
+        raise SceneError(
+            f"control.{name}: has {len(gains)} values, {nu} are needed, one of each actuated joint"
+        )
     return gains[0], gains[-1]

@@ -10,10 +10,14 @@ from crane_sim.files.errors import SceneError
 
 Array = npt.NDArray[np.float64]
 Poles = npt.NDArray[np.complex128]
-STABILITY_TOLERANCE = 1e-6  # 1/s: poles nearer to the stability limit count as on it, by the linearisation's error
+STABILITY_TOLERANCE = (
+    1e-6  # 1/s: poles nearer to the stability limit count as on it, by the linearisation's error
+)
 
 
-def solve_regulator(a: Array, b: Array, q: Array, r: Array, period: float | None) -> tuple[Array, Poles]:
+def solve_regulator(
+    a: Array, b: Array, q: Array, r: Array, period: float | None
+) -> tuple[Array, Poles]:
     """Return (gain (nu, m), closed-loop eigenvalues (m,)) of x' = a x + b u, a (m, m), b (m, nu).
 
     Args:
@@ -22,8 +26,8 @@ def solve_regulator(a: Array, b: Array, q: Array, r: Array, period: float | None
         period: s, of commands that are held; None: they are continuous.
 
     Raises:
-        SceneError: no regulator makes all motions decay: the plant cannot be stabilised, or a motion that does not
-            decay by itself has no weight.
+        SceneError: no regulator makes all motions decay: the plant cannot be stabilised, or a
+            motion that does not decay by itself has no weight.
     """
     weights, solve = np.diag(r), solve_continuous_are
     if period is not None:
@@ -34,7 +38,11 @@ def solve_regulator(a: Array, b: Array, q: Array, r: Array, period: float | None
     except np.linalg.LinAlgError:
         p = np.zeros_like(q)
     product = b.T @ p
-    gain = np.linalg.solve(weights, product) if period is None else np.linalg.solve(weights + product @ b, product @ a)
+    gain = (
+        np.linalg.solve(weights, product)
+        if period is None
+        else np.linalg.solve(weights + product @ b, product @ a)
+    )
     poles = np.linalg.eigvals(a - b @ gain).astype(np.complex128)
     exponents = poles if period is None else np.log(poles) / period
     slowest = exponents[exponents.real.argmax()]
@@ -54,7 +62,16 @@ def _sampled(a: Array, b: Array, period: float) -> tuple[Any, Any]:
 
 def _undamped_error(frequency: float, has_state_weights: bool) -> SceneError:
     """Return the error of a motion of this frequency [rad/s] that does not decay."""
-    frequency = frequency if frequency > STABILITY_TOLERANCE else 0.0  # a double pole at 0 parts by its error's root
-    # where all states have a weight, the regulator stabilises every motion that efforts can influence
-    reason = "no effort damps it" if has_state_weights else "no effort damps it, or its states have no weight"
-    return SceneError(f"control.law = 'lqr': a motion of {frequency:.3g} rad/s about the target stays: {reason}")
+    frequency = (
+        frequency if frequency > STABILITY_TOLERANCE else 0.0
+    )  # a double pole at 0 parts by its error's root
+    # where all states have a weight, the regulator stabilises every motion that efforts can
+    # influence
+    reason = (
+        "no effort damps it"
+        if has_state_weights
+        else "no effort damps it, or its states have no weight"
+    )
+    return SceneError(
+        f"control.law = 'lqr': a motion of {frequency:.3g} rad/s about the target stays: {reason}"
+    )

@@ -7,8 +7,10 @@
 load_scene: a scene from a name of the catalogue, a file or a dict, checked.
 simulate: one run of a scene; simulate_batch: many, that differ in parameters.
 compare: runs of one crane side by side, metrics and differences.
-read_recording: a recorded run, as arrays with the names of simulate's; run.plot(), run.show(), run.to_dataframe().
-acceleration, energy: the equations of a scene; linearise: its linear ones about rest; export_c: them as C source.
+read_recording: a recorded run, as arrays with the names of simulate's; run.plot(), run.show(),
+run.to_dataframe().
+acceleration, energy: the equations of a scene; linearise: its linear ones about rest; export_c:
+them as C source.
 identify: parameters of a scene from a recording or a ROS bag of a rig, with confidence intervals.
 study.run: many runs as one table (import crane_sim.study).
 SceneError: an invalid scene; SimulationError: a run that could not go on.

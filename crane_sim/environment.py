@@ -13,8 +13,9 @@ from typing import NamedTuple
 
 _READ_BY_NODES = """
     AMENT_ FASTDDS_ FASTRTPS_ LD_ LTTNG_ PYTHON RCL_ RCUTILS_ RMW_ ROS_ SKIP_DEFAULT_XML _ROS_WHEELS_
-""".split()
-"""Beginnings of the names of variables that the loader, Python, ROS and Fast DDS read; others are the user's own."""
+""".split()  # noqa: E501
+"""Beginnings of the names of variables that the loader, Python, ROS and Fast DDS read; others are
+the user's own."""
 _ADMITTED = """
     AMENT_PREFIX_PATH LD_LIBRARY_PATH PYTHONPATH
     PYTHONDONTWRITEBYTECODE PYTHONFAULTHANDLER PYTHONHASHSEED PYTHONNOUSERSITE PYTHONOPTIMIZE PYTHONPYCACHEPREFIX
@@ -22,12 +23,18 @@ _ADMITTED = """
     RCUTILS_COLORIZED_OUTPUT RCUTILS_CONSOLE_OUTPUT_FORMAT
     ROS_DISTRO ROS_HOME ROS_LOG_DIR ROS_PYTHON_CHECK_FIELDS ROS_PYTHON_VERSION ROS_VERSION
     ROS_SECURITY_ENABLE ROS_SECURITY_ENCLAVE_OVERRIDE ROS_SECURITY_KEYSTORE ROS_SECURITY_STRATEGY
-""".split()
+""".split()  # noqa: E501
 """Which of them nodes get."""
 _OWN = ("_ROS_WHEELS_BOOTSTRAP_COMPLETE",)  # set by a package at the start of Python
-_IN_EFFECT = ("CRANE_SIM_DDS", "CRANE_SIM_INTERPRETED", "PYTHONOPTIMIZE")  # variables that are unusual
+_IN_EFFECT = (
+    "CRANE_SIM_DDS",
+    "CRANE_SIM_INTERPRETED",
+    "PYTHONOPTIMIZE",
+)  # variables that are unusual
 _MEMORY = 2 << 30  # bytes of address space; the largest kinds of scenes compile in these
-_SHARED_MEMORY = 64 << 10  # bytes in /dev/shm; the tracing library of ROS ends a process that finds no page there
+_SHARED_MEMORY = (
+    64 << 10
+)  # bytes in /dev/shm; the tracing library of ROS ends a process that finds no page there
 
 
 class Unusual(NamedTuple):
@@ -68,7 +75,8 @@ def memory_shortage() -> str:
         size, _ = resource.getrlimit(limit)
         if size != resource.RLIM_INFINITY and size < _MEMORY:
             return (
-                f"the {what} of a process is limited to {size >> 20} MiB (ulimit {option} {size >> 10}), "
+                f"the {what} of a process is limited to {size >> 20} MiB (ulimit {option} "
+                f"{size >> 10}), "
                 f"{_MEMORY >> 20} MiB are needed"
             )
     return ""
@@ -87,8 +95,14 @@ def describe_unusual() -> str:
 
 def find_kept_from_nodes() -> list[Unusual]:
     """Return the variables that are set and without effect on nodes."""
-    kept = [(name, value) for name, value in sorted(os.environ.items()) if _is_kept_from_nodes(name)]
-    return [Unusual(name, f"is {_shorten(value)}, which nodes do not get") for name, value in kept if name not in _OWN]
+    kept = [
+        (name, value) for name, value in sorted(os.environ.items()) if _is_kept_from_nodes(name)
+    ]
+    return [
+        Unusual(name, f"is {_shorten(value)}, which nodes do not get")
+        for name, value in kept
+        if name not in _OWN
+    ]
 
 
 def _variables_in_effect() -> Iterator[Unusual]:
@@ -105,8 +119,13 @@ def _other_ros() -> Iterator[Unusual]:
     marks = {"PYTHONPATH": "rclpy", "LD_LIBRARY_PATH": "librcl.so"}
     for variable, own in own_ros().items():
         for folder in filter(None, os.environ.get(variable, "").split(os.pathsep)):
-            if folder not in own and Path(folder, marks.get(variable, "share/ament_index")).exists():
-                yield Unusual(f"another ROS on {variable}", f"{folder}; nodes find that of {sys.prefix} first")
+            if (
+                folder not in own
+                and Path(folder, marks.get(variable, "share/ament_index")).exists()
+            ):
+                yield Unusual(
+                    f"another ROS on {variable}", f"{folder}; nodes find that of {sys.prefix} first"
+                )
 
 
 def _limits() -> Iterator[Unusual]:
@@ -117,4 +136,7 @@ def _limits() -> Iterator[Unusual]:
     except OSError:
         return
     if status.f_bavail * status.f_frsize < _SHARED_MEMORY and not status.f_flag & os.ST_RDONLY:
-        yield Unusual("a full /dev/shm", "nodes end with SIGBUS, since the tracing library of ROS needs a page there")
+        yield Unusual(
+            "a full /dev/shm",
+            "nodes end with SIGBUS, since the tracing library of ROS needs a page there",
+        )

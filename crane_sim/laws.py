@@ -1,11 +1,13 @@
 """Control laws: their interface, and their lookup by name.
 
-A law is found through the entry-point group `crane_sim.laws`, so a package of your own adds one by naming a function
-`build(settings, scene) -> Law` there: `settings` are the keys of the scene's `control` group beside law, period and
-nominal; `scene` is the *nominal* scene, all that the law may depend on. It raises ValueError for what does not fit.
-A law of your own in a file needs no package: `control.law: FILE.py:FUNCTION`.
-A module that has `build_many` designs its law for many scenes at once. One that has `SETTINGS`, the NamedTuples that
-its settings are read into by the group that has them, is described in the page of the scene format.
+A law is found through the entry-point group `crane_sim.laws`, so a package of your own adds one by
+naming a function `build(settings, scene) -> Law` there: `settings` are the keys of the scene's
+`control` group beside law, period and nominal; `scene` is the *nominal* scene, all that the law may
+depend on. It raises ValueError for what does not fit. A law of your own in a file needs no package:
+`control.law: FILE.py:FUNCTION`.
+A module that has `build_many` designs its law for many scenes at once. One that has `SETTINGS`, the
+NamedTuples that its settings are read into by the group that has them, is described in the page of
+the scene format.
 """
 
 import warnings
@@ -19,7 +21,16 @@ from typing import Any, NamedTuple, Protocol, TypeVar, cast
 
 from pydantic import ValidationError
 
-from crane_sim.files.errors import PATH, SceneError, foreign_path, join_lines, no_group, one_line, shorten, unknown_key
+from crane_sim.files.errors import (
+    PATH,
+    SceneError,
+    foreign_path,
+    join_lines,
+    no_group,
+    one_line,
+    shorten,
+    unknown_key,
+)
 from crane_sim.files.extensions import find_extensions
 from crane_sim.files.functions import load_function
 from crane_sim.files.types import type_adapter
@@ -29,7 +40,8 @@ GROUP = "crane_sim.laws"
 COMMON = ("law", "period", "nominal")
 """Keys of `control` that are no settings of a law."""
 SHARED = ("servo", "tracker_rate", "vision")
-"""Settings of measurement and drive that several laws share: another law that has them keeps them."""
+"""Settings of measurement and drive that several laws share: another law that has them keeps
+them."""
 
 
 class ForeignSetting(SceneError):
@@ -37,7 +49,9 @@ class ForeignSetting(SceneError):
 
     def __init__(self, key: str, known: Sequence[str], law: str = "") -> None:
         """Name the key, the keys that law `law` has, and which one was perhaps meant."""
-        super().__init__(f"control: {unknown_key(key, known, of=f'for law {law!r}' if law else '')}")
+        super().__init__(
+            f"control: {unknown_key(key, known, of=f'for law {law!r}' if law else '')}"
+        )
         self.key, self.known = key, known
 
 
@@ -46,8 +60,9 @@ class Law(Protocol):
 
     A NamedTuple with a registered `system.command` runs compiled.
 
-    They are efforts unless the law's class has an attribute `commands`: "velocity" or "position", or one of these and
-    "effort" for each actuated joint, for drives that are commanded so (`actuators.JOINT.drive`).
+    They are efforts unless the law's class has an attribute `commands`: "velocity" or "position",
+    or one of these and "effort" for each actuated joint, for drives that are commanded so
+    (`actuators.JOINT.drive`).
     """
 
     def __call__(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
@@ -61,8 +76,8 @@ class EnergyShaping(Protocol):
     def lyapunov(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float]:
         """Return (V [J], dV/dt [W]) at time t [s], joint positions q (nq,) and velocities v (nq,).
 
-        dV/dt is that of the law's nominal crane, under commands that are evaluated continuously; motions,
-        forces and limits that `control.nominal` leaves out of it do not count.
+        dV/dt is that of the law's nominal crane, under commands that are evaluated continuously;
+        motions, forces and limits that `control.nominal` leaves out of it do not count.
         """
         ...
 
@@ -71,7 +86,9 @@ class AboutLaw(NamedTuple):
     """Description of a law, from its module."""
 
     about: str  # the first paragraph of its docstring
-    settings: Mapping[str, Any]  # its SETTINGS: NamedTuples of keys by the group that has them; empty where it has none
+    settings: Mapping[
+        str, Any
+    ]  # its SETTINGS: NamedTuples of keys by the group that has them; empty where it has none
 
 
 def law_names() -> list[str]:
@@ -95,19 +112,22 @@ def has_setting(name: str, key: str) -> bool:
     return f"control.{key}" in settings or key in getattr(settings.get("control"), "_fields", ())
 
 
-def switch_law(document: dict[str, Any], changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
-    """Return (a scene's document without settings of a law that `changes` replace, their keys).
+def switch_law(
+    document: dict[str, Any], changes: Mapping[str, Any]
+) -> tuple[dict[str, Any], list[str]]:
+    """Return (a scene's document without the settings of its law, their keys) for another law.
 
-    `changes` are by key; they may select another law.
-
-    Settings that laws share stay where the other law has them.
+    `changes` are by key; where they select no other law, the document stays as it is. Settings
+    that laws share stay where the other law has them.
     """
     control, law = document.get("control"), changes.get("control.law")
     if not isinstance(control, dict) or law is None or law == control.get("law"):
         return document, []
     kept = [key for key in SHARED if key in control and has_setting(str(law), key)]
     ignored = [key for key in control if key not in (*COMMON, *kept)]
-    return document | {"control": {key: control[key] for key in control if key not in ignored}}, ignored
+    return document | {
+        "control": {key: control[key] for key in control if key not in ignored}
+    }, ignored
 
 
 def make_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
@@ -117,7 +137,11 @@ def make_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
         SceneError: no such law, or it does not accept the settings or the scene.
     """
     with _errors_in_one_line(name):
-        return _make_own_law(name, settings, nominal) if is_own(name) else _find_builder(name)(settings, nominal)
+        return (
+            _make_own_law(name, settings, nominal)
+            if is_own(name)
+            else _find_builder(name)(settings, nominal)
+        )
 
 
 def is_own(name: str) -> bool:
@@ -125,11 +149,14 @@ def is_own(name: str) -> bool:
     return ":" in name
 
 
-def make_laws(name: str, settings: Sequence[Mapping[str, Any]], nominals: Sequence[Any]) -> list["Law | SceneError"]:
+def make_laws(
+    name: str, settings: Sequence[Mapping[str, Any]], nominals: Sequence[Any]
+) -> list["Law | SceneError"]:
     """Return the law called `name` for each nominal scene, or the error that `make_law` raises.
 
-    A law whose module has `build_many`, a function of (list of settings, list of scenes) that returns laws and errors,
-    is designed for all scenes at once; where that fails, for each alone, so that an error is of one scene.
+    A law whose module has `build_many`, a function of (list of settings, list of scenes) that
+    returns laws and errors, is designed for all scenes at once; where that fails, for each alone,
+    so that an error is of one scene.
     """
     module = next((entry.module for entry in find_extensions(GROUP) if entry.name == name), None)
     if module is not None and hasattr(import_module(module), "build_many"):
@@ -155,7 +182,9 @@ def _errors_in_one_line(name: str) -> Iterator[None]:
         raise
     except ValueError as error:
         raise SceneError(f"control: {join_lines(error)}") from None
-    except Exception as error:  # of an external package: whatever it is, the user gets a one-line error
+    except (
+        Exception
+    ) as error:  # of an external package: whatever it is, the user gets a one-line error
         what = f"{type(error).__name__}: {join_lines(error)}"
         raise SceneError(f"control.law = {shorten(name, PATH)}: cannot be built: {what}") from error
 
@@ -182,7 +211,10 @@ def _make_own_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
         law = found(settings, nominal)
         if callable(law):
             return cast(Law, law)
-        line = "a function of (settings, scene) must return a law, a function of (t, q, v); it returned"
+        line = (
+            "a function of (settings, scene) must return a law, a function of (t, q, v); it "
+            "returned"
+        )
         raise SceneError(f"control.law = {shorten(name, PATH)}: {line} {shorten(law)}")
     if settings:
         raise ForeignSetting(next(iter(settings)), (), name)
@@ -197,7 +229,10 @@ def check_commands(name: str, law: Law, actuated: Sequence[str], drives: Sequenc
     given = getattr(law, "commands", "effort")
     kinds = [given] * len(drives) if isinstance(given, str) else given
     if not isinstance(kinds, Sequence) or len(kinds) != len(drives):
-        line = f"control.law = {shorten(name, PATH)}: commands = {shorten(given)}: must be effort, velocity or position"
+        line = (
+            f"control.law = {shorten(name, PATH)}: commands = {shorten(given)}: must be effort, "
+            "velocity or position"
+        )
         raise SceneError(f"{line}, or one of these for each of {', '.join(actuated)}")
     for joint, kind, drive in zip(actuated, kinds, drives, strict=True):
         if kind != drive:
@@ -245,7 +280,11 @@ def outer_loop_of(law: Any) -> OuterLoop | None:
 
 def inner_loop_of(law: Any) -> Any:
     """Return the law whose outer loop only holds received setpoints; others as they are."""
-    return law if outer_loop_of(law) is None else getattr(law, _usable_name(law, "inner_loop", "fast_half"))()
+    return (
+        law
+        if outer_loop_of(law) is None
+        else getattr(law, _usable_name(law, "inner_loop", "fast_half"))()
+    )
 
 
 def _usable_name(law: Any, name: str, deprecated: str) -> str:
@@ -255,7 +294,9 @@ def _usable_name(law: Any, name: str, deprecated: str) -> str:
     """
     if hasattr(law, name) or not hasattr(law, deprecated):
         return name
-    warnings.warn(f"{type(law).__name__}.{deprecated} is now called {name}", DeprecationWarning, stacklevel=3)
+    warnings.warn(
+        f"{type(law).__name__}.{deprecated} is now called {name}", DeprecationWarning, stacklevel=3
+    )
     return deprecated
 
 
@@ -263,7 +304,9 @@ class LawError(RuntimeError):
     """A law raised an exception, or did not return a vector of efforts; the message is one line."""
 
 
-def evaluate_law(law: Law, t: float, q: tuple[float, ...], v: tuple[float, ...], nu: int) -> tuple[float, ...]:
+def evaluate_law(
+    law: Law, t: float, q: tuple[float, ...], v: tuple[float, ...], nu: int
+) -> tuple[float, ...]:
     """Return the effort commands (nu,) of the law; arguments of `Law`.
 
     Raises:
@@ -271,17 +314,25 @@ def evaluate_law(law: Law, t: float, q: tuple[float, ...], v: tuple[float, ...],
     """
     try:
         answer = law(t, q, v)
-        if type(answer) is not tuple and isinstance(answer, Iterator):  # its items are the law's own code
+        if type(answer) is not tuple and isinstance(
+            answer, Iterator
+        ):  # its items are the law's own code
             answer = tuple(answer)
     except Exception as error:
-        raise LawError(f"the law failed at t = {t:g} s: {type(error).__name__}: {join_lines(error)}") from error
+        raise LawError(
+            f"the law failed at t = {t:g} s: {type(error).__name__}: {join_lines(error)}"
+        ) from error
     try:
         efforts = tuple(map(float, answer))
     except (TypeError, ValueError, OverflowError):
         line = f"the law returned {shorten(answer)} at t = {t:g} s, not {how_many(nu)}"
-        raise LawError(f"{line}: return (x,), a tuple" if isinstance(answer, Real) else line) from None
+        raise LawError(
+            f"{line}: return (x,), a tuple" if isinstance(answer, Real) else line
+        ) from None
     if len(efforts) != nu:
-        raise LawError(f"the law gave {len(efforts)} efforts at t = {t:g} s, {nu} joints are actuated")
+        raise LawError(
+            f"the law gave {len(efforts)} efforts at t = {t:g} s, {nu} joints are actuated"
+        )
     if not all(map(isfinite, efforts)):
         raise LawError(f"the law gave efforts that are not finite at t = {t:g} s: {list(efforts)}")
     return efforts
@@ -304,7 +355,9 @@ class RemainingSettings(dict[str, Any]):
     read_groups: tuple[str, ...] = ()
 
 
-def read_group(kind: type[T], settings: Mapping[str, Any], group: str) -> tuple[T, RemainingSettings]:
+def read_group(
+    kind: type[T], settings: Mapping[str, Any], group: str
+) -> tuple[T, RemainingSettings]:
     """Return (group of the law's settings as a NamedTuple `kind`, the settings without it).
 
     Raises:
@@ -325,7 +378,9 @@ def read_settings(kind: type[T], settings: Any, group: tuple[str, ...] = ()) -> 
     """
     names: tuple[str, ...] = getattr(kind, "_fields", ())
     if not isinstance(settings, Mapping):
-        raise SceneError(f"{'.'.join(('control', *group))} = {shorten(settings)}: {no_group(names)}")
+        raise SceneError(
+            f"{'.'.join(('control', *group))} = {shorten(settings)}: {no_group(names)}"
+        )
     try:
         return type_adapter(kind).validate_python(dict(settings))
     except ValidationError as error:

@@ -2,9 +2,10 @@
 
 Nothing heavy is imported here.
 
-Python's own handlers wait until compiled code returns, which may take seconds, and then raise an exception at an
-arbitrary statement. Here a thread handles a signal at once, or a run collects it and ends in order. SIGKILL has
-no handler: the children of a killed process outlive it, unless they have a parent-death signal.
+Python's own handlers wait until compiled code returns, which may take seconds, and then raise an
+exception at an arbitrary statement. Here a thread handles a signal at once, or a run collects it
+and ends in order. SIGKILL has no handler: the children of a killed process outlive it, unless they
+have a parent-death signal.
 """
 
 import fcntl
@@ -27,7 +28,8 @@ _PDEATHSIG = 1  # of prctl(2)
 def exit_on_signal(end: Callable[[], object]) -> None:
     """Call `end` in a thread of its own at a signal, from now on to the end of the process.
 
-    Where compiled code hangs that lets no other thread run, the kernel ends the process ten seconds later.
+    Where compiled code hangs that lets no other thread run, the kernel ends the process ten seconds
+    later.
     """
     read_end, write_end = os.pipe()
     os.set_blocking(write_end, False)
@@ -41,14 +43,16 @@ def exit_on_signal(end: Callable[[], object]) -> None:
         end()
 
     threading.Thread(target=wait, name="signals", daemon=True).start()
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, NUMBERS)  # the start script blocks them until there is a handler
+    signal.pthread_sigmask(
+        signal.SIG_UNBLOCK, NUMBERS
+    )  # the start script blocks them until there is a handler
 
 
 def _set_alarm_on_data(read_end: int) -> None:
     """Have SIGALRM end the process ten seconds after a pipe's first byte, without Python code.
 
-    The kernel announces the byte by SIGUSR1, and the handler is alarm(2) itself: 10, the signal's number, is its
-    argument.
+    The kernel announces the byte by SIGUSR1, and the handler is alarm(2) itself: 10, the signal's
+    number, is its argument.
     """
     import ctypes
 
@@ -60,11 +64,13 @@ def _set_alarm_on_data(read_end: int) -> None:
     fcntl.fcntl(read_end, fcntl.F_SETFL, os.O_ASYNC)
 
 
-def replace_process(command: Sequence[str], environment: Mapping[str, str] | None = None) -> NoReturn:
+def replace_process(
+    command: Sequence[str], environment: Mapping[str, str] | None = None
+) -> NoReturn:
     """Go on as another program, which gets the signals; `environment`: its own, None: this one's.
 
-    Handlers do not outlive that, and the kernel sends SIGUSR1 as it closes the pipe of `exit_on_signal`: ignored, it
-    does not end the other program.
+    Handlers do not outlive that, and the kernel sends SIGUSR1 as it closes the pipe of
+    `exit_on_signal`: ignored, it does not end the other program.
     """
     signal.signal(signal.SIGUSR1, signal.SIG_IGN)
     os.execve(command[0], list(command), os.environ if environment is None else environment)
@@ -91,15 +97,20 @@ def end_process(process: "subprocess.Popen[bytes]", timeout: float) -> None:
 def end_workers() -> None:
     """Kill what `multiprocessing` has started, remove its semaphores: this process ends at once.
 
-    Else a process of Python's own finds the semaphores after the end, removes them, and prints a warning.
+    Else a process of Python's own finds the semaphores after the end, removes them, and prints a
+    warning.
     """
-    processes, finalizers = (sys.modules.get(f"multiprocessing.{name}") for name in ("process", "util"))
+    processes, finalizers = (
+        sys.modules.get(f"multiprocessing.{name}") for name in ("process", "util")
+    )
     if processes is not None:
         for child in processes.active_children():
             with suppress(ValueError):  # another thread has seen it end
                 child.kill()
     if finalizers is not None:
-        finalizers._run_finalizers(0)  # those of semaphores; they join no thread, and await no process
+        finalizers._run_finalizers(
+            0
+        )  # those of semaphores; they join no thread, and await no process
 
 
 @contextmanager
@@ -138,7 +149,8 @@ def collect_signals() -> Iterator[list[int]]:
 def ignore_signals() -> None:
     """Ignore signals from now on: the process has done its work, and ends with its own exit code.
 
-    Python would otherwise give the signals their default effect, the death of the process, on its way out.
+    Python would otherwise give the signals their default effect, the death of the process, on its
+    way out.
     """
     for number in NUMBERS:
         signal.signal(number, signal.SIG_IGN)
@@ -153,7 +165,9 @@ def set_parent_death_signal() -> Callable[[], None]:
     """
     import ctypes
 
-    return partial(_end_with, os.getpid(), ctypes.CDLL(None).prctl)  # a child of threads must not import
+    return partial(
+        _end_with, os.getpid(), ctypes.CDLL(None).prctl
+    )  # a child of threads must not import
 
 
 def end_with_parent(parent: int) -> None:

@@ -1,13 +1,14 @@
 """Interface of a model: the generic functions that integrators, laws and outputs call.
 
-A model registers all of `MANDATORY`, one of `DERIVATIVES`, and all of `SWITCHES` where its `switching` is not None.
-Everything else has a default, which its docstring says. Sources of efforts register `effort`, laws `command`.
+A model registers all of `MANDATORY`, one of `DERIVATIVES`, and all of `SWITCHES` where its
+`switching` is not None. Everything else has a default, which its docstring says. Sources of efforts
+register `effort`, laws `command`.
 
-Argument order is (p, t, x, u): parameters p (a NamedTuple whose type chooses the body), time t [s], state x (nested
-tuples of floats) and u, what drives the actuated joints: a tuple of efforts that are held, or a NamedTuple with a
-registered `effort`. An effort is a force or torque, or what else a drive takes: an acceleration, a rate, a position.
-Joint coordinates q, v are tuples in the order of the scene's joint names; SI units and radians; world frame
-right-handed, z up.
+Argument order is (p, t, x, u): parameters p (a NamedTuple whose type chooses the body), time t [s],
+state x (nested tuples of floats) and u, what drives the actuated joints: a tuple of efforts that
+are held, or a NamedTuple with a registered `effort`. An effort is a force or torque, or what else a
+drive takes: an acceleration, a rate, a position. Joint coordinates q, v are tuples in the order of
+the scene's joint names; SI units and radians; world frame right-handed, z up.
 """
 
 from typing import Any, NamedTuple
@@ -27,7 +28,8 @@ class EventStepControl(NamedTuple):
 
     It is repeated until it passes.
 
-    Needed where they change fast just before an event, which a longer step can miss: as friction by Stribeck.
+    Needed where they change fast just before an event, which a longer step can miss: as friction by
+    Stribeck.
     """
 
 
@@ -41,10 +43,12 @@ class Switching(NamedTuple):
     """The model's equations switch at events."""
 
     capacity: int = EVENT_LOG_CAPACITY  # number of events that the log keeps
-    positions: int = (
-        0  # guards depend on t and this number of positions, which precede their rates in x; 0: on all of x
+    # guards depend on t and this number of positions, which precede their rates in x; 0: on all of
+    # x
+    positions: int = 0
+    step_control: Any = (
+        None  # `EventStepControl`, `KinkStepControl`, or None: a step that ends at an event stays
     )
-    step_control: Any = None  # `EventStepControl`, `KinkStepControl`, or None: a step that ends at an event stays
 
 
 @generic
@@ -82,8 +86,8 @@ def compute_jacobian(p, t, x, u):
 
     Both are at (t, x).
 
-    J is what `factor_shifted` takes, by default the matrix (n, n). The derivative in time (n,) is that of a kink's
-    later side.
+    J is what `factor_shifted` takes, by default the matrix (n, n). The derivative in time (n,) is
+    that of a kink's later side.
     """
     return state_and_time_jacobian(rhs, p, t, x, u)
 
@@ -224,7 +228,8 @@ def tensions(p, t, x, u, rows, i, first):
 
     `first` is a column.
 
-    Tension is positive. The row and column are passed as in `store`: a slice of the row would slow the whole loop.
+    Tension is positive. The row and column are passed as in `store`: a slice of the row would slow
+    the whole loop.
     """
     raise NotImplementedError
 
@@ -241,7 +246,8 @@ def fall_tensions(p, t, x, u, rows, i):
 
     The row has n + 2 floats.
 
-    A fall's tension is that at its upper end. The torque pays out where it is positive, 0 without a drum.
+    A fall's tension is that at its upper end. The torque pays out where it is positive, 0 without a
+    drum.
     """
     raise NotImplementedError
 
@@ -309,8 +315,8 @@ def kink_guard(p, value, t0, x0, t, x):
 
     The step goes from state x0 at t0 to x at t.
 
-    A kink is where the equations are continuous and their derivatives jump. It has no mode: the step's side of it is
-    that on which it begins. By default the value as it is.
+    A kink is where the equations are continuous and their derivatives jump. It has no mode: the
+    step's side of it is that on which it begins. By default the value as it is.
     """
     return value
 

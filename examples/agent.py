@@ -1,4 +1,4 @@
-"""The law that `learn.py` trains, as a function of numpy: a perceptron that says the force on a trolley.
+"""The law that `learn.py` trains, in numpy: a perceptron whose output is the force on a trolley.
 
 ./crane simulate overhead_energy --law examples/agent.py:build --set control.weights=agent.npz
 """
@@ -12,13 +12,20 @@ import numpy.typing as npt
 from crane_sim.laws import read_settings
 
 Array = npt.NDArray[np.float64]
-SCALES = np.array([1.0, 0.3, 2.0, 1.0])  # m, rad, m/s, rad/s: what makes an input of the perceptron 1
+SCALES = np.array(
+    [1.0, 0.3, 2.0, 1.0]
+)  # m, rad, m/s, rad/s: what makes an input of the perceptron 1
 FORCE = 300.0  # N, the largest one
-HOLD = 5  # periods of 0.01 s for which a force is held: an agent that decides less often learns sooner
+HOLD = (
+    5  # periods of 0.01 s for which a force is held: an agent that decides less often learns sooner
+)
 
 
 def inputs_of(observations: Array) -> Array:
-    """Return the inputs (..., 4) for observations (..., 5): trolley, angle, their velocities, target of the trolley."""
+    """Return the inputs (..., 4) for observations (..., 5).
+
+    Observations are trolley, angle, their velocities, and the target of the trolley.
+    """
     state = observations[..., :4].copy()
     state[..., 0] -= observations[..., 4]
     return state / SCALES

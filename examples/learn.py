@@ -3,9 +3,10 @@
     .venv/bin/pip install stable-baselines3
     .venv/bin/python examples/learn.py --minutes 10
 
-It learns by proximal policy optimisation on many cranes at once, of the scene `overhead_energy` with other loads,
-ropes, starts and targets in every episode, on a base at rest and without wind. The league's trials come then: their
-loads and ropes are within that range, moving bases and gusts are new. The weights are in a file that `agent.py` reads.
+It learns by proximal policy optimisation on many cranes at once, of the scene `overhead_energy`
+with other loads, ropes, starts and targets in every episode, on a base at rest and without wind.
+The league's trials come then: their loads and ropes are within that range, moving bases and gusts
+are new. The weights are in a file that `agent.py` reads.
 """
 
 import argparse
@@ -29,7 +30,15 @@ from crane_bench.league.cells import Cell, evaluate
 
 AGENT = Path(__file__).with_name("agent.py")
 BESIDE = ("energy", "lqr")
-HEAD = ("trial", "law", "MAE, m", "peak swing, deg", "residual swing, deg", "settling, s", "largest force, N")
+HEAD = (
+    "trial",
+    "law",
+    "MAE, m",
+    "peak swing, deg",
+    "residual swing, deg",
+    "settling, s",
+    "largest force, N",
+)
 CRANES = 256
 UNCERTAIN = {
     "cable.node_masses": {"distribution": "uniform", "low": 0.7, "high": 1.3, "relative": True},
@@ -37,17 +46,26 @@ UNCERTAIN = {
     "initial.angles.0": {"distribution": "uniform", "low": -0.5, "high": 0.5},
     "reference.q.0": {"distribution": "uniform", "low": -3.5, "high": 3.5},
 }
-CHANGES = {"duration": 10.0, "trolley.limits": [-6.0, 6.0], "control.period": HOLD * 0.01, "uncertain": UNCERTAIN}
+CHANGES = {
+    "duration": 10.0,
+    "trolley.limits": [-6.0, 6.0],
+    "control.period": HOLD * 0.01,
+    "uncertain": UNCERTAIN,
+}
 
 
 class Cranes(VecEnv):
-    """The vector environment as Stable Baselines has them: actions are ±1, observations the inputs of the agent."""
+    """The vector environment as Stable Baselines has it: actions ±1, inputs of the agent."""
 
     def __init__(self, envs: Any) -> None:
         """Take a vector environment whose episodes begin anew in the step in which they end."""
         box = gymnasium.spaces.Box
         self.envs, self.actions = envs, np.zeros(envs.action_space.shape)
-        super().__init__(envs.num_envs, box(-np.inf, np.inf, (4,)), box(-1.0, 1.0, envs.single_action_space.shape))
+        super().__init__(
+            envs.num_envs,
+            box(-np.inf, np.inf, (4,)),
+            box(-1.0, 1.0, envs.single_action_space.shape),
+        )
 
     def reset(self) -> Any:
         """Begin an episode of every crane."""
@@ -78,7 +96,9 @@ class Cranes(VecEnv):
         """Refuse: cranes have nothing that one sets."""
         raise NotImplementedError(attr_name)
 
-    def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> list[Any]:
+    def env_method(
+        self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any
+    ) -> list[Any]:
         """Refuse: cranes have no methods of their own."""
         raise NotImplementedError(method_name)
 
@@ -104,7 +124,10 @@ class TimeLimit(BaseCallback):
         passed = time.monotonic() - self.began
         if passed >= self.shown and self.model.ep_info_buffer:
             error = -np.mean([episode["r"] for episode in self.model.ep_info_buffer])
-            print(f"{passed:5.0f} s  {self.num_timesteps:9d} steps  mean error {error:.4f} m", flush=True)
+            print(
+                f"{passed:5.0f} s  {self.num_timesteps:9d} steps  mean error {error:.4f} m",
+                flush=True,
+            )
             self.shown = passed + self.seconds / 20.0
         return passed < self.seconds
 
@@ -114,19 +137,33 @@ def train(minutes: float, seed: int) -> list[tuple[np.ndarray, np.ndarray]]:
     torch.set_num_threads(1)  # perceptrons this small are slower on two
     scene = crane_sim.load_scene("overhead_energy", CHANGES)
     envs = gymnasium.make_vec(
-        "crane_sim/Overhead-v0", num_envs=CRANES, scene=scene, max_effort=FORCE, autoreset_mode="SameStep"
+        "crane_sim/Overhead-v0",
+        num_envs=CRANES,
+        scene=scene,
+        max_effort=FORCE,
+        autoreset_mode="SameStep",
     )
     cranes = VecNormalize(VecMonitor(Cranes(envs)), norm_obs=False, gamma=0.99)
     cranes.seed(seed)
     clock = TimeLimit(60.0 * minutes)
     model = PPO(
-        "MlpPolicy", cranes, n_steps=50, batch_size=1600, n_epochs=10, gamma=0.99, seed=seed, device="cpu",
-        learning_rate=lambda _: 1e-3 * clock.left, policy_kwargs={"net_arch": [64, 64], "log_std_init": -0.5},
-    )  # fmt: skip
+        "MlpPolicy",
+        cranes,
+        n_steps=50,
+        batch_size=1600,
+        n_epochs=10,
+        gamma=0.99,
+        seed=seed,
+        device="cpu",
+        learning_rate=lambda _: 1e-3 * clock.left,
+        policy_kwargs={"net_arch": [64, 64], "log_std_init": -0.5},
+    )
     model.learn(10**12, clock)
     cranes.close()
     policy = model.policy
-    layers = [part for part in policy.mlp_extractor.policy_net if hasattr(part, "weight")] + [policy.action_net]
+    layers = [part for part in policy.mlp_extractor.policy_net if hasattr(part, "weight")] + [
+        policy.action_net
+    ]
     return [(part.weight.detach().numpy(), part.bias.detach().numpy()) for part in layers]
 
 
@@ -154,8 +191,15 @@ def judged(cell: Cell) -> list[str]:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Train, keep the weights, and judge."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--minutes", type=float, default=10.0, help="of training; 0: judge the weights that are there")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--minutes",
+        type=float,
+        default=10.0,
+        help="of training; 0: judge the weights that are there",
+    )
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--weights", type=Path, default=Path("agent.npz"), help="file of the agent")
     given = parser.parse_args(arguments)

@@ -1,6 +1,7 @@
-"""The controller of my_controller.py as many drives are commanded: bare efforts in joint order, in real time.
+"""The controller of my_controller.py in real time, by bare efforts in joint order.
 
-For `./crane run --mode realtime --no-controller --domain-id 7`. No stamp, no names: the newest array holds.
+For `./crane run --mode realtime --no-controller --domain-id 7`. No stamp, no names: the newest
+array holds.
 """
 
 from my_law import effort
@@ -26,7 +27,9 @@ class MyArrayController(Node):
 
     def _command(self) -> None:
         if (state := self._state).name:
-            self._commands.publish(Float64MultiArray(data=effort(state.name, state.position, state.velocity)))
+            self._commands.publish(
+                Float64MultiArray(data=effort(state.name, state.position, state.velocity))
+            )
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
-"""A controller of your own, for `./crane run --no-controller --domain-id 7`: plain rclpy, nothing of crane_sim.
+"""A controller of your own in plain rclpy: `./crane run --no-controller --domain-id 7`.
 
-In lockstep the plant waits for the command that carries its state's stamp: answer every state, and echo the stamp.
-In real time the same node works; there the newest command holds until the next one comes.
+In lockstep the plant waits for the command that carries its state's stamp: answer every state, and
+echo the stamp. In real time the same node works; there the newest command holds until the next one
+comes.
 """
 
 from my_law import TARGET, effort

@@ -12,9 +12,12 @@ POLL = 0.1  # s in which rclpy comes back, so that Python hears of a signal
 
 
 def spin_until_stopped(make: Callable[[], Node]) -> None:
-    """Make a node and serve its callbacks; a signal ends that in order, so that the node leaves the graph at once.
+    """Make a node and serve its callbacks.
 
-    rclpy's own handlers are left out: behind them a signal that comes before `spin` ends in an exception, or is lost.
+    A signal ends that in order, so that the node leaves the graph at once.
+
+    rclpy's own handlers are left out: behind them a signal that comes before `spin` ends in an
+    exception, or is lost.
     """
     stopped: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -61,7 +61,9 @@ def no_process_left() -> Iterator[None]:
     It is ended also when this process is killed.
     """
     mark = str(uuid.uuid4())  # a session within a test of another one has both marks
-    os.environ[session_guard.VARIABLE] = f"{os.environ.get(session_guard.VARIABLE, '')} {mark}".strip()
+    os.environ[session_guard.VARIABLE] = (
+        f"{os.environ.get(session_guard.VARIABLE, '')} {mark}".strip()
+    )
     with _guard(mark):
         yield
         deadline = time.monotonic() + 10.0
@@ -69,7 +71,9 @@ def no_process_left() -> Iterator[None]:
             time.sleep(0.1)
         for pid in leftover:
             os.kill(pid, signal.SIGKILL)
-        assert not leftover, f"processes outlived the tests, and were killed: {list(leftover.values())}"
+        assert not leftover, (
+            f"processes outlived the tests, and were killed: {list(leftover.values())}"
+        )
 
 
 @contextmanager
@@ -77,7 +81,9 @@ def _guard(mark: str) -> Iterator[None]:
     """Run the session guard in a session of its own, beyond signals to this process's group."""
     command = [sys.executable, "-I", "-S", session_guard.__file__, str(os.getpid()), mark]
     env = {name: value for name, value in os.environ.items() if name != session_guard.VARIABLE}
-    with subprocess.Popen(command, env=env, stdout=subprocess.PIPE, start_new_session=True) as guard:
+    with subprocess.Popen(
+        command, env=env, stdout=subprocess.PIPE, start_new_session=True
+    ) as guard:
         try:
             assert guard.stdout is not None and guard.stdout.readline() == b"ready\n"
             yield
@@ -90,14 +96,30 @@ def _find_others(mark: str) -> dict[int, str]:
 
     multiprocessing's resource tracker ends with its process.
     """
-    found = {pid: command for pid, command in session_guard.find_marked(mark).items() if pid != os.getpid()}
-    return {pid: command for pid, command in found.items() if pid != resource_tracker._resource_tracker._pid}
+    found = {
+        pid: command
+        for pid, command in session_guard.find_marked(mark).items()
+        if pid != os.getpid()
+    }
+    return {
+        pid: command
+        for pid, command in found.items()
+        if pid != resource_tracker._resource_tracker._pid
+    }
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the time limit of `pyproject.toml`, and the part of the long tests."""
-    parser.addini("test_limit", "s for each phase of a test, which fails then; 0: none", type="string", default="0")
-    parts = f"of the long tests only this part, of {long_parts.PARTS}; auto: the one that is due at this commit"
+    parser.addini(
+        "test_limit",
+        "s for each phase of a test, which fails then; 0: none",
+        type="string",
+        default="0",
+    )
+    parts = (
+        f"of the long tests only this part, of {long_parts.PARTS}; auto: the one that is due at "
+        "this commit"
+    )
     parser.addoption("--part", choices=long_parts.CHOICES, help=parts)
     changed_files.add_option(parser)
 
@@ -111,7 +133,13 @@ def _limited(item: pytest.Item) -> Iterator[None]:
     Long tests have twice the time, slow ones have no limit.
     """
     usual = float(item.config.getini("test_limit"))
-    limit = 0.0 if item.get_closest_marker("slow") else 2.0 * usual if item.get_closest_marker("long") else usual
+    limit = (
+        0.0
+        if item.get_closest_marker("slow")
+        else 2.0 * usual
+        if item.get_closest_marker("long")
+        else usual
+    )
 
     def expire(*_: object) -> None:
         faulthandler.dump_traceback(file=sys.__stderr__)
@@ -170,8 +198,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
     Then `--part` selects.
 
-    The longest files are first: at the end of the tests a worker has nothing to do while the other one runs a file of
-    minutes. Workers must have one order of files.
+    The longest files are first: at the end of the tests a worker has nothing to do while the other
+    one runs a file of minutes. Workers must have one order of files.
     """
     if _worker_of(config):
         items.sort(key=lambda item: str(item.path))
@@ -214,7 +242,9 @@ _FILES = pytest.StashKey[set[str]]()
 
 def shared_files() -> set[str]:
     """Return the names of Fast DDS's files in shared memory."""
-    return {name for name in os.listdir("/dev/shm") if name.startswith(("fastrtps", "sem.fastrtps"))}
+    return {
+        name for name in os.listdir("/dev/shm") if name.startswith(("fastrtps", "sem.fastrtps"))
+    }
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:

@@ -29,7 +29,7 @@ SUITE: {", ".join(SUITE_NAMES)}; scenes when left out, page rewrites page and fi
 Plant.advance and simulate, without ROS: crane soak inprocess.
 
 Data, figure and page go to FOLDER; unmeasured suites and scenes keep their previous data.
-"""
+"""  # noqa: E501
 
 
 @click.command(context_settings=HELP, help=_HELP)
@@ -43,13 +43,30 @@ Data, figure and page go to FOLDER; unmeasured suites and scenes keep their prev
     help="Only these (S1, S3a, ... or a catalogue name); may be repeated.",
 )
 @click.option(
-    "--method", "methods", multiple=True, metavar="NAME", help=f"Only these: {', '.join(METHODS)}; may be repeated."
+    "--method",
+    "methods",
+    multiple=True,
+    metavar="NAME",
+    help=f"Only these: {', '.join(METHODS)}; may be repeated.",
 )
 @click.option(
-    "--crane", "cranes", multiple=True, metavar="NAME", help="Only this crane, for the suite groups; may be repeated."
+    "--crane",
+    "cranes",
+    multiple=True,
+    metavar="NAME",
+    help="Only this crane, for the suite groups; may be repeated.",
 )
-@click.option("--peers", is_flag=True, help="Measure every other installed engine as well, interleaved.")
-@click.option("--save", "folder", default="runs/bench", show_default=True, metavar="FOLDER", help="Where results go.")
+@click.option(
+    "--peers", is_flag=True, help="Measure every other installed engine as well, interleaved."
+)
+@click.option(
+    "--save",
+    "folder",
+    default="runs/bench",
+    show_default=True,
+    metavar="FOLDER",
+    help="Where results go.",
+)
 def bench(
     suite: str,
     quick: bool,
@@ -64,7 +81,9 @@ def bench(
         hint = f"; crane soak {suite} is a soak" if suite in SOAKS else ""
         raise SceneError(unknown_key(suite, SUITE_NAMES, "SUITE") + hint)
     if suite != "scenes" and (quick or ids or methods or peers):
-        raise SceneError(f"bench {suite}: --quick, --scene, --method and --peers only apply to scenes")
+        raise SceneError(
+            f"bench {suite}: --quick, --scene, --method and --peers only apply to scenes"
+        )
     if suite != "groups" and cranes:
         raise SceneError(f"bench {suite}: --crane only applies to groups")
     cases = scenes.select_cases(ids, quick)
@@ -73,7 +92,10 @@ def bench(
     install_groups("bench")  # before anything is measured, which would be lost
     data = read_store(_make_folder(folder))
     if suite == "page" and not data:
-        raise SceneError(f"bench page: {folder} has no data yet; measure something, or name another --save FOLDER")
+        raise SceneError(
+            f"bench page: {folder} has no data yet; measure something, or name another --save "
+            "FOLDER"
+        )
     if suite == "scenes":
         with Console(stderr=True).status("measuring") as status:
             measured = scenes.measure_scenes(
@@ -84,7 +106,9 @@ def bench(
             _print_cheapest(case, data["scenes"]["scenes"][case])
     elif suite != "page":
         with Console(stderr=True).status(f"measuring: {SUITES[suite].title}"):
-            data = merge_suite(data, suite, _measure_groups(data, cranes) if cranes else SUITES[suite].measure())
+            data = merge_suite(
+                data, suite, _measure_groups(data, cranes) if cranes else SUITES[suite].measure()
+            )
         print("\n".join(SUITES[suite].format(data[suite])))
     _write(data, Path(folder))
 
@@ -125,7 +149,10 @@ def _print_cheapest(case: str, scene: dict[str, Any]) -> None:
     """Print the cheapest setting of every engine, and of every method of this simulator."""
     title = f"{case}: {scene['title']}\nµs of wall time per simulated second, at errors of"
     rows = [
-        (engine, *("—" if p is None else f"{p.us_per_s:.3g} {p.method} {p.setting:.2g}" for p in points))
+        (
+            engine,
+            *("—" if p is None else f"{p.us_per_s:.3g} {p.method} {p.setting:.2g}" for p in points),
+        )
         for engine, points in cheapest_points(read_points(scene), scene["trusted"]).items()
     ]
     print_table(Console(), title, ("engine", *(f"{level:.0e} m" for level in ERROR_LEVELS)), rows)

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 @click.argument("pages", nargs=-1)
 @click.option("--build", is_flag=True, help="Build the documentation site.")
 @click.option("--serve", is_flag=True, help="Build it, and serve it on the loopback interface.")
-@click.option("-o", "--output", "folder", type=click.Path(path_type=Path), help="Of the site (default: site).")
+@click.option(
+    "-o", "--output", "folder", type=click.Path(path_type=Path), help="Of the site (default: site)."
+)
 def docs(pages: tuple[str, ...], build: bool, serve: bool, folder: Path | None) -> None:
     """List the pages in docs that commands write; write PAGES anew ("pictures", "all")."""
     if not (build or serve):
@@ -46,12 +48,37 @@ def docs(pages: tuple[str, ...], build: bool, serve: bool, folder: Path | None) 
 
 @click.command()
 @click.argument("scene", required=False)
-@click.option("--python", is_flag=True, help="The Python interface instead: functions, arguments, attributes.")
-@click.option("--schema", is_flag=True, help="The format as a JSON schema instead, by which editors complete keys.")
-@click.option("--ros2-control", is_flag=True, help="Of SCENE: its URDF with a <ros2_control> tag, and controllers.")
-@click.option("--sites", is_flag=True, help="Cranes of ports and sites instead: run them, write page and pictures.")
-@click.option("--scene", "names", multiple=True, metavar="NAME", help="Of --sites only this one; may be repeated.")
-@click.option("--save", "folder", metavar="FOLDER", help="Write the page or files there instead of printing them.")
+@click.option(
+    "--python", is_flag=True, help="The Python interface instead: functions, arguments, attributes."
+)
+@click.option(
+    "--schema",
+    is_flag=True,
+    help="The format as a JSON schema instead, by which editors complete keys.",
+)
+@click.option(
+    "--ros2-control",
+    is_flag=True,
+    help="Of SCENE: its URDF with a <ros2_control> tag, and controllers.",
+)
+@click.option(
+    "--sites",
+    is_flag=True,
+    help="Cranes of ports and sites instead: run them, write page and pictures.",
+)
+@click.option(
+    "--scene",
+    "names",
+    multiple=True,
+    metavar="NAME",
+    help="Of --sites only this one; may be repeated.",
+)
+@click.option(
+    "--save",
+    "folder",
+    metavar="FOLDER",
+    help="Write the page or files there instead of printing them.",
+)
 def describe(
     scene: str | None,
     python: bool,
@@ -71,15 +98,23 @@ def describe(
         raise SceneError("crane describe --scene: belongs to --sites; leave it out, or add that")
     ensure_writable_folder(folder)
     if sites:
-        _describe_sites(folder, names, alone=scene is None and not (python or schema or ros2_control))
+        _describe_sites(
+            folder, names, alone=scene is None and not (python or schema or ros2_control)
+        )
         return
     if scene is None and ros2_control:
         raise SceneError("crane describe --ros2-control: needs SCENE")
     if python and schema:
         raise SceneError("crane describe --python --schema: take one of the two")
-    for option, given, what in (("--python", python, "Python interface"), ("--schema", schema, "JSON schema")):
+    for option, given, what in (
+        ("--python", python, "Python interface"),
+        ("--schema", schema, "JSON schema"),
+    ):
         if given and scene is not None:
-            raise SceneError(f"crane describe {scene} {option}: the {what} is that of all scenes; leave out SCENE")
+            raise SceneError(
+                f"crane describe {scene} {option}: the {what} is that of all scenes; leave out "
+                "SCENE"
+            )
     if scene is not None:
         if ros2_control:
             _describe_ros2_control(load_scene_with_options(scene), folder)
@@ -102,7 +137,9 @@ def _describe_sites(folder: str | None, names: tuple[str, ...], alone: bool) -> 
     from crane_bench.documentation.scenes_page import check_names, save_page
 
     if not alone or folder is None:
-        raise SceneError("crane describe --sites: needs --save FOLDER, and no other option but --scene")
+        raise SceneError(
+            "crane describe --sites: needs --save FOLDER, and no other option but --scene"
+        )
     check_names(names)
     install_groups("bench")
     save_page(folder, names)
@@ -113,7 +150,10 @@ def _describe_scene(scene: str, folder: str | None) -> None:
     from crane_sim.cli.scene_description import print_scene
 
     if folder is not None:
-        raise SceneError(f"crane describe {scene} --save: a scene is printed; leave it out, or add --ros2-control")
+        raise SceneError(
+            f"crane describe {scene} --save: a scene is printed; leave it out, or add "
+            "--ros2-control"
+        )
     print_scene(load_scene_with_options(scene))
 
 
@@ -127,7 +167,11 @@ def _describe_ros2_control(scene: "Scene", folder: str | None) -> None:
         if folder is None:
             print(text)
         else:
-            write_output("--save", Path(folder, name), lambda path, text=text: path.write_text(f"{text.rstrip()}\n"))
+            write_output(
+                "--save",
+                Path(folder, name),
+                lambda path, text=text: path.write_text(f"{text.rstrip()}\n"),
+            )
             print(Path(folder, name))
 
 
@@ -153,9 +197,15 @@ def reproduce(item: str | None, folder: str | None, as_json: bool) -> None:
 @click.option(
     "--samples",
     type=IntAtLeast(2),
-    help="Runs of each law in each trial, on the same samples; less than 11 cannot tell 8 laws apart.",
+    help="Runs of each law in each trial, on the same samples; less than 11 cannot tell 8 laws "
+    "apart.",
 )
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Rows of samples (default: runs/league_SAMPLES).")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="Rows of samples (default: runs/league_SAMPLES).",
+)
 @click.option(
     "--crane",
     "cranes",
@@ -165,18 +215,25 @@ def reproduce(item: str | None, folder: str | None, as_json: bool) -> None:
 )
 @as_json_option
 def league(
-    folder: str | None, samples: int | None, output: Path | None, cranes: tuple[str, ...], as_json: bool
+    folder: str | None,
+    samples: int | None,
+    output: Path | None,
+    cranes: tuple[str, ...],
+    as_json: bool,
 ) -> None:
     """Try every law on every scene that suits it: errors, swing, efforts (some minutes).
 
-    With --samples every trial is a study, with intervals; interrupted, the same command runs what is missing.
+    With --samples every trial is a study, with intervals; interrupted, the same command runs what
+    is missing.
     """
     from crane_bench.cli import league as command
     from crane_bench.league.cases import groups_named
 
     if samples is None and (output is not None or cranes):
         option = f"--crane {cranes[0]!r}" if cranes else f"-o {str(output)!r}"
-        raise click.UsageError(f"{option}: is for --samples N only; add it, or leave out {option.split()[0]}")
+        raise click.UsageError(
+            f"{option}: is for --samples N only; add it, or leave out {option.split()[0]}"
+        )
     ensure_writable_folder(folder)
     install_groups(*["bench"] * (folder is not None))
     if samples is None:

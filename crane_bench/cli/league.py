@@ -51,7 +51,8 @@ def sampled_league(
     """Evaluate these groups over samples, whose rows are in `output`; print and write as `league`.
 
     Raises:
-        SceneError: a folder cannot be written, or `output` or the data in `folder` are another league's.
+        SceneError: a folder cannot be written, or `output` or the data in `folder` are another
+            league's.
     """
     if folder is not None:
         read_cells(Path(folder))  # an error comes before minutes of runs
@@ -112,7 +113,10 @@ def save_comparison(cells: Sequence[Cell], folder: Path) -> None:
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        write_text(folder / "league.json", json.dumps(json_data(cells), indent=1, ensure_ascii=False) + "\n")
+        write_text(
+            folder / "league.json",
+            json.dumps(json_data(cells), indent=1, ensure_ascii=False) + "\n",
+        )
         drawn = save_figure(draw_league, cells, folder / "league.png", dpi=100)
         write_text(folder / "league.md", format_comparison(cells, drawn))
     except OSError as error:

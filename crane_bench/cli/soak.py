@@ -30,8 +30,12 @@ _seed = click.option("--seed", type=int, default=0, help="Seed of the random ins
 
 def _output(command: _Command) -> _Command:
     """Add the output options."""
-    command = click.option("--save", "folder", metavar="FOLDER", help="Also write page, plot and data here.")(command)
-    return click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")(command)
+    command = click.option(
+        "--save", "folder", metavar="FOLDER", help="Also write page, plot and data here."
+    )(command)
+    return click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")(
+        command
+    )
 
 
 @soak.command()
@@ -128,17 +132,35 @@ def _report(measure: _Measure, as_json: bool, folder: str | None) -> None:
 
         save_findings(part, _command_line(part), metrics, data, Path(folder))
     if as_json:
-        print(json.dumps(json_value({"part": part, "metrics": [metric._asdict() for metric in metrics], "data": data})))
+        print(
+            json.dumps(
+                json_value(
+                    {
+                        "part": part,
+                        "metrics": [metric._asdict() for metric in metrics],
+                        "data": data,
+                    }
+                )
+            )
+        )
     else:
-        print_table(Console(), f"soak: {part}", ("metric", "measured", "required"), map(_cells, metrics))
+        print_table(
+            Console(), f"soak: {part}", ("metric", "measured", "required"), map(_cells, metrics)
+        )
     if not all(metric.passed for metric in metrics):
         raise SystemExit(1)
 
 
 def _command_line(part: str) -> str:
     """Return the command line that repeats this soak."""
-    options = {name: value for name, value in click.get_current_context().params.items() if name not in _OUTPUT}
-    return " ".join(["crane soak", part, *(f"--{name} {_shorten(value)}" for name, value in options.items())])
+    options = {
+        name: value
+        for name, value in click.get_current_context().params.items()
+        if name not in _OUTPUT
+    }
+    return " ".join(
+        ["crane soak", part, *(f"--{name} {_shorten(value)}" for name, value in options.items())]
+    )
 
 
 def _shorten(value: float) -> str:
@@ -147,4 +169,8 @@ def _shorten(value: float) -> str:
 
 
 def _cells(metric: Metric) -> tuple[str, str, str]:
-    return metric.what, metric.format_value(), metric.requirement + ("" if metric.passed else "  failed")
+    return (
+        metric.what,
+        metric.format_value(),
+        metric.requirement + ("" if metric.passed else "  failed"),
+    )

@@ -19,21 +19,31 @@ HEAD = f"""# Python interface
 
 Written by `{COMMAND}` from the source: what `import crane_sim` gives. Shapes are in
 parentheses: nq joints, nu of them actuated, K instants. `help(crane_sim.simulate)` shows the same in an interpreter.
-"""
+"""  # noqa: E501
 RUNS = ("RecordedRun", "Rollout")
 """Classes of what examples call `run`."""
 WIDEST = 110  # characters of a signature on one line
 QUOTES = "'\""
 _SECTION = re.compile(r"^(Args|Attributes|Raises|Returns):\n((?:    .*\n?|\n)+)", re.MULTILINE)
 _ENTRY = re.compile(r"^(\S[^:\n]*): ", re.MULTILINE)
-_TITLES = {"Args": "Arguments", "Attributes": "Attributes", "Raises": "Raises", "Returns": "Returns"}
+_TITLES = {
+    "Args": "Arguments",
+    "Attributes": "Attributes",
+    "Raises": "Raises",
+    "Returns": "Returns",
+}
 
 
 def api_page() -> str:
     """Return the page in Markdown: functions, then classes."""
     public = {name: getattr(crane_sim, name) for name in crane_sim.__all__}
     order = sorted(public.items(), key=lambda item: (inspect.isclass(item[1]), item[0].lower()))
-    return "\n".join([HEAD, *(line for name, value in order for line in _api_section(name, value))]).rstrip() + "\n"
+    return (
+        "\n".join(
+            [HEAD, *(line for name, value in order for line in _api_section(name, value))]
+        ).rstrip()
+        + "\n"
+    )
 
 
 def save_api_page(folder: str | Path) -> None:
@@ -47,7 +57,10 @@ def _api_section(name: str, value: Any) -> Iterator[str]:
         yield f"{docstring(value)}\n"
         yield from _attributes(value)
         for method in _methods(value):
-            yield from (f"{signature(method, prefix='run.' if name in RUNS else '')}\n", f"{docstring(method)}\n")
+            yield from (
+                f"{signature(method, prefix='run.' if name in RUNS else '')}\n",
+                f"{docstring(method)}\n",
+            )
     else:
         yield from (f"{signature(value)}\n", f"{docstring(value)}\n")
 
@@ -83,7 +96,9 @@ def _attributes(kind: type) -> Iterator[str]:
     declared = getattr(kind, "__dataclass_fields__", {})
     described = comments(kind) if declared else {}
     for name, field in declared.items():
-        text = described.get(name) or docstring(getattr(import_module(kind.__module__), str(field.type)))
+        text = described.get(name) or docstring(
+            getattr(import_module(kind.__module__), str(field.type))
+        )
         yield f"- `{name}`: {text}"
     for name, value in vars(kind).items():
         if not name.startswith("_") and isinstance(value, property | cached_property):
@@ -92,4 +107,8 @@ def _attributes(kind: type) -> Iterator[str]:
 
 
 def _methods(kind: type) -> list[Callable[..., Any]]:
-    return [value for name, value in vars(kind).items() if inspect.isfunction(value) and not name.startswith("_")]
+    return [
+        value
+        for name, value in vars(kind).items()
+        if inspect.isfunction(value) and not name.startswith("_")
+    ]

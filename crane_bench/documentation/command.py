@@ -55,6 +55,8 @@ def print_pages() -> None:
         (f"{name}.md", f"crane {page.command}", f"{page.minutes:g}", "\n".join(page.measured))
         for name, page in PAGES.items()
     ]
-    rows.append(("*.png", f"crane docs {PICTURES}", "1", "runs of the catalogue, drawn by the viewer"))
+    rows.append(
+        ("*.png", f"crane docs {PICTURES}", "1", "runs of the catalogue, drawn by the viewer")
+    )
     console = Console(width=None if sys.stdout.isatty() else WIDE)
     print_table(console, "docs", ("page", "written by", "minutes", "from what these measure"), rows)

@@ -2,8 +2,9 @@
 
 A field has a key, a type, a unit, a default and a description.
 
-A unit and a description stand where a field is declared, in the comment behind it, `unit, description`, and in comment
-lines that follow. A group is a pydantic model or a NamedTuple; its docstring describes the group.
+A unit and a description stand where a field is declared, in the comment behind it, `unit,
+description`, and in comment lines that follow. A group is a pydantic model or a NamedTuple; its
+docstring describes the group.
 """
 
 import ast
@@ -26,7 +27,9 @@ UNITS = frozenset(
     N m s/rad|joint's unit|parameter's unit|joint's unit/s|joint's unit/s²|
     joint's unit/s³|command's unit|effort's unit|effort's unit/s|effort's unit s/joint's unit|
     effort's unit s²/joint's unit|effort's unit/joint's unit|rad/joint's unit|input's unit|state's unit|
-    coordinate's unit|coordinate's unit/s|coordinate's unit/s²|coordinate's unit/s³""".replace("\n    ", "").split("|")
+    coordinate's unit|coordinate's unit/s|coordinate's unit/s²|coordinate's unit/s³""".replace(  # noqa: E501
+        "\n    ", ""
+    ).split("|")
 )
 """Units before the comma of a comment; `-` is a number without a unit."""
 
@@ -59,10 +62,16 @@ def fields(group: Any) -> tuple[Field, ...]:
     """Return the keys of a pydantic model or a NamedTuple, in the order of their declaration."""
     hints, descriptions = get_type_hints(group, include_extras=True), comments(group)
     words = {field: word for word, field in WORDS.items()} if hasattr(group, "_fields") else {}
-    declared, names = list[Field](), list[str](getattr(group, "model_fields", getattr(group, "_fields", ())))
+    declared, names = (
+        list[Field](),
+        list[str](getattr(group, "model_fields", getattr(group, "_fields", ()))),
+    )
     for name in names:
         unit, text = split_comment(descriptions.get(name, ""))
-        inline = next((part for part in strip_annotated(hints[name])[1] if isinstance(part, InlineUnion)), None)
+        inline = next(
+            (part for part in strip_annotated(hints[name])[1] if isinstance(part, InlineUnion)),
+            None,
+        )
         key = words.get(name, name) if inline is None else inline.choice[0]
         declared.append(Field(key, hints[name], unit, default(group, name), text))
     return tuple(declared)
@@ -93,7 +102,9 @@ def comments(group: Any) -> dict[str, str]:
     for base in reversed(group.__mro__):
         declared = vars(base).get("__pydantic_fields__", {})
         texts |= {name: field.description for name, field in declared.items() if field.description}
-        if base.__module__.startswith(("crane_sim", "crane_control")) or issubclass(base, BaseModel | tuple):
+        if base.__module__.startswith(("crane_sim", "crane_control")) or issubclass(
+            base, BaseModel | tuple
+        ):
             texts |= _own_comments(base)
     return texts
 
@@ -107,9 +118,15 @@ def _own_comments(group: type) -> dict[str, str]:
     except (OSError, TypeError):  # made by `create_model`: its fields have their descriptions
         return {}
     tokens = list(tokenize.generate_tokens(io.StringIO(source).readline))
-    lines = {token.start[0]: token.string.lstrip("# ") for token in tokens if token.type == tokenize.COMMENT}
+    lines = {
+        token.start[0]: token.string.lstrip("# ")
+        for token in tokens
+        if token.type == tokenize.COMMENT
+    }
     body = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.AnnAssign)]
-    busy = {line for node in body for line in range(node.lineno, (node.end_lineno or node.lineno) + 1)}
+    busy = {
+        line for node in body for line in range(node.lineno, (node.end_lineno or node.lineno) + 1)
+    }
     texts = {}
     for node in body:
         if isinstance(node.target, ast.Name):
@@ -157,7 +174,11 @@ def subgroup(annotation: Any) -> Any:
         return next(filter(None, map(subgroup, get_args(kind))), None)
     if get_origin(kind) is dict:
         return subgroup(get_args(kind)[1])
-    return kind if isinstance(kind, type) and (hasattr(kind, "_fields") or issubclass(kind, BaseModel)) else None
+    return (
+        kind
+        if isinstance(kind, type) and (hasattr(kind, "_fields") or issubclass(kind, BaseModel))
+        else None
+    )
 
 
 def in_words(annotation: Any) -> str:
@@ -173,7 +194,9 @@ def in_words(annotation: Any) -> str:
     if get_origin(kind) is tuple:
         return _list_in_words(get_args(kind))
     if get_origin(kind) in (Union, types.UnionType):
-        return " or ".join(dict.fromkeys(map(in_words, (k for k in get_args(kind) if k is not type(None)))))
+        return " or ".join(
+            dict.fromkeys(map(in_words, (k for k in get_args(kind) if k is not type(None))))
+        )
     if get_origin(kind) is dict:
         inner = subgroup(annotation)
         return "groups by name" if inner is not None else "group of any keys"
@@ -182,7 +205,9 @@ def in_words(annotation: Any) -> str:
     if any(getattr(part, "func", None) is to_radians for part in metadata):
         return "angle" + _format_range(metadata)
     names = {float: "number", int: "whole number", bool: "true or false", str: "text"}
-    return names.get(kind, "number or text") + (_format_range(metadata) if kind in (float, int) else "")
+    return names.get(kind, "number or text") + (
+        _format_range(metadata) if kind in (float, int) else ""
+    )
 
 
 def _list_in_words(kinds: tuple[Any, ...]) -> str:
@@ -194,9 +219,18 @@ def _list_in_words(kinds: tuple[Any, ...]) -> str:
 
 def _format_range(metadata: list[Any]) -> str:
     """Return the bounds of a number in words."""
-    parts = [one for part in metadata for one in (part.metadata if isinstance(part, FieldInfo) else [part])]
+    parts = [
+        one
+        for part in metadata
+        for one in (part.metadata if isinstance(part, FieldInfo) else [part])
+    ]
     signs = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
-    bounds = {sign: getattr(part, name) for part in parts for name, sign in signs.items() if hasattr(part, name)}
+    bounds = {
+        sign: getattr(part, name)
+        for part in parts
+        for name, sign in signs.items()
+        if hasattr(part, name)
+    }
     if "≥" in bounds:
         bounds.pop(">", None)
     return "".join(f" {sign} {bound:.16g}" for sign, bound in bounds.items() if abs(bound) < HUGE)

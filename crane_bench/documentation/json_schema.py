@@ -14,7 +14,15 @@ from typing import Any, Literal, Union, get_args, get_origin
 from pydantic import BeforeValidator
 from pydantic.fields import FieldInfo
 
-from crane_bench.documentation.fields import REQUIRED, Choice, Field, choice, fields, strip_annotated, subgroup
+from crane_bench.documentation.fields import (
+    REQUIRED,
+    Choice,
+    Field,
+    choice,
+    fields,
+    strip_annotated,
+    subgroup,
+)
 from crane_sim.files.output import write_output
 from crane_sim.files.types import reject_bool, to_radians
 from crane_sim.scenes.registry import FALLS_SCHEMAS, SCHEMAS
@@ -54,7 +62,9 @@ def json_schema_text() -> str:
     """Return the schema as text, a definition a line."""
     schema = json_schema()
     definitions = schema.pop("$defs").items()
-    rows = ",\n".join(f"{json.dumps(name)}: {json.dumps(part, ensure_ascii=False)}" for name, part in definitions)
+    rows = ",\n".join(
+        f"{json.dumps(name)}: {json.dumps(part, ensure_ascii=False)}" for name, part in definitions
+    )
     head = json.dumps(schema, ensure_ascii=False).removesuffix("}")
     return f'{head}, "$defs": {{\n{rows}\n}}}}\n'
 
@@ -83,12 +93,18 @@ class _Groups:
             name = base if base not in self.definitions else f"{base}_{len(self.definitions)}"
             self._names[identity] = name
             self.definitions[name] = {}
-            self.definitions[name] = self._choice(group) if isinstance(group, Choice) else self._group(group)
+            self.definitions[name] = (
+                self._choice(group) if isinstance(group, Choice) else self._group(group)
+            )
         return {"$ref": f"#/$defs/{self._names[identity]}"}
 
     def _choice(self, group: Choice) -> dict[str, Any]:
         """Return the definition of a group whose keys depend on one of them."""
-        return {"oneOf": [self._object(fields(kind), (group.key, name)) for name, kind in group.kinds.items()]}
+        return {
+            "oneOf": [
+                self._object(fields(kind), (group.key, name)) for name, kind in group.kinds.items()
+            ]
+        }
 
     def _group(self, group: Any) -> dict[str, Any]:
         """Return the definition of a group."""
@@ -102,7 +118,11 @@ class _Groups:
         rest, union = tuple(each for each in own if each is not inline), choice(inline.annotation)
         assert union is not None
         kinds = union.kinds.items()
-        return {"oneOf": [self._object((*rest, *fields(kind)), (union.key, name)) for name, kind in kinds]}
+        return {
+            "oneOf": [
+                self._object((*rest, *fields(kind)), (union.key, name)) for name, kind in kinds
+            ]
+        }
 
     def _object(self, own: tuple[Field, ...], tag: tuple[str, str] | None = None) -> dict[str, Any]:
         """Return the schema of an object with these keys; one of them, the tag, is a constant."""
@@ -111,11 +131,19 @@ class _Groups:
         for each in own:
             properties[each.key] = self._field(each)
             required += [each.key] if each.default is REQUIRED else []
-        return {"type": "object", "properties": properties, "required": required, "additionalProperties": False}
+        return {
+            "type": "object",
+            "properties": properties,
+            "required": required,
+            "additionalProperties": False,
+        }
 
     def _field(self, own: Field) -> dict[str, Any]:
         """Return the schema of a key; null is as good as absent."""
-        schema, text = self._value(own.annotation), f"[{own.unit}] {own.text}" if own.unit else own.text
+        schema, text = (
+            self._value(own.annotation),
+            f"[{own.unit}] {own.text}" if own.unit else own.text,
+        )
         if own.default is not REQUIRED:
             schema = {"anyOf": [schema, {"type": "null"}]}
         return schema | ({"description": text} if text else {})
@@ -130,7 +158,11 @@ class _Groups:
             return {"type": ["number", "string"]}
         schema = self._plain(kind, metadata)
         known = (to_radians, reject_bool)
-        short = [part for part in metadata if isinstance(part, BeforeValidator) and part.func not in known]
+        short = [
+            part
+            for part in metadata
+            if isinstance(part, BeforeValidator) and part.func not in known
+        ]
         if not (short and schema):
             return schema
         one = self._value(get_args(kind)[0]) if get_origin(kind) is tuple else SHORT
@@ -159,7 +191,12 @@ class _Groups:
         if kinds[-1] is ...:
             return {"type": "array", "items": self._value(kinds[0])}
         items = [self._value(each) for each in kinds]
-        return {"type": "array", "prefixItems": items, "minItems": len(items), "maxItems": len(items)}
+        return {
+            "type": "array",
+            "prefixItems": items,
+            "minItems": len(items),
+            "maxItems": len(items),
+        }
 
 
 def _is_inline(own: Field) -> bool:
@@ -168,6 +205,15 @@ def _is_inline(own: Field) -> bool:
 
 def _bounds(metadata: list[Any]) -> dict[str, float]:
     """Return the bounds of a number."""
-    parts = [one for part in metadata for one in (part.metadata if isinstance(part, FieldInfo) else [part])]
-    found = {word: getattr(part, key) for part in parts for key, word in BOUNDS.items() if hasattr(part, key)}
+    parts = [
+        one
+        for part in metadata
+        for one in (part.metadata if isinstance(part, FieldInfo) else [part])
+    ]
+    found = {
+        word: getattr(part, key)
+        for part in parts
+        for key, word in BOUNDS.items()
+        if hasattr(part, key)
+    }
     return {word: bound for word, bound in found.items() if abs(bound) < inf}

@@ -1,7 +1,7 @@
 """The pages in `docs` that commands write: each one's command, its duration, and names of rows.
 
-A page's rows come from the tables of cases, so that a page can be compared with its command without running it: a case
-that is missing on the page fails a test.
+A page's rows come from the tables of cases, so that a page can be compared with its command without
+running it: a case that is missing on the page fails a test.
 """
 
 import re
@@ -20,9 +20,38 @@ from crane_bench.speed import suites as bench
 from crane_bench.speed.cases import CASES
 
 HAND_WRITTEN = (
-    *("adding", "bench_top", "commands", "contact", "dependencies", "drives", "equations", "first_controller"),
-    *("gymnasium", "identification", "index", "interfaces", "layers", "looking", "machines", "operator", "profiling"),
-    *("reeving", "ros", "ros2_control", "studies", "summary", "tracing", "two_machines", "uncertain", "wind"),
+    *(
+        "adding",
+        "bench_top",
+        "commands",
+        "contact",
+        "dependencies",
+        "drives",
+        "equations",
+        "first_controller",
+    ),
+    *(
+        "gymnasium",
+        "identification",
+        "index",
+        "interfaces",
+        "layers",
+        "looking",
+        "machines",
+        "operator",
+        "profiling",
+    ),
+    *(
+        "reeving",
+        "ros",
+        "ros2_control",
+        "studies",
+        "summary",
+        "tracing",
+        "two_machines",
+        "uncertain",
+        "wind",
+    ),
     *("your_crane", "your_effect", "your_law", "your_path"),
 )
 """Pages written by hand."""
@@ -35,7 +64,9 @@ class Page(NamedTuple):
     minutes: float  # that it takes on two idle cores whose cache of compiled code is empty
     expected_rows: Callable[[], list[str]]  # names of the rows or sections that it should have
     read_rows: Callable[[str], list[str]]  # names of those in its text
-    measured: tuple[str, ...] = ()  # commands that measure what it is written from, where it does not measure itself
+    measured: tuple[
+        str, ...
+    ] = ()  # commands that measure what it is written from, where it does not measure itself
 
 
 def first_cells(count: int, text: str) -> list[str]:
@@ -71,14 +102,20 @@ def trials_in(text: str) -> list[str]:
         elif line.startswith("| ") and not line.startswith("| law |"):
             law, trial = line.strip("| ").split(" | ")[:2]
             cells.append(f"{crane.lower()}, {law}, {trial.removesuffix(': not controlled')}")
-    return [*cells, *(line[2:].partition(": ")[0] for line in refused.splitlines() if line.startswith("- "))]
+    return [
+        *cells,
+        *(line[2:].partition(": ")[0] for line in refused.splitlines() if line.startswith("- ")),
+    ]
 
 
 def scenes_in(text: str) -> list[str]:
     """Return scenes and suites of the benchmark's page."""
     table = text[text.index("## The cheapest") : text.index("## Targets")]
     titles = [suite.title for suite in bench.SUITES.values()]
-    return [*dict.fromkeys(first_cells(1, table)), *(title for title in headings(text) if title in titles)]
+    return [
+        *dict.fromkeys(first_cells(1, table)),
+        *(title for title in headings(text) if title in titles),
+    ]
 
 
 def _reproduction_page(item: str, minutes: float, cells: int = 1) -> Page:
@@ -97,8 +134,12 @@ PAGES = {
     "knuckle": _reproduction_page("knuckle", 2.0),
     "offshore": _reproduction_page("offshore", 5.0),
     "observer": _reproduction_page("observer", 8.0, cells=2),
-    "league": Page("league --save docs", 10.0, lambda: [", ".join(names) for names in trials()], trials_in),
-    "league_samples": Page(command_of(12), 20.0, lambda: [", ".join(names) for names in trials()], trials_in),
+    "league": Page(
+        "league --save docs", 10.0, lambda: [", ".join(names) for names in trials()], trials_in
+    ),
+    "league_samples": Page(
+        command_of(12), 20.0, lambda: [", ".join(names) for names in trials()], trials_in
+    ),
     "performance": Page(
         "bench page --save docs",
         0.1,

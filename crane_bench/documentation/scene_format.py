@@ -44,7 +44,7 @@ base. A file that a scene names is looked for beside the scene.
 ends with the time, the cause and what to change, and exit code 1; the recording up to there is whole. Scenes
 `overhead_slack` and `overhead_limits` show it. A fixed step that the stiffest motion cannot bear is refused with the
 largest safe one.
-"""
+"""  # noqa: E501
 TITLES = {
     "knuckle": "Knuckle crane",
     "tower": "Tower crane",
@@ -65,7 +65,8 @@ EXAMPLES = {
     "pendulum": "pendulum_offshore",
     "tower with falls": "tower_set_down",
 }
-"""An example scene of the catalogue for each kind of crane; the others with falls are written as the tower's."""
+"""An example scene of the catalogue for each kind of crane; the others with falls are written as
+the tower's."""
 NAMED = 3  # cranes at most in a heading
 HEADS = "| key | value | unit | default | |\n|---|---|---|---|---|"
 
@@ -85,15 +86,21 @@ class Section(NamedTuple):
         """
         keys = ", ".join(f"`{key}`" for key in self.keys)
         names = [TITLES[crane] for crane in self.cranes]
-        cranes = " and ".join(names if len(names) <= NAMED else (names[0], f"{len(names) - 1} others"))
+        cranes = " and ".join(
+            names if len(names) <= NAMED else (names[0], f"{len(names) - 1} others")
+        )
         return keys if len(self.cranes) == len(ALL_SCHEMAS) else f"{cranes}: {keys}"
 
 
 def scene_format() -> str:
     """Return the page in Markdown."""
     schemas = {crane: list(fields(schema)) for crane, schema in ALL_SCHEMAS.items()}
-    common = [field for field in schemas["knuckle"] if all(field in own for own in schemas.values())]
-    common.sort(key=lambda field: field.key in HardwareGroups.model_fields)  # these are inherited, hence first
+    common = [
+        field for field in schemas["knuckle"] if all(field in own for own in schemas.values())
+    ]
+    common.sort(
+        key=lambda field: field.key in HardwareGroups.model_fields
+    )  # these are inherited, hence first
     sections = sections_of(schemas)
     links = {_identity(section.group): section.title for section in sections}
     shared = [section for section in sections if len(section.cranes) == len(ALL_SCHEMAS)]
@@ -106,7 +113,9 @@ def scene_format() -> str:
         *_write_sections(shared, links),
     ]
     for crane, schema in ALL_SCHEMAS.items():
-        own = [section for section in sections if section not in shared and section.cranes[0] == crane]
+        own = [
+            section for section in sections if section not in shared and section.cranes[0] == crane
+        ]
         keys = [field for field in schemas[crane] if field not in common]
         lines += [f"## {TITLES[crane]}\n", _docstring(schema), "", *_example(EXAMPLES.get(crane))]
         lines += [_write_fields(keys, links), "", *_write_sections(own, links)]
@@ -119,7 +128,9 @@ def save_scene_format(folder: str) -> None:
     Raises:
         SceneError: the folder cannot be written.
     """
-    write_output("--save", Path(folder, "scene_format.md"), lambda path: path.write_text(scene_format()))
+    write_output(
+        "--save", Path(folder, "scene_format.md"), lambda path: path.write_text(scene_format())
+    )
 
 
 def _identity(group: Any) -> Any:
@@ -149,7 +160,14 @@ def sections_of(schemas: dict[str, list[Field]]) -> list[Section]:
 def _example(name: str | None) -> list[str]:
     if name is None:
         return []
-    return [f"`{name}` of the catalogue:", "", "```yaml", scene_files()[name].read_text().rstrip(), "```", ""]
+    return [
+        f"`{name}` of the catalogue:",
+        "",
+        "```yaml",
+        scene_files()[name].read_text().rstrip(),
+        "```",
+        "",
+    ]
 
 
 def _write_sections(sections: list[Section], links: dict[Any, str]) -> Iterator[str]:
@@ -158,7 +176,10 @@ def _write_sections(sections: list[Section], links: dict[Any, str]) -> Iterator[
         if NAMED < len(section.cranes) < len(ALL_SCHEMAS):
             yield f"Of: {', '.join(TITLES[crane] for crane in section.cranes)}.\n"
         if isinstance(section.group, Choice):
-            yield f"`{section.group.key}` is one of {', '.join(f'`{name}`' for name in section.group.kinds)}.\n"
+            yield (
+                f"`{section.group.key}` is one of "
+                f"{', '.join(f'`{name}`' for name in section.group.kinds)}.\n"
+            )
             for name, kind in section.group.kinds.items():
                 yield f"**`{section.group.key}: {name}`** {_docstring(kind)}\n"
                 yield _write_fields(list(fields(kind)), links) + "\n"
@@ -182,7 +203,9 @@ def _write_field(field: Field, links: dict[Any, str]) -> str:
     if title is not None:
         words = re.sub("groups?", lambda word: f"[{word[0]}](#{anchor(title)})", words, count=1)
     text = field.text.replace("|", "\\|")
-    return f"| `{field.key}` | {words} | {field.unit} | {default_in_words(field.default)} | {text} |"
+    return (
+        f"| `{field.key}` | {words} | {field.unit} | {default_in_words(field.default)} | {text} |"
+    )
 
 
 def anchor(title: str) -> str:
@@ -210,7 +233,11 @@ def default_in_words(value: Any) -> str:
 def _group_in_words(value: Any) -> str:
     """Return the keys that a group has when it is left out."""
     own = [(field.key, field.default) for field in fields(type(value))]
-    defaults = [f"{key}: {default_in_words(default)}" for key, default in own if default not in (None, REQUIRED)]
+    defaults = [
+        f"{key}: {default_in_words(default)}"
+        for key, default in own
+        if default not in (None, REQUIRED)
+    ]
     name = {"DOP853": "method: dop853", "Constant": "kind: constant"}.get(type(value).__name__)
     words = ", ".join([*([name] if name else []), *(text.replace("`", "") for text in defaults)])
     return f"`{{{words}}}`" if words else "–"
@@ -219,7 +246,10 @@ def _group_in_words(value: Any) -> str:
 def _laws() -> Iterator[str]:
     """Yield the lines on the installed laws and their settings."""
     yield "## Laws\n"
-    yield "The keys of `control` beside `law`, `period` and `nominal` are those of the law; `null` may be a choice.\n"
+    yield (
+        "The keys of `control` beside `law`, `period` and `nominal` are those of the law; `null` "
+        "may be a choice.\n"
+    )
     described: dict[Any, str] = {}
     for name in law_names():
         law = law_of(name)

@@ -31,7 +31,7 @@ _HEAD = """# Cranes as they stand in ports and on sites
 Written by `crane describe --sites --save docs`: each crane where its run begins (pale) and ends, and the path of its
 load (red, from the blue dot), in the axes of its base. Masses, lengths and speeds are those of real machines;
 [machines.md](machines.md) has the equations, and the sources of the data.
-"""
+"""  # noqa: E501
 _METRICS = {
     "peak_swing_deg": ("largest swing", "°"),
     "residual_swing_deg": ("swing at the end", "°"),
@@ -55,7 +55,9 @@ def save_page(folder: str | Path, names: Sequence[str] = ()) -> None:
     for name in names or PORTS_AND_SITES:
         print(name, flush=True)
         sections[name] = write_section(name, Path(folder))
-    write_text(page, "\n".join([_HEAD, *(sections[name] for name in PORTS_AND_SITES if name in sections)]))
+    write_text(
+        page, "\n".join([_HEAD, *(sections[name] for name in PORTS_AND_SITES if name in sections)])
+    )
 
 
 def check_names(names: Sequence[str]) -> None:
@@ -103,7 +105,9 @@ def draw(figure: Any, data: Any) -> None:
         faces = polygons(scene, run.q[row].tolist())
         colours = [(*face.colour[:3], opacity * face.colour[3]) for face in faces]
         shapes = [face.corners for face in faces]
-        axes.add_collection3d(Poly3DCollection(shapes, facecolors=colours, edgecolors=(0, 0, 0, 0.15 * opacity)))
+        axes.add_collection3d(
+            Poly3DCollection(shapes, facecolors=colours, edgecolors=(0, 0, 0, 0.15 * opacity))
+        )
         corners += shapes
         for line in ropes(scene, float(run.t[row]), run.q[row], run.v[row]):
             axes.plot(*line.T, color="black", alpha=opacity, linewidth=1.0)
@@ -130,7 +134,9 @@ def _frame(axes: Any, points: np.ndarray) -> None:
     low, high = points.min(axis=0), points.max(axis=0)
     size = np.maximum(high - low, 0.15 * (high - low).max())
     middle = 0.5 * (low + high)
-    for set_limits, centre, length in zip((axes.set_xlim, axes.set_ylim, axes.set_zlim), middle, size, strict=True):
+    for set_limits, centre, length in zip(
+        (axes.set_xlim, axes.set_ylim, axes.set_zlim), middle, size, strict=True
+    ):
         half = (0.5 + _MARGIN) * length
         set_limits(centre - half, centre + half)
     axes.set_box_aspect(size)

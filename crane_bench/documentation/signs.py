@@ -1,7 +1,7 @@
 """Signs and origins: the axes of each crane, and the positive direction of each joint.
 
-They stand in `signs.yaml`. The page of the scene format prints them; `test_scene_format.py` holds each of them against
-the model.
+They stand in `signs.yaml`. The page of the scene format prints them; `test_scene_format.py` holds
+each of them against the model.
 """
 
 from importlib.resources import files
@@ -20,8 +20,12 @@ class Sign(NamedTuple):
     positive: str  # where it grows to
 
 
-_TEXT = parse_yaml(files("crane_bench.documentation").joinpath("signs.yaml").read_text(encoding="utf-8"))
-SIGNS = [Sign(crane, *joint) for crane, words in _TEXT["cranes"].items() for joint in words["joints"]]
+_TEXT = parse_yaml(
+    files("crane_bench.documentation").joinpath("signs.yaml").read_text(encoding="utf-8")
+)
+SIGNS = [
+    Sign(crane, *joint) for crane, words in _TEXT["cranes"].items() for joint in words["joints"]
+]
 """Every joint, and the motions of a base."""
 
 
@@ -29,9 +33,16 @@ def section() -> list[str]:
     """Return the lines of the page's section."""
     lines = ["## Signs and origins", "", _TEXT["world"], ""]
     for crane, words in _TEXT["cranes"].items():
-        lines += [f"### Joints: {words['title']}" if crane != "base" else f"### {words['title']}", ""]
+        lines += [
+            f"### Joints: {words['title']}" if crane != "base" else f"### {words['title']}",
+            "",
+        ]
         lines += [words["origin"], ""] if "origin" in words else []
         lines += ["| joint | unit | zero | positive |", "|---|---|---|---|"]
-        lines += [f"| `{s.joint}` | {s.unit} | {s.zero} | {s.positive} |" for s in SIGNS if s.crane == crane]
+        lines += [
+            f"| `{s.joint}` | {s.unit} | {s.zero} | {s.positive} |"
+            for s in SIGNS
+            if s.crane == crane
+        ]
         lines += ["", words["note"], ""] if "note" in words else [""]
     return lines

@@ -38,12 +38,16 @@ def build_site(tree: Path, folder: Path) -> Path:
     A site of an earlier build in the folder is replaced.
 
     Raises:
-        SceneError: a link leads nowhere or a page is missing, the folder is another's, or Zensical is not installed or
-            does not end within `BUILD_SECONDS`.
+        SceneError: a link leads nowhere or a page is missing, the folder is another's, or Zensical
+            is not installed or does not end within `BUILD_SECONDS`.
     """
     require("zensical", "crane docs --build")
-    if folder.exists() and not (folder.is_dir() and (not any(folder.iterdir()) or (folder / "search.json").is_file())):
-        raise SceneError(f"{folder}: exists and is no site of this command's making; name another with --output")
+    if folder.exists() and not (
+        folder.is_dir() and (not any(folder.iterdir()) or (folder / "search.json").is_file())
+    ):
+        raise SceneError(
+            f"{folder}: exists and is no site of this command's making; name another with --output"
+        )
     with TemporaryDirectory() as temporary:
         stage_pages(tree, Path(temporary))
         _run_zensical(temporary)
@@ -54,9 +58,13 @@ def build_site(tree: Path, folder: Path) -> Path:
 def _run_zensical(folder: str) -> None:
     command = [sys.executable, "-m", "zensical", "build", "--strict"]
     try:
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=BUILD_SECONDS)
+        done = subprocess.run(
+            command, cwd=folder, capture_output=True, text=True, check=False, timeout=BUILD_SECONDS
+        )
     except subprocess.TimeoutExpired:
-        raise SceneError(f"crane docs --build: Zensical did not end within {BUILD_SECONDS:g} s") from None
+        raise SceneError(
+            f"crane docs --build: Zensical did not end within {BUILD_SECONDS:g} s"
+        ) from None
     if done.returncode:
         raise SceneError(f"crane docs --build: {_faults(done.stdout + done.stderr)}")
 
@@ -81,7 +89,9 @@ def _replace(folder: Path, site: Path) -> None:
 def _faults(text: str) -> str:
     """Return in one line what Zensical complains about and where, else its last line."""
     found = _FAULT.findall(_COLOUR.sub("", text))
-    return "; ".join(f"{where}: {what}" for what, where in found) or text.strip().rpartition("\n")[2]
+    return (
+        "; ".join(f"{where}: {what}" for what, where in found) or text.strip().rpartition("\n")[2]
+    )
 
 
 def stage_pages(tree: Path, folder: Path) -> None:

@@ -37,7 +37,9 @@ class Trial(NamedTuple):
 
     column: str
     scene: str  # of the catalogue
-    known: dict[str, Any] = {}  # changes of the scene by dotted key that are part of the laws' nominal scene
+    known: dict[
+        str, Any
+    ] = {}  # changes of the scene by dotted key that are part of the laws' nominal scene
     hidden: dict[str, Any] = {}  # changes that are not
     scaled: dict[str, float] = {}  # hidden factors of the scene's numbers, by dotted key
     seeded: str = ""  # the dotted key that takes SEEDS
@@ -52,7 +54,9 @@ class Entrant(NamedTuple):
     settings: dict[str, Any] = {}  # in addition
     nominal: dict[str, Any] = {}  # changes of the law's nominal scene, by dotted key
     tuned: str = ""  # the search of `crane tune` whose best compromise it takes
-    changes: dict[str, Any] = {}  # of the scene by dotted key: drives that the law commands, and what it believes
+    changes: dict[
+        str, Any
+    ] = {}  # of the scene by dotted key: drives that the law commands, and what it believes
 
 
 class Group(NamedTuple):
@@ -62,14 +66,18 @@ class Group(NamedTuple):
     goal: Literal["path", "target"]
     entrants: tuple[Entrant, ...]
     trials: tuple[Trial, ...]
-    uncertain: dict[str, float] = {}  # what samples vary, unknown to the laws: largest part of the number, by key
+    uncertain: dict[
+        str, float
+    ] = {}  # what samples vary, unknown to the laws: largest part of the number, by key
 
 
 def _read_groups() -> Iterator[Group]:
     text = files("crane_bench.league").joinpath("cases.yaml").read_text(encoding="utf-8")
     for name, crane in parse_yaml(text)["cranes"].items():
         crane = _with_scenes(crane)
-        entrants = [Entrant(key, **({"law": key} | (own or {}))) for key, own in crane["entrants"].items()]
+        entrants = [
+            Entrant(key, **({"law": key} | (own or {}))) for key, own in crane["entrants"].items()
+        ]
         entrants += _speed_entrants(**crane["by_speed"]) if "by_speed" in crane else []
         trials = (_trial(column, crane, own or {}) for column, own in crane["trials"].items())
         yield Group(name, crane["goal"], tuple(entrants), tuple(trials), crane["uncertain"])
@@ -79,7 +87,11 @@ def _with_scenes(value: Any) -> Any:
     """Return a value with `FromScene` in place of what names one, at any depth."""
     if isinstance(value, dict) and "from_scene" in value:
         return FromScene(value["from_scene"], value.get("changes", {}))
-    return {key: _with_scenes(part) for key, part in value.items()} if isinstance(value, dict) else value
+    return (
+        {key: _with_scenes(part) for key, part in value.items()}
+        if isinstance(value, dict)
+        else value
+    )
 
 
 def _trial(column: str, crane: Mapping[str, Any], own: Mapping[str, Any]) -> Trial:
@@ -94,20 +106,28 @@ def _trial(column: str, crane: Mapping[str, Any], own: Mapping[str, Any]) -> Tri
     )
 
 
-def _speed_entrants(drives: dict[str, Any], path: dict[str, Any], swing_feedback: bool) -> list[Entrant]:
+def _speed_entrants(
+    drives: dict[str, Any], path: dict[str, Any], swing_feedback: bool
+) -> list[Entrant]:
     """Return the entrants that command drives by speed.
 
-    The law with feedback of the swing needs angles, and believes in the scene's point mass on a rope, the others know
-    hook and sling.
+    The law with feedback of the swing needs angles, and believes in the scene's point mass on a
+    rope, the others know hook and sling.
     """
     path = path | {"of": "joints", "kind": "point_to_point"}
     shaped = path | {"shaping": {"kind": "zv"}}
     known = drives | {"control.nominal": {}}  # the law believes in hook, sling and body
     entrants = [
         Entrant("speeds", "joint_trajectory", nominal={"reference.path": path}, changes=known),
-        Entrant("speeds, ZV", "joint_trajectory", nominal={"reference.path": shaped}, changes=known),
+        Entrant(
+            "speeds, ZV", "joint_trajectory", nominal={"reference.path": shaped}, changes=known
+        ),
     ]
-    return [*entrants, Entrant("anti-swing", "anti_swing", changes=drives)] if swing_feedback else entrants
+    return (
+        [*entrants, Entrant("anti-swing", "anti_swing", changes=drives)]
+        if swing_feedback
+        else entrants
+    )
 
 
 GROUPS = tuple(_read_groups())
@@ -123,10 +143,14 @@ def groups_named(cranes: Sequence[str]) -> list[Group]:
     for crane in cranes:
         if crane not in known:
             near = did_you_mean(crane, known)
-            raise SceneError(f"unknown crane {crane!r}{near} (known: {'; '.join(known)})")  # names have commas
+            raise SceneError(
+                f"unknown crane {crane!r}{near} (known: {'; '.join(known)})"
+            )  # names have commas
     return [group for group in GROUPS if not cranes or group.name in cranes]
 
 
 def names(groups: Sequence[Group] = GROUPS) -> list[tuple[str, str, str]]:
     """Return crane, law and trial of every cell, in order, without running any."""
-    return [(g.name, c.name, trial.column) for g in groups for c in g.entrants for trial in g.trials]
+    return [
+        (g.name, c.name, trial.column) for g in groups for c in g.entrants for trial in g.trials
+    ]

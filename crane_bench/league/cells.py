@@ -34,7 +34,9 @@ class CellMetrics(NamedTuple):
     residual_error: float  # m, largest distance in the last quarter of the run
     peak_swing: float  # deg, of the rope from the vertical
     residual_swing: float  # deg, in the last quarter of the run
-    settling: float | None  # s, from the end of the path, or from the start where there is none; None: it does not
+    settling: (
+        float | None
+    )  # s, from the end of the path, or from the start where there is none; None: it does not
     tip_acceleration: float  # m/s², largest, relative to the base
     effort: dict[str, float]  # largest of each actuated joint
     effort_units: dict[str, str]  # of each actuated joint
@@ -78,7 +80,9 @@ def evaluate(group: Group, entrant: Entrant, trial: Trial) -> Cell:
     except SceneError as error:
         return Cell(*name, None, reason_of(error, entrant), "")
     try:
-        metrics = median_metrics([compute_metrics(simulate(scene), group.goal == "path") for scene in scenes])
+        metrics = median_metrics(
+            [compute_metrics(simulate(scene), group.goal == "path") for scene in scenes]
+        )
     except (SimulationError, LawError) as error:
         return Cell(*name, None, "", str(error))
     out_of_control = metrics.peak_swing >= LEVEL
@@ -106,8 +110,14 @@ def compute_metrics(run: Rollout, on_path: bool) -> CellMetrics:
     """Return the metrics of a run with its payload's goal: the scene's path, or the target."""
     scene, model = run.scene, run.scene.model
     path = scene.trajectory
-    goal = sample_trajectory(path, run.t)[:, 0] if on_path and path is not None else target_position(scene)
-    error = np.linalg.norm(express_in_base(model, run.t, run.payload)[:, : goal.shape[1]] - goal, axis=1)
+    goal = (
+        sample_trajectory(path, run.t)[:, 0]
+        if on_path and path is not None
+        else target_position(scene)
+    )
+    error = np.linalg.norm(
+        express_in_base(model, run.t, run.payload)[:, : goal.shape[1]] - goal, axis=1
+    )
     distance = float(np.linalg.norm(goal[-1] - goal[0])) if on_path else error[0]
     start = path.starts[-1] if on_path and path is not None else 0.0
     near = nearness(np.zeros(1), np.array([distance]))
@@ -115,7 +125,9 @@ def compute_metrics(run: Rollout, on_path: bool) -> CellMetrics:
     # with period 0 the last instant outside, not the one after it
     (settled,) = settling_times(np.zeros(1), near, outside, run.t[-1:], error[-1:], period=0.0)
     accelerations = np.empty(len(run.t))
-    tip_accelerations(model, run.t, *map(np.ascontiguousarray, (run.q, run.v, run.u)), accelerations)
+    tip_accelerations(
+        model, run.t, *map(np.ascontiguousarray, (run.q, run.v, run.u)), accelerations
+    )
     return CellMetrics(
         mse=float(np.mean(error**2)),
         mae=float(np.mean(error)),
@@ -152,7 +164,9 @@ def median_metrics(runs: Sequence[CellMetrics]) -> CellMetrics:
     That of settling is None where half of the runs or more do not settle.
     """
     settling = float(np.median([inf if run.settling is None else run.settling for run in runs]))
-    effort = {joint: float(np.median([run.effort[joint] for run in runs])) for joint in runs[0].effort}
+    effort = {
+        joint: float(np.median([run.effort[joint] for run in runs])) for joint in runs[0].effort
+    }
     medians: dict[str, Any] = {
         "settling": settling if isfinite(settling) else None,
         "effort": effort,

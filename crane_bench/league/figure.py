@@ -26,7 +26,11 @@ class Panel(NamedTuple):
 
 PANELS = (
     Panel("mean error of the payload, m", lambda metrics: metrics.mae, 1e-3),
-    Panel("largest error of the payload in the last quarter, m", lambda metrics: metrics.residual_error, 1e-3),
+    Panel(
+        "largest error of the payload in the last quarter, m",
+        lambda metrics: metrics.residual_error,
+        1e-3,
+    ),
     Panel("residual swing, deg", lambda metrics: metrics.residual_swing, 0.1),
     Panel("largest acceleration of the tip, m/s²", lambda metrics: metrics.tip_acceleration, 0.01),
 )
@@ -48,7 +52,9 @@ def draw_league(figure: Any, cells: Sequence[Cell]) -> None:
     figure.supxlabel(WORDS, fontsize=10)
 
 
-def _draw_panel(axes: Any, rows: Sequence[tuple[str, str]], cells: Sequence[Cell], panel: Panel) -> None:
+def _draw_panel(
+    axes: Any, rows: Sequence[tuple[str, str]], cells: Sequence[Cell], panel: Panel
+) -> None:
     """Draw one heat map."""
     cells_by_name = {(cell.crane, cell.law, cell.trial): cell for cell in cells}
     colours = np.full((len(rows), len(COLUMNS)), np.nan)
@@ -86,7 +92,11 @@ def _relative(cell_metrics: CellMetrics, others: Sequence[CellMetrics], panel: P
 def _write_value(axes: Any, i: int, j: int, cell: Cell, panel: Panel) -> None:
     """Write the value of a cell into row i, column j."""
     text = "fails" if cell.metrics is None else _short(panel.value(cell.metrics))
-    marked = {"boxstyle": "square,pad=0.25", "facecolor": LOST, "edgecolor": "none"} if cell.failed else None
+    marked = (
+        {"boxstyle": "square,pad=0.25", "facecolor": LOST, "edgecolor": "none"}
+        if cell.failed
+        else None
+    )
     axes.text(j, i, text, ha="center", va="center", fontsize=8, bbox=marked)
 
 

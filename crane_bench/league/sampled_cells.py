@@ -40,11 +40,21 @@ class SampledCell(NamedTuple):
     trial: str
     samples: int
     refused: str  # why the law does not apply to the scene; then there is no metric
-    controlled: IntervalEstimate | None = None  # share of samples in which the payload was brought to its goal
-    metrics: dict[str, IntervalEstimate] = {}  # medians; infinite where half of the samples have none
-    from_best: PairedDifference | None = None  # mean error less that of the law with the least median
-    better_than: tuple[str, ...] = ()  # laws of the same trial whose mean error is larger, significantly
-    failed: str = ""  # the first reason why a run ended before its time, or why its scene is not possible
+    controlled: IntervalEstimate | None = (
+        None  # share of samples in which the payload was brought to its goal
+    )
+    metrics: dict[
+        str, IntervalEstimate
+    ] = {}  # medians; infinite where half of the samples have none
+    from_best: PairedDifference | None = (
+        None  # mean error less that of the law with the least median
+    )
+    better_than: tuple[
+        str, ...
+    ] = ()  # laws of the same trial whose mean error is larger, significantly
+    failed: str = (
+        ""  # the first reason why a run ended before its time, or why its scene is not possible
+    )
     refused_runs: int = 0  # whose scenes are not possible
     failed_runs: int = 0  # that ended before their time
 
@@ -101,14 +111,21 @@ def cells_of(trial: TrialStudy, result: StudyResult) -> list[SampledCell]:
     better = better_laws(errors)
     found = [_refused_cell(trial, law, samples) for law in trial.refused]
     for law in laws:
-        metrics = {name: estimate_median(_with_failures(metric_of(result, name, law)), seed) for name in METRICS}
-        pairs = compare_pairs(metric_of(result, METRICS[0], best), metric_of(result, METRICS[0], law), seed, few=0)
+        metrics = {
+            name: estimate_median(_with_failures(metric_of(result, name, law)), seed)
+            for name in METRICS
+        }
+        pairs = compare_pairs(
+            metric_of(result, METRICS[0], best), metric_of(result, METRICS[0], law), seed, few=0
+        )
         controlled = estimate_share(int(is_controlled(result, law).sum()), samples)
         cell = SampledCell(trial.crane, law, trial.trial, samples, "", controlled, metrics)
         difference = None if law == best and np.isfinite(np.median(errors[law])) else pairs
         status = _of_law(result, "status", law)
         refused_runs, failed_runs = int(np.sum(status == REFUSED)), int(np.sum(status == FAILED))
-        cell = cell._replace(failed=_first_error(result, law), refused_runs=refused_runs, failed_runs=failed_runs)
+        cell = cell._replace(
+            failed=_first_error(result, law), refused_runs=refused_runs, failed_runs=failed_runs
+        )
         found.append(cell._replace(from_best=difference, better_than=better[law]))
     return found
 
@@ -133,7 +150,9 @@ def is_controlled(result: StudyResult, law: str) -> npt.NDArray[np.bool_]:
     The run reached its end, its rope never swung to the horizontal, and its payload settled.
     """
     settled = ~np.isnan(metric_of(result, "payload_settling", law))
-    return settled & (metric_of(result, "peak_swing_deg", law) < LEVEL)  # NaN, of a run that failed, is not less
+    return settled & (
+        metric_of(result, "peak_swing_deg", law) < LEVEL
+    )  # NaN, of a run that failed, is not less
 
 
 def _first_error(result: StudyResult, law: str) -> str:
@@ -151,7 +170,8 @@ def better_laws(errors: dict[str, npt.NDArray[np.float64]]) -> dict[str, tuple[s
     Each pair of laws has Wilcoxon's test, adjusted by Holm for all pairs.
 
     Args:
-        errors: of each law in the same samples (n,), infinite where a run failed, which is worse than any number.
+        errors: of each law in the same samples (n,), infinite where a run failed, which is worse
+            than any number.
     """
     pairs = list(combinations(errors, 2))
     differences = [_paired_differences(errors[first], errors[second]) for first, second in pairs]
@@ -165,7 +185,9 @@ def better_laws(errors: dict[str, npt.NDArray[np.float64]]) -> dict[str, tuple[s
     return better
 
 
-def _paired_differences(first: npt.NDArray[np.float64], second: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _paired_differences(
+    first: npt.NDArray[np.float64], second: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
     """Return second less first (n,), for ranks.
 
     A failure counts more than any number; two failures are equal.

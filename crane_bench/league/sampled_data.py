@@ -25,7 +25,10 @@ def read_cells(folder: Path) -> list[SampledCell]:
     except FileNotFoundError:
         return []
     except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
-        line = f"{folder / FILE}: cannot be read as the league's data: {error!r}; remove it, or save elsewhere"
+        line = (
+            f"{folder / FILE}: cannot be read as the league's data: {error!r}; remove it, or save "
+            "elsewhere"
+        )
         raise SceneError(line) from None
 
 
@@ -38,7 +41,10 @@ def _read_cell(entry: dict[str, Any]) -> SampledCell:
     controlled, difference = entry["controlled"], entry["from_best"]
     parts = {
         "controlled": controlled and IntervalEstimate(**_filled(controlled, inf)),
-        "metrics": {name: IntervalEstimate(**_filled(value, inf)) for name, value in entry["metrics"].items()},
+        "metrics": {
+            name: IntervalEstimate(**_filled(value, inf))
+            for name, value in entry["metrics"].items()
+        },
         "from_best": difference and PairedDifference(**_filled(difference, nan)),
         "better_than": tuple(entry["better_than"]),
     }

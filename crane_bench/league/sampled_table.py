@@ -42,7 +42,14 @@ def _sampled_line(cell: SampledCell) -> SampledLine:
     better = "; ".join(cell.better_than) or NONE  # names of laws may have commas
     share = format_estimate(IntervalEstimate(*(100.0 * part for part in cell.controlled)), " %")
     return SampledLine._make(
-        (cell.law, cell.trial, share, *metrics, _format_difference(cell.from_best, cell.samples), better)
+        (
+            cell.law,
+            cell.trial,
+            share,
+            *metrics,
+            _format_difference(cell.from_best, cell.samples),
+            better,
+        )
     )
 
 
@@ -72,8 +79,14 @@ def _list_commands(cells: Sequence[SampledCell]) -> str:
     cranes = dict[int, dict[str, None]]()
     for cell in cells:
         cranes.setdefault(cell.samples, {})[cell.crane] = None
-    whole = len(cranes) == 1 and cells and {cell.crane for cell in cells} >= {group.name for group in GROUPS}
-    return " and ".join(f"`crane {command_of(n, () if whole else names)}`" for n, names in cranes.items())
+    whole = (
+        len(cranes) == 1
+        and cells
+        and {cell.crane for cell in cells} >= {group.name for group in GROUPS}
+    )
+    return " and ".join(
+        f"`crane {command_of(n, () if whole else names)}`" for n, names in cranes.items()
+    )
 
 
 def describe_samples(samples: int, laws: int) -> str:
@@ -92,10 +105,16 @@ def format_samples(cells: Sequence[SampledCell]) -> str:
     samples = {cell.crane: cell.samples for cell in cells}
     tables = sampled_tables(cells)
     cranes = [
-        (crane.capitalize(), describe_samples(samples[crane], len({line.law for line in lines})), markdown_of(lines))
+        (
+            crane.capitalize(),
+            describe_samples(samples[crane], len({line.law for line in lines})),
+            markdown_of(lines),
+        )
         for crane, lines in tables.items()
     ]
-    return fill_page("league_samples", commands=_list_commands(cells), cranes=cranes, reasons=list_reasons(cells))
+    return fill_page(
+        "league_samples", commands=_list_commands(cells), cranes=cranes, reasons=list_reasons(cells)
+    )
 
 
 def list_reasons(cells: Sequence[SampledCell]) -> dict[str, list[str]]:
@@ -110,5 +129,7 @@ def list_reasons(cells: Sequence[SampledCell]) -> dict[str, list[str]]:
 def _failure(cell: SampledCell) -> str:
     """Return why runs of a cell failed, empty where none did."""
     counts = {"scenes are infeasible": cell.refused_runs, "runs failed": cell.failed_runs}
-    parts = "".join(f"{count} of {cell.samples} {what}; " for what, count in counts.items() if count)
+    parts = "".join(
+        f"{count} of {cell.samples} {what}; " for what, count in counts.items() if count
+    )
     return cell.failed and f"{parts}the first reason: {cell.failed}"

@@ -1,6 +1,7 @@
 """The trials of the league as studies: samples of what the laws do not know, the same for all laws.
 
-Around the numbers of a trial samples vary masses, ropes and the size of its disturbance; each has its own sea or noise.
+Around the numbers of a trial samples vary masses, ropes and the size of its disturbance; each has
+its own sea or noise.
 """
 
 import re
@@ -82,9 +83,13 @@ def uncertain_scene(group: Group, trial: Trial, entrant: Entrant) -> dict[str, A
     return trial_scene(trial._replace(scaled=unknown), entrant, SEEDS[0])
 
 
-def parameters_of(group: Group, trial: Trial, document: Mapping[str, Any], samples: int) -> dict[str, Any]:
+def parameters_of(
+    group: Group, trial: Trial, document: Mapping[str, Any], samples: int
+) -> dict[str, Any]:
     """Return what samples vary of a trial's scene, as a study has it."""
-    parts = group.uncertain | {key: OF_DISTURBANCE for key in DISTURBANCES if _has_size(document, key)}
+    parts = group.uncertain | {
+        key: OF_DISTURBANCE for key in DISTURBANCES if _has_size(document, key)
+    }
     seeds = {trial.seeded: list(range(SEEDS[0], SEEDS[0] + samples))} if trial.seeded else {}
     return seeds | {
         key: {"distribution": "uniform", "low": 1.0 - part, "high": 1.0 + part, "relative": True}

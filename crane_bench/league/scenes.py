@@ -10,8 +10,13 @@ from crane_sim.files.catalogue import config_folder
 from crane_sim.files.document import get_value, read, set_value
 
 BEST = "compromise_1"  # of what a search has chosen
-COMMON = ("period", "vision")  # keys of a control group that other laws keep: period and measurement
-ABSENT: dict[str, Any] = {"forces": []}  # values that stand for an absent group; of other groups: None
+COMMON = (
+    "period",
+    "vision",
+)  # keys of a control group that other laws keep: period and measurement
+ABSENT: dict[str, Any] = {
+    "forces": []
+}  # values that stand for an absent group; of other groups: None
 
 
 def trial_scene(trial: Trial, entrant: Entrant, seed: int) -> dict[str, Any]:
@@ -31,7 +36,9 @@ def trial_scene(trial: Trial, entrant: Entrant, seed: int) -> dict[str, Any]:
         whole = _whole_key(document, key)
         original = get_value(document, whole)[1]
         if not _has_key(nominal, whole):
-            set_value(nominal, whole, ABSENT.get(key) if original is None else copy.deepcopy(original))
+            set_value(
+                nominal, whole, ABSENT.get(key) if original is None else copy.deepcopy(original)
+            )
         set_value(document, key, _trial_value(key, value))
     for key, value in entrant.nominal.items():
         set_value(nominal, key, value)
@@ -68,10 +75,18 @@ def _has_key(nominal: Mapping[str, Any], key: str) -> bool:
 
 def _settings(own: Mapping[str, Any], entrant: Entrant) -> dict[str, Any]:
     """Return the control group of an entrant in a scene with its own group `own`."""
-    settings = read(entrant.home)["control"] if entrant.home else own if own.get("law") == entrant.law else {}
+    settings = (
+        read(entrant.home)["control"]
+        if entrant.home
+        else own
+        if own.get("law") == entrant.law
+        else {}
+    )
     law_settings = {key: value for key, value in settings.items() if key not in COMMON}
     common = {key: own[key] for key in COMMON if key in own}
-    group = {"control": copy.deepcopy(common | law_settings | {"law": entrant.law} | entrant.settings)}
+    group = {
+        "control": copy.deepcopy(common | law_settings | {"law": entrant.law} | entrant.settings)
+    }
     for key, value in tuned_changes(entrant.tuned).items() if entrant.tuned else ():
         set_value(group, key, value)
     return group["control"]

@@ -53,7 +53,9 @@ def _line(cell: Cell) -> CellLine:
 def _efforts(metrics: CellMetrics) -> str:
     """Return the largest effort of each joint, with its unit."""
     peaks = {joint: peak if peak > NO_EFFORT else 0.0 for joint, peak in metrics.effort.items()}
-    return ", ".join(f"{joint} {_with_unit(peak, metrics.effort_units[joint])}" for joint, peak in peaks.items())
+    return ", ".join(
+        f"{joint} {_with_unit(peak, metrics.effort_units[joint])}" for joint, peak in peaks.items()
+    )
 
 
 def _with_unit(value: float, unit: str) -> str:
@@ -71,9 +73,15 @@ def format_comparison(cells: Sequence[Cell], drawn: bool) -> str:
     return fill_page(
         "league",
         drawn=drawn,
-        tables={crane.capitalize(): markdown_of(rows) for crane, rows in tables_by_crane(cells).items()},
+        tables={
+            crane.capitalize(): markdown_of(rows) for crane, rows in tables_by_crane(cells).items()
+        },
         reasons={
-            title: [f"{c.crane}, {c.law}, {c.trial}: {getattr(c, reason)}" for c in cells if getattr(c, reason)]
+            title: [
+                f"{c.crane}, {c.law}, {c.trial}: {getattr(c, reason)}"
+                for c in cells
+                if getattr(c, reason)
+            ]
             for title, reason in (("Not controlled", "failed"), ("Does not apply", "refused"))
         },
         searches=[_describe_search(name, found) for name, found in searches.items()],
@@ -86,14 +94,21 @@ def format_comparison(cells: Sequence[Cell], drawn: bool) -> str:
 
 def markdown_of(rows: Sequence[Any]) -> str:
     """Return NamedTuples of one kind as a Markdown table; field names end with units."""
-    head = [name.replace("_m_s2", ", m/s²").replace("_m2", ", m²").replace("_deg", ", deg") for name in rows[0]._fields]
+    head = [
+        name.replace("_m_s2", ", m/s²").replace("_m2", ", m²").replace("_deg", ", deg")
+        for name in rows[0]._fields
+    ]
     head = [name[:-2] + f", {name[-1]}" if name.endswith(("_m", "_s")) else name for name in head]
-    return markdown_table([name.replace("_", " ") for name in head], [[*map(format_value, row)] for row in rows])
+    return markdown_table(
+        [name.replace("_", " ") for name in head], [[*map(format_value, row)] for row in rows]
+    )
 
 
 def _describe_search(name: str, found: Mapping[str, Any]) -> str:
     """Return a line on the gains that a search has found."""
-    gains = ", ".join(f"`{key}` {format_value(value)}" for key, value in found["chosen"][BEST]["gains"].items())
+    gains = ", ".join(
+        f"`{key}` {format_value(value)}" for key, value in found["chosen"][BEST]["gains"].items()
+    )
     return f"**{name}**, {found['trials']} trials, {found['samples']} held-out samples: {gains}."
 
 

@@ -20,8 +20,13 @@ from crane_sim.ros.common.parameters import Option
 from crane_sim.ros.common.serialization import EFFORT, STATE, JointStateCodec
 
 PARAMETERS = {
-    "scene": Option("knuckle_setpoint", "scene that gives joint names and period: a name of the catalogue or a path"),
-    "role": Option("ping", "ping sends states, pong answers with commands", choices=("ping", "pong")),
+    "scene": Option(
+        "knuckle_setpoint",
+        "scene that gives joint names and period: a name of the catalogue or a path",
+    ),
+    "role": Option(
+        "ping", "ping sends states, pong answers with commands", choices=("ping", "pong")
+    ),
     "steps": Option(1000, "exchanges", 1, 1_000_000_000),
 }
 
@@ -33,12 +38,18 @@ class Ping:
         """Use the names, message types, depths and period of the plant."""
         scene = load_scene(settings.scene)
         self._period, self._steps, self._k = scene.period_ns, settings.steps, 0
-        self._q, self._v, self._applied = scene.initial_q, scene.initial_v, (0.0,) * len(scene.joint_names)
+        self._q, self._v, self._applied = (
+            scene.initial_q,
+            scene.initial_v,
+            (0.0,) * len(scene.joint_names),
+        )
         self._encoder = JointStateCodec(scene.joint_names, STATE)
         self._decoder = JointStateCodec(scene.actuated, EFFORT)
         callback: Any = self._on_command  # of serialized messages
         self._states = node.create_publisher(JointState, "joint_states", messages.DEEP_STREAM_QOS)
-        self._commands = node.create_subscription(JointState, "joint_commands", callback, messages.STREAM_QOS, raw=True)
+        self._commands = node.create_subscription(
+            JointState, "joint_commands", callback, messages.STREAM_QOS, raw=True
+        )
 
     def missing(self) -> str:
         """Return one line on the peer still missing, empty when it is there."""
@@ -55,7 +66,9 @@ class Ping:
 
     def _send(self) -> None:
         self._k += 1
-        self._states.publish(self._encoder.encode(self._k * self._period, self._q, self._v, self._applied))
+        self._states.publish(
+            self._encoder.encode(self._k * self._period, self._q, self._v, self._applied)
+        )
 
     def _on_command(self, data: bytes) -> None:
         if self._decoder.decode(data).stamp == self._k * self._period:
@@ -72,7 +85,9 @@ class Pong:
         self._encoder = JointStateCodec(scene.actuated, EFFORT)
         self._decoder = JointStateCodec(scene.joint_names, STATE)
         callback: Any = self._on_state  # of serialized messages
-        self._commands = node.create_publisher(JointState, "joint_commands", messages.DEEP_STREAM_QOS)
+        self._commands = node.create_publisher(
+            JointState, "joint_commands", messages.DEEP_STREAM_QOS
+        )
         self._states = node.create_subscription(
             JointState, "joint_states", callback, messages.DEEP_STREAM_QOS, raw=True
         )

@@ -2,8 +2,9 @@
 
 It is part of no run; soaks and tests use it.
 
-A line of its file is a letter (s: joint_states, e: applied_effort, c: joint_commands), the instant at which the message
-was sent [ns of the system's clock], its stamp [ns], and the numbers: efforts, or commands.
+A line of its file is a letter (s: joint_states, e: applied_effort, c: joint_commands), the instant
+at which the message was sent [ns of the system's clock], its stamp [ns], and the numbers: efforts,
+or commands.
 """
 
 import sys
@@ -20,7 +21,9 @@ from crane_sim.ros.common.serialization import EFFORT, STATE, JointStateCodec
 from crane_sim.ros.recorder.subscriptions import PolledSubscription
 
 PARAMETERS = {
-    "scene": Option("knuckle_setpoint", "scene whose runs are logged: a name of the catalogue or a path"),
+    "scene": Option(
+        "knuckle_setpoint", "scene whose runs are logged: a name of the catalogue or a path"
+    ),
     "file": Option("monitor.txt", "the log"),
 }
 _TOPICS = {"s": "joint_states", "e": "applied_effort", "c": "joint_commands"}
@@ -34,10 +37,18 @@ class Monitor:
         """Subscribe."""
         scene = load_scene(settings.scene)
         self._commands = CommandCodec(scene)
-        states, efforts = JointStateCodec(scene.joint_names, STATE), JointStateCodec(scene.actuated, EFFORT)
-        codecs: dict[str, JointStateCodec | CommandCodec] = {"s": states, "e": efforts, "c": self._commands}
+        states, efforts = (
+            JointStateCodec(scene.joint_names, STATE),
+            JointStateCodec(scene.actuated, EFFORT),
+        )
+        codecs: dict[str, JointStateCodec | CommandCodec] = {
+            "s": states,
+            "e": efforts,
+            "c": self._commands,
+        }
         self._subscriptions = [
-            (letter, codecs[letter], PolledSubscription(host.node, name, _ignore)) for letter, name in _TOPICS.items()
+            (letter, codecs[letter], PolledSubscription(host.node, name, _ignore))
+            for letter, name in _TOPICS.items()
         ]
 
     def write(self, file: TextIO) -> None:
@@ -45,7 +56,9 @@ class Monitor:
         for letter, codec, subscription in self._subscriptions:
             for message in subscription.take_all():
                 decoded = codec.decode(message.data)
-                numbers = self._commands.values(decoded) if codec is self._commands else decoded.effort
+                numbers = (
+                    self._commands.values(decoded) if codec is self._commands else decoded.effort
+                )
                 print(letter, message.sent, decoded.stamp, *numbers, file=file)
         file.flush()
 

@@ -23,7 +23,8 @@ NAMES: dict[str, Callable[[], list[str]]] = {
     "offshore": offshore.name_offshore_rows,
     "observer": observer.name_observer_rows,
 }
-"""Every item and the function that returns the names of its rows, in order, without measuring them."""
+"""Every item and the function that returns the names of its rows, in order, without measuring
+them."""
 
 
 def check_item(item: str | None) -> None:

@@ -41,9 +41,14 @@ def draw_knuckle(figure: Any, rows: Sequence[Any]) -> None:
     runs, panels = knuckle.run_both_laws(), figure.subplots(5, 2, sharex=True).ravel()
     target = (*knuckle.target_position(runs.energy.scene), 0.0, 0.0)
     for i, (panel, label) in enumerate(zip(panels, (*LABELS, *EFFORTS), strict=True)):
-        number, scale = (3 + i if i < 6 else 6 + i // 2), np.degrees(1.0) if label.endswith("deg") else 1.0
+        number, scale = (
+            (3 + i if i < 6 else 6 + i // 2),
+            np.degrees(1.0) if label.endswith("deg") else 1.0,
+        )
         if i < 6:
-            panel.axhline(scale * target[i], color=GOAL, linewidth=0.8, linestyle="--", label="target")
+            panel.axhline(
+                scale * target[i], color=GOAL, linewidth=0.8, linestyle="--", label="target"
+            )
         for law, run, colour in (("energy law", runs.energy, FIRST), ("LQR", runs.lqr, SECOND)):
             values = run.q[:, i] if i < 6 else run.u[:, i - 6]
             panel.plot(run.t, scale * values, color=colour, linewidth=1.0, label=law)
@@ -63,8 +68,12 @@ def draw_offshore(figure: Any, rows: Sequence[Any]) -> None:
             _plot_tracking(path, error, experiment, colour)
         path.set_aspect("equal")
         path.set_title(f"{experiments[0].table}: path of the payload, m", fontsize=9)
-        error.set_title(f"{experiments[0].table}: distance from where it should be, m", fontsize=9, loc="left")
-        error.legend(fontsize=8, loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=2, frameon=False)
+        error.set_title(
+            f"{experiments[0].table}: distance from where it should be, m", fontsize=9, loc="left"
+        )
+        error.legend(
+            fontsize=8, loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=2, frameon=False
+        )
         path.plot([], [], color=GOAL, linewidth=0.8, linestyle="--", label="path")
         path.legend(fontsize=7, loc="upper left", frameon=False)
     panels[-1][1].set_xlabel("t, s")
@@ -75,7 +84,13 @@ def _plot_tracking(path: Any, error: Any, experiment: offshore.Experiment, colou
     payload, goal = offshore.payload_and_path(run)
     path.plot(payload[:, 0], payload[:, 1], color=colour, linewidth=1.0)
     path.plot(goal[:, 0], goal[:, 1], color=GOAL, linewidth=0.8, linestyle="--")
-    error.plot(run.t, np.linalg.norm(payload - goal, axis=1), color=colour, linewidth=1.0, label=experiment.name)
+    error.plot(
+        run.t,
+        np.linalg.norm(payload - goal, axis=1),
+        color=colour,
+        linewidth=1.0,
+        label=experiment.name,
+    )
     for axes in (path, error):
         axes.grid(alpha=0.3)
 

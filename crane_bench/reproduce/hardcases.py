@@ -1,7 +1,8 @@
 """The catalogue's hard cases against references from extended precision: error, evaluations, time.
 
-A reference has an estimate of its own error, `trusted`; a case holds when all nodes are within max(1e-9 m, ten times
-that) at every instant, or within the case's own bound where the model is an approximation or the motion is chaotic.
+A reference has an estimate of its own error, `trusted`; a case holds when all nodes are within
+max(1e-9 m, ten times that) at every instant, or within the case's own bound where the model is an
+approximation or the motion is chaotic.
 """
 
 import json
@@ -65,7 +66,15 @@ def measure_case(scene: str, reference: dict[str, Any]) -> HardCase:
     method, stats = type(loaded.method).__name__.lower(), run.stats
     verdict = "holds" if holds else "does not hold"
     return HardCase(
-        scene, "nodes, m", method, error, bound, time_error, stats["rhs_evaluations"], stats["wall_time"], verdict
+        scene,
+        "nodes, m",
+        method,
+        error,
+        bound,
+        time_error,
+        stats["rhs_evaluations"],
+        stats["wall_time"],
+        verdict,
     )
 
 
@@ -80,7 +89,10 @@ def event_time_error(run: Rollout, reference: dict[str, Any]) -> float | None:
     """Return the largest error [s] of the event times; None without events."""
     if "events" not in reference:
         return None
-    expected, measured = np.array(reference["events"]), np.array([t for t, _ in run.events if t > MIN_BOUND])
+    expected, measured = (
+        np.array(reference["events"]),
+        np.array([t for t, _ in run.events if t > MIN_BOUND]),
+    )
     return float(np.max(np.abs(measured - expected))) if len(measured) == len(expected) else np.inf
 
 
@@ -111,7 +123,15 @@ def heavy_accelerations() -> HardCase:
     verdict = "holds" if error <= MAX_ACCELERATION_ERROR else "does not hold"
     wall, count = time.perf_counter() - started, len(data["states"])
     return HardCase(
-        HEAVY_PAYLOAD, "accelerations, relative", "-", error, MAX_ACCELERATION_ERROR, None, count, wall, verdict
+        HEAVY_PAYLOAD,
+        "accelerations, relative",
+        "-",
+        error,
+        MAX_ACCELERATION_ERROR,
+        None,
+        count,
+        wall,
+        verdict,
     )
 
 
@@ -123,7 +143,13 @@ def long_energy() -> HardCase:
     scene = load_scene("overhead_long", {"duration": 10_000.0})
     run = simulate(scene)
     drift = float(np.max(np.abs(run.energy - run.energy[0])) / np.ptp(run.derived.potential))
-    verdict = "holds" if drift <= MAX_ENERGY_DRIFT and run.stats["steps"] >= MIN_STEPS else "does not hold"
+    verdict = (
+        "holds"
+        if drift <= MAX_ENERGY_DRIFT and run.stats["steps"] >= MIN_STEPS
+        else "does not hold"
+    )
     method, stats = type(scene.method).__name__.lower(), run.stats
     counted = stats["rhs_evaluations"], stats["wall_time"]
-    return HardCase(LONG_RUN, "energy, relative", method, drift, MAX_ENERGY_DRIFT, None, *counted, verdict)
+    return HardCase(
+        LONG_RUN, "energy, relative", method, drift, MAX_ENERGY_DRIFT, None, *counted, verdict
+    )

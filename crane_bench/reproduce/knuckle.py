@@ -1,7 +1,8 @@
 """Section 4 of the knuckle paper (Ambrosino et al.): energy law beside LQR, figure by figure.
 
-The paper describes its figures in words and gives neither start nor target. Both laws make the scenes' manoeuvre, and
-then others, because the comparison depends on it. Every verdict follows from the numbers of its row.
+The paper describes its figures in words and gives neither start nor target. Both laws make the
+scenes' manoeuvre, and then others, because the comparison depends on it. Every verdict follows from
+the numbers of its row.
 """
 
 from collections.abc import Callable, Iterator
@@ -30,9 +31,16 @@ LESS = "much less with the energy law"
 ARRIVALS = ("Fig. 3, tower", "Fig. 4, boom", "Fig. 5, jib")
 SWINGS = {"Fig. 7, theta1": 4, "Fig. 8, theta2": 5}
 LATER = {"": 0.0, " after 10 s": 10.0, " after 20 s": 20.0}
-AT_END, AFTER, LARGEST = "{}: error at the end, deg", "{}: settled to 2 % after, s", "{}: largest{}, deg"
+AT_END, AFTER, LARGEST = (
+    "{}: error at the end, deg",
+    "{}: settled to 2 % after, s",
+    "{}: largest{}, deg",
+)
 WAY, WINCH = "Fig. 6, rope: way to and fro, m", "Fig. 6, rope"
-EFFORTS = tuple(f"Fig. {9 + i // 2}, u{i + 1}: largest, {unit}" for i, unit in enumerate(("N m", "N m", "N m", "N")))
+EFFORTS = tuple(
+    f"Fig. {9 + i // 2}, u{i + 1}: largest, {unit}"
+    for i, unit in enumerate(("N m", "N m", "N m", "N"))
+)
 LIMITS = "Figs. 9, 10: efforts"
 CALM = "Section 4: load swings by 0.5 deg until, s"
 OTHERWISE = (
@@ -81,7 +89,9 @@ def measure_knuckle_claims() -> list[ClaimResult]:
 
 def run_both_laws(changes: dict[str, Any] | None = None) -> Pair:
     """Run both laws with the same changes of their scenes."""
-    energy, lqr = (simulate(load_scene(name, changes or {})) for name in ("knuckle_setpoint", "knuckle_lqr"))
+    energy, lqr = (
+        simulate(load_scene(name, changes or {})) for name in ("knuckle_setpoint", "knuckle_lqr")
+    )
     return Pair(energy, lqr, manoeuvre(energy.scene))
 
 
@@ -119,13 +129,17 @@ def _arrival(runs: Pair, figure: str, i: int) -> Iterator[ClaimResult]:
     verdict = "reproduced" if arrived else "not reproduced"
     yield _claim_row(AT_END.format(figure), "both arrive", errors, runs.assumption, verdict)
     times = _settling_times(runs, i)
-    yield _claim_row(AFTER.format(figure), "LQR slightly faster", times, runs.assumption, verdict_faster(*times))
+    yield _claim_row(
+        AFTER.format(figure), "LQR slightly faster", times, runs.assumption, verdict_faster(*times)
+    )
 
 
 def _settling_times(runs: Pair, i: int) -> tuple[float, float]:
     """Return settling times [s] of joint i, infinite where it has not settled."""
     name = runs.energy.scene.actuated[i]
-    return runs.of(lambda run: inf if (time := run.summary["settling_time"][name]) is None else time)
+    return runs.of(
+        lambda run: inf if (time := run.summary["settling_time"][name]) is None else time
+    )
 
 
 def verdict_faster(energy: float, lqr: float) -> str:
@@ -137,7 +151,9 @@ def verdict_faster(energy: float, lqr: float) -> str:
 
 def _rope(runs: Pair) -> Iterator[ClaimResult]:
     """Yield the oscillation of the rope's length."""
-    lengths = runs.of(lambda run: np.sum(np.abs(np.diff(run.q[:, 3]))) - abs(run.q[-1, 3] - run.q[0, 3]))
+    lengths = runs.of(
+        lambda run: np.sum(np.abs(np.diff(run.q[:, 3]))) - abs(run.q[-1, 3] - run.q[0, 3])
+    )
     yield _claim_row(WAY, LESS, lengths, runs.assumption, verdict_much_less(*lengths))
     times = _settling_times(runs, 3)
     yield _claim_row(AFTER.format(WINCH), "not said", times, runs.assumption, "-")
@@ -146,8 +162,12 @@ def _rope(runs: Pair) -> Iterator[ClaimResult]:
 def _payload_swing(runs: Pair, figure: str, i: int) -> Iterator[ClaimResult]:
     """Yield the largest swing of joint i: of the whole run, after 10 s and after 20 s."""
     for words, after in LATER.items():
-        sizes = runs.of(lambda run, after=after: np.degrees(np.max(np.abs(run.q[run.t >= after, i]))))
-        yield _claim_row(LARGEST.format(figure, words), LESS, sizes, runs.assumption, verdict_much_less(*sizes))
+        sizes = runs.of(
+            lambda run, after=after: np.degrees(np.max(np.abs(run.q[run.t >= after, i])))
+        )
+        yield _claim_row(
+            LARGEST.format(figure, words), LESS, sizes, runs.assumption, verdict_much_less(*sizes)
+        )
 
 
 def verdict_much_less(energy: float, lqr: float) -> str:
@@ -183,7 +203,11 @@ def variant_rows(name: str) -> Iterator[ClaimResult]:
     yield _quiet(runs, OTHERWISE[1], assumption)
 
 
-def _claim_row(claim: str, paper: str, values: tuple[float, float], assumption: str, verdict: str) -> ClaimResult:
+def _claim_row(
+    claim: str, paper: str, values: tuple[float, float], assumption: str, verdict: str
+) -> ClaimResult:
     energy, lqr = ("never" if value == inf else value for value in values)
     difference = values[0] - values[1]
-    return ClaimResult(claim, paper, energy, lqr, difference if isfinite(difference) else None, assumption, verdict)
+    return ClaimResult(
+        claim, paper, energy, lqr, difference if isfinite(difference) else None, assumption, verdict
+    )

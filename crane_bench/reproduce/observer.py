@@ -2,9 +2,10 @@
 
 Results are the mean squared error (MSE) and the hardest motion of the tip.
 
-The base sways with 0.5 m/s² (0.354 m/s² root mean square): at the payload's own frequency, at one that is drawn, or
-as a sea would have it, whose spectrum peaks at a part of that frequency. Seeds draw frequencies, phases, waves,
-features and the camera's noise; no scene of the catalogue has them, and the observer's settings were chosen on others.
+The base sways with 0.5 m/s² (0.354 m/s² root mean square): at the payload's own frequency, at one
+that is drawn, or as a sea would have it, whose spectrum peaks at a part of that frequency. Seeds
+draw frequencies, phases, waves, features and the camera's noise; no scene of the catalogue has
+them, and the observer's settings were chosen on others.
 """
 
 from collections.abc import Iterator
@@ -21,8 +22,12 @@ from crane_sim.simulation.rollout import simulate
 SEEDS = tuple(range(300, 310))
 PAYLOAD_FREQUENCY = sqrt(9.81 / 1.255)  # rad/s, of the payload below a still base
 BASE_ACCELERATION = 0.5  # m/s², amplitude of the base's acceleration
-MEASUREMENTS = {"every state": ("offshore_resonant", 20.0), "camera, 2 mm": ("offshore_vision", 50.0)}
-"""Measurements of the laws: the scene, and the required ratio of the adaptive law's error to the harmonic one's."""
+MEASUREMENTS = {
+    "every state": ("offshore_resonant", 20.0),
+    "camera, 2 mm": ("offshore_vision", 50.0),
+}
+"""Measurements of the laws: the scene, and the required ratio of the adaptive law's error to the
+harmonic one's."""
 LAWS = ("cartesian", "adaptive", "harmonic")
 SEAS = (0.8, 1.0, 1.2)  # of the payload's frequency
 Metrics = tuple[float, float]
@@ -57,8 +62,16 @@ def disturbances(seed: int) -> dict[str, dict[str, Any]]:
     """Return the base motions of a seed, as groups of a scene file."""
     rng = np.random.default_rng(seed)
     frequency = PAYLOAD_FREQUENCY * float(rng.uniform(0.85, 1.2))
-    drawn = {"sway": _sway(frequency, BASE_ACCELERATION, rng), "surge": _sway(frequency, 0.4 * BASE_ACCELERATION, rng)}
-    resonant = {"sway": {"amplitude": BASE_ACCELERATION / PAYLOAD_FREQUENCY**2, "frequency": PAYLOAD_FREQUENCY}}
+    drawn = {
+        "sway": _sway(frequency, BASE_ACCELERATION, rng),
+        "surge": _sway(frequency, 0.4 * BASE_ACCELERATION, rng),
+    }
+    resonant = {
+        "sway": {
+            "amplitude": BASE_ACCELERATION / PAYLOAD_FREQUENCY**2,
+            "frequency": PAYLOAD_FREQUENCY,
+        }
+    }
     seas = {f"sea, peak at {part:g} of it": sea(part * PAYLOAD_FREQUENCY, seed) for part in SEAS}
     return {"sine, the payload's own": resonant, "sine, 0.85 .. 1.2 of it": drawn} | seas
 
@@ -82,19 +95,35 @@ def sea(peak: float, seed: int) -> dict[str, Any]:
 def compare(name: str, state: str, seeds: tuple[int, ...]) -> SeedComparison:
     """Return the row of a disturbance with the measurement `state`."""
     scene, required_ratio = MEASUREMENTS[state]
-    metrics = np.array([list(_yield_metrics(scene, disturbances(seed)[name], seed)) for seed in seeds])
+    metrics = np.array(
+        [list(_yield_metrics(scene, disturbances(seed)[name], seed)) for seed in seeds]
+    )
     mse, tips = metrics[:, :, 0], metrics[:, :, 1]
     completed = ~np.isnan(mse[:, 1])
     cartesian, harmonic = (float(np.median(mse[:, i])) for i in (0, 2))
     head = (name, state, cartesian)
     if not completed.any():
         return SeedComparison(
-            *head, np.nan, len(seeds), harmonic, np.nan, np.nan, "-", "no ratio: the adaptive law fails"
+            *head,
+            np.nan,
+            len(seeds),
+            harmonic,
+            np.nan,
+            np.nan,
+            "-",
+            "no ratio: the adaptive law fails",
         )
     ratio = mse[completed, 1] / mse[completed, 2]
-    verdict = f"{required_ratio:g} times less: {'holds' if ratio.min() >= required_ratio else 'missed'}"
+    verdict = (
+        f"{required_ratio:g} times less: {'holds' if ratio.min() >= required_ratio else 'missed'}"
+    )
     tip = float((tips[completed, 2] / tips[completed, 1]).max())
-    middle = (float(np.median(mse[completed, 1])), int((~completed).sum()), harmonic, float(np.median(ratio)))
+    middle = (
+        float(np.median(mse[completed, 1])),
+        int((~completed).sum()),
+        harmonic,
+        float(np.median(ratio)),
+    )
     return SeedComparison(*head, *middle, float(ratio.min()), tip, verdict)
 
 

@@ -1,7 +1,7 @@
 """Tables 5, 7 and 9 of the offshore paper (Smith & Egeland): errors on a path, law by law.
 
-Unprinted values are assumed once, in the scenes: one servo of the suspension point for all tables. With
-random features or camera noise a number is the median over seeds, beside the extremes.
+Unprinted values are assumed once, in the scenes: one servo of the suspension point for all tables.
+With random features or camera noise a number is the median over seeds, beside the extremes.
 """
 
 from collections.abc import Iterator
@@ -48,7 +48,9 @@ class Experiment(NamedTuple):
 
 def _experiment(column: dict[str, Any]) -> Experiment:
     mse, mae = (Printed(*column["printed"][name]) for name in ("mse", "mae"))
-    return Experiment(**column | {"printed": Column(mse, mae), "seeded": tuple(column.get("seeded", ()))})
+    return Experiment(
+        **column | {"printed": Column(mse, mae), "seeded": tuple(column.get("seeded", ()))}
+    )
 
 
 _TABLES = parse_yaml(Path(__file__).with_name("offshore.yaml").read_text(encoding="utf-8"))
@@ -81,7 +83,11 @@ class Measured(NamedTuple):
 def name_offshore_rows() -> list[str]:
     """Return the claims of all rows, without running any."""
     tables = [claim for pair in PAIRS for experiment in pair for claim in claims(experiment)]
-    return [*tables, *SENTENCES, *(claim for experiment in OTHERWISE for claim in claims(experiment))]
+    return [
+        *tables,
+        *SENTENCES,
+        *(claim for experiment in OTHERWISE for claim in claims(experiment)),
+    ]
 
 
 def claims(experiment: Experiment) -> tuple[str, str]:
@@ -95,41 +101,62 @@ def measure_offshore_tables(seeds: int = SEEDS) -> list[Measured]:
 
     Experiments without random numbers have no seeds.
     """
-    tables = [row for pair in PAIRS for experiment in pair for row in measure_errors(experiment, seeds)]
-    return [*tables, *sentences(), *(row for experiment in OTHERWISE for row in measure_errors(experiment, seeds))]
+    tables = [
+        row for pair in PAIRS for experiment in pair for row in measure_errors(experiment, seeds)
+    ]
+    return [
+        *tables,
+        *sentences(),
+        *(row for experiment in OTHERWISE for row in measure_errors(experiment, seeds)),
+    ]
 
 
 def run_experiment(experiment: Experiment, seed: int = 0) -> Rollout:
     """Run an experiment with one seed of all that is drawn."""
-    return simulate(load_scene(experiment.scene, experiment.changes | dict.fromkeys(experiment.seeded, seed)))
+    return simulate(
+        load_scene(experiment.scene, experiment.changes | dict.fromkeys(experiment.seeded, seed))
+    )
 
 
 def measure_errors(experiment: Experiment, seeds: int) -> Iterator[Measured]:
     """Yield MSE [m²] and MAE [m] of an experiment."""
-    summaries = [run_experiment(experiment, seed).summary for seed in range(seeds if experiment.seeded else 1)]
+    summaries = [
+        run_experiment(experiment, seed).summary
+        for seed in range(seeds if experiment.seeded else 1)
+    ]
     mse, mae = ([summary[key] for summary in summaries] for key in ("tracking_mse", "tracking_mae"))
-    for claim, printed, values in zip(claims(experiment), experiment.printed, (mse, mae), strict=True):
+    for claim, printed, values in zip(
+        claims(experiment), experiment.printed, (mse, mae), strict=True
+    ):
         yield compare_with_paper(claim, printed, values, experiment.assumption)
 
 
-def compare_with_paper(claim: str, printed: Printed, values: list[float], assumption: str) -> Measured:
+def compare_with_paper(
+    claim: str, printed: Printed, values: list[float], assumption: str
+) -> Measured:
     """Return a number of the paper beside ours for each seed; the verdict is on all of them."""
     low, high, median = min(values), max(values), float(np.median(values))
     worst = max(abs(value / printed.value - 1.0) for value in (low, high))
     verdict = f"{'within' if worst <= printed.tolerance else 'not within'} {printed.tolerance:.0%}"
     difference = median / printed.value - 1.0
-    return Measured(claim, printed.value, median, low, high, len(values), difference, assumption, verdict)
+    return Measured(
+        claim, printed.value, median, low, high, len(values), difference, assumption, verdict
+    )
 
 
 def sentences() -> Iterator[Measured]:
     """Yield the text's claims on its figures, as ratios of our results: after to before."""
-    obstacle, resonant, vision = ([run_experiment(experiment) for experiment in pair] for pair in PAIRS)
+    obstacle, resonant, vision = (
+        [run_experiment(experiment) for experiment in pair] for pair in PAIRS
+    )
     hardest = [moved.summary["peak_tip_acceleration"] for moved in obstacle]
     yield _ratio(PEAKS, "comparable", hardest, (0.5, 2.0))
     yield _ratio(LEARNT, "less than 1", [_along_x(moved) for moved in resonant], (0.0, 1.0))
     yield _ratio(SEEN, "about 1", [_along_x(moved) for moved in vision], (0.8, 1.25))
     hardest = vision[1].summary["peak_tip_acceleration"]  # demands come as a staircase at 30 Hz
-    yield Measured(HARDEST, "-", hardest, hardest, hardest, 1, None, "as in the table, seed 0", "not printed")
+    yield Measured(
+        HARDEST, "-", hardest, hardest, hardest, 1, None, "as in the table, seed 0", "not printed"
+    )
 
 
 def payload_and_path(run: Rollout) -> tuple[Any, Any]:

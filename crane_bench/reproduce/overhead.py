@@ -21,11 +21,15 @@ class ClaimRow(NamedTuple):
     claim: str  # with its equation number
     printed: Shown  # in the paper
     ours: Shown
-    difference: float | None  # largest, relative to ours or to the scale of the matrix; None without a meaning
+    difference: (
+        float | None
+    )  # largest, relative to ours or to the scale of the matrix; None without a meaning
     verdict: str
 
 
-def make_claim(claim: str, printed: Shown, ours: Shown, holds: bool, difference: float | None = None) -> ClaimRow:
+def make_claim(
+    claim: str, printed: Shown, ours: Shown, holds: bool, difference: float | None = None
+) -> ClaimRow:
     """Return the row of a claim that holds or does not."""
     return ClaimRow(claim, printed, ours, difference, "holds" if holds else "does not hold")
 
@@ -37,7 +41,9 @@ def name_overhead_rows() -> list[str]:
 
 def measure_overhead_claims() -> list[ClaimRow]:
     """Return all rows: properties, printed forms, ranks, conditions, linearisation, misprints."""
-    misprints = map(erratum_row, (*overhead_matrix_errata.errata(), *overhead_force_errata.errata()))
+    misprints = map(
+        erratum_row, (*overhead_matrix_errata.errata(), *overhead_force_errata.errata())
+    )
     return [*_matrix_properties(), *_printed_forms(), *_conditions(), *_linearisation(), *misprints]
 
 
@@ -48,25 +54,38 @@ def _matrix_properties() -> Iterator[ClaimRow]:
     asymmetry = max(map(properties.asymmetry, masses))
     yield make_claim("(13): M = Mᵀ", 0.0, asymmetry, asymmetry < ROUNDING, asymmetry)
     smallest = min(map(properties.smallest_eigenvalue, masses))
-    yield make_claim("below (2): M positive definite, smallest eigenvalue", "> 0", smallest, smallest > 0.0)
-    skewness = max(properties.skewness_error(properties.mass_rate(*at), chain.coriolis(*at)) for at in cases)
+    yield make_claim(
+        "below (2): M positive definite, smallest eigenvalue", "> 0", smallest, smallest > 0.0
+    )
+    skewness = max(
+        properties.skewness_error(properties.mass_rate(*at), chain.coriolis(*at)) for at in cases
+    )
     yield make_claim("(3): Ṁ - 2C skew-symmetric", 0.0, skewness, skewness < ROUNDING, skewness)
     symbols = max(
-        relative_difference(properties.christoffel(p, q) @ v, chain.coriolis(p, q, v)) for p, q, v in cases[:-1]
+        relative_difference(properties.christoffel(p, q) @ v, chain.coriolis(p, q, v))
+        for p, q, v in cases[:-1]
     )
-    yield make_claim("Remark 1: C by Christoffel symbols", 0.0, symbols, symbols < ROUNDING, symbols)
+    yield make_claim(
+        "Remark 1: C by Christoffel symbols", 0.0, symbols, symbols < ROUNDING, symbols
+    )
     ranks = all(properties.rank(mass) == len(mass) for mass in masses)
-    yield make_claim("below (2), all m_i > 0: rank M", "2N + 1", "2N + 1" if ranks else "less", ranks)
+    yield make_claim(
+        "below (2), all m_i > 0: rank M", "2N + 1", "2N + 1" if ranks else "less", ranks
+    )
 
 
 def _printed_forms() -> Iterator[ClaimRow]:
     """Yield the forms that are right as printed."""
     worst = max(
-        relative_difference(entries.mass_matrix(p, q), chain.mass_matrix(p, q)) for p, q, _ in map(example, SIZES)
+        relative_difference(entries.mass_matrix(p, q), chain.mass_matrix(p, q))
+        for p, q, _ in map(example, SIZES)
     )
-    yield make_claim("(19)-(21), (32)-(33), (39), (62)-(63): entries of M", 0.0, worst, worst < ROUNDING, worst)
+    yield make_claim(
+        "(19)-(21), (32)-(33), (39), (62)-(63): entries of M", 0.0, worst, worst < ROUNDING, worst
+    )
     worst = max(
-        relative_difference(entries.gravity(p, q), chain.potential_force(p, q)) for p, q, _ in map(example, SIZES)
+        relative_difference(entries.gravity(p, q), chain.potential_force(p, q))
+        for p, q, _ in map(example, SIZES)
     )
     yield make_claim("(83)-(84): gravity", 0.0, worst, worst < ROUNDING, worst)
     crane, q, _ = example(2)
@@ -84,7 +103,10 @@ def _conditions() -> Iterator[ClaimRow]:
     The crane has ten links of 1 m, nodes of 1 kg, and no hoist.
     """
     angles = np.random.default_rng(0).uniform(-0.5, 0.5, 10)
-    q, free = np.concatenate([[0.0], np.diff(angles, prepend=0.0), np.ones(10)]), chain.free_coordinates(10)
+    q, free = (
+        np.concatenate([[0.0], np.diff(angles, prepend=0.0), np.ones(10)]),
+        chain.free_coordinates(10),
+    )
     previous = (1.0, 1.0)  # no matrix has less
     for ratio in (1.0, 1e4, 1e6, 1e8):
         crane = chain.LumpedCrane(5.0, np.append(np.ones(9), ratio))
@@ -101,14 +123,27 @@ def _linearisation() -> Iterator[ClaimRow]:
     v[7:] = 0.0  # l_2 .. l_5 are fixed
     reduced, demanded = collocate(crane, q, v), np.array([1.3, -0.7])
     smallest = properties.smallest_eigenvalue(reduced.mass)
-    yield make_claim("Lemma 3: 𝓜 of (178) positive definite, smallest eigenvalue", "> 0", smallest, smallest > 0.0)
+    yield make_claim(
+        "Lemma 3: 𝓜 of (178) positive definite, smallest eigenvalue",
+        "> 0",
+        smallest,
+        smallest > 0.0,
+    )
     forces = np.zeros(11)
     forces[[0, 6]] = reduced.forces(demanded)
     accelerations = chain.chain_acceleration(crane, q, v, forces, (1,))
     difference = relative_difference(accelerations[[0, 6]], demanded)
-    yield make_claim("(176)-(177): ẍ and l̈_1 as wanted, collocated", 0.0, difference, difference < ROUNDING, difference)
+    yield make_claim(
+        "(176)-(177): ẍ and l̈_1 as wanted, collocated",
+        0.0,
+        difference,
+        difference < ROUNDING,
+        difference,
+    )
     difference = relative_difference(reduced.angles(demanded), accelerations[1:6])
-    yield make_claim("(179): angles that follow", 0.0, difference, difference < ROUNDING, difference)
+    yield make_claim(
+        "(179): angles that follow", 0.0, difference, difference < ROUNDING, difference
+    )
 
 
 def erratum_row(erratum: Erratum) -> ClaimRow:
@@ -122,4 +157,6 @@ def erratum_row(erratum: Erratum) -> ClaimRow:
     if isinf(difference):
         return ClaimRow(where, f"shape {printed.shape}", f"shape {truth.shape}", None, verdict)
     entry = np.argmax(np.abs(printed - truth))
-    return ClaimRow(where, float(printed.flat[entry]), float(truth.flat[entry]), difference, verdict)
+    return ClaimRow(
+        where, float(printed.flat[entry]), float(truth.flat[entry]), difference, verdict
+    )

@@ -19,12 +19,18 @@ class Erratum(NamedTuple):
     correction: str
     printed: Array
     corrected: Array
-    truth: Array  # from energies, positions and their complex steps, or from the matrices that follow from them
+    # from energies, positions and their complex steps, or from the matrices that follow from them
+    truth: Array
     tolerance: float  # of corrected against truth, relative
 
 
 def erratum(
-    where: str, correction: str, printed: object, corrected: object, truth: object, tolerance: float = ROUNDING
+    where: str,
+    correction: str,
+    printed: object,
+    corrected: object,
+    truth: object,
+    tolerance: float = ROUNDING,
 ) -> Erratum:
     """Return the misprint with its values as arrays."""
     values = [np.array(value, dtype=float) for value in (printed, corrected, truth)]

@@ -10,7 +10,13 @@ import numpy as np
 
 from crane_bench.reproduce.lagrange import chain, coordinates, properties
 from crane_bench.reproduce.lagrange.coordinates import Array, absolute, unpack
-from crane_bench.reproduce.overhead_erratum import Erratum, erratum, example, payload_only, sums_from
+from crane_bench.reproduce.overhead_erratum import (
+    Erratum,
+    erratum,
+    example,
+    payload_only,
+    sums_from,
+)
 
 
 def errata() -> Iterator[Erratum]:
@@ -37,7 +43,9 @@ def rod_rotation() -> Erratum:
     arms = np.diff(chain.node_positions(q), axis=0)
     speeds = np.diff(properties.derivative_along(chain.node_positions, q, v), axis=0)
     turning = (arms[:, 0] * speeds[:, 1] - arms[:, 1] * speeds[:, 0]) / np.sum(arms**2, axis=1)
-    printed, corrected, truth = (0.5 * fsum(inertias * w**2) for w in (v[1:4], absolute(v[1:4]), turning))
+    printed, corrected, truth = (
+        0.5 * fsum(inertias * w**2) for w in (v[1:4], absolute(v[1:4]), turning)
+    )
     return erratum("Remark 2, section 8.1", "½ J_i (θ̇_1 + .. + θ̇_i)²", printed, corrected, truth)
 
 
@@ -60,7 +68,9 @@ def large_payload_weights() -> Erratum:
     moments = crane.gravity * crane.masses[-1] * lengths * np.sin(absolute(theta))
     truth = properties.gradient(lambda at: chain.potential_energy(payload_only(crane), at), q)[1:4]
     printed = np.full(3, fsum(moments))
-    return erratum("after (83), large payload", "the sum begins at k = n", printed, sums_from(moments), truth)
+    return erratum(
+        "after (83), large payload", "the sum begins at k = n", printed, sums_from(moments), truth
+    )
 
 
 def small_angle_weights() -> Erratum:
@@ -71,7 +81,9 @@ def small_angle_weights() -> Erratum:
     first_order = crane.gravity * sums_from(sums_from(crane.masses) * lengths * absolute(theta))
     truth = properties.gradient(lambda at: chain.potential_energy(crane, at), small)[1:4]
     correction = "Σ_i m_i g Σ_{k=n}^i l_k α_k, not 0"
-    return erratum("after (83), small angles", correction, np.zeros(3), first_order, truth, tolerance=1e-7)
+    return erratum(
+        "after (83), small angles", correction, np.zeros(3), first_order, truth, tolerance=1e-7
+    )
 
 
 def joint_energy() -> Erratum:
@@ -79,7 +91,9 @@ def joint_energy() -> Erratum:
     q, kappa = example(3)[1], np.array([5.0, 3.0, 2.0])
     first, *others = 0.5 * kappa * coordinates.relative(absolute(q[1:4])) ** 2
     printed, corrected = first + 2.0 * fsum(others), first + fsum(others)
-    return erratum("U_flex(α) before (88)", "½ on the sum too", printed, corrected, _joint_energy(kappa, q))
+    return erratum(
+        "U_flex(α) before (88)", "½ on the sum too", printed, corrected, _joint_energy(kappa, q)
+    )
 
 
 def joint_torques() -> Erratum:
@@ -87,8 +101,12 @@ def joint_torques() -> Erratum:
     q, kappa = example(3)[1], np.array([5.0, 3.0, 2.0])
     upright, unbent = coordinates.absolute_map(3), np.linalg.inv(np.tri(3))
     stiffness = unbent.T @ np.diag(kappa) @ unbent
-    truth = properties.gradient(lambda at: _joint_energy(kappa, np.linalg.solve(upright, at)), upright @ q)[1:4]
-    return erratum("(91): vector = matrix", "matrix times α", stiffness, stiffness @ absolute(q[1:4]), truth)
+    truth = properties.gradient(
+        lambda at: _joint_energy(kappa, np.linalg.solve(upright, at)), upright @ q
+    )[1:4]
+    return erratum(
+        "(91): vector = matrix", "matrix times α", stiffness, stiffness @ absolute(q[1:4]), truth
+    )
 
 
 def _joint_energy(kappa: Array, q: Array) -> Array:
@@ -121,9 +139,13 @@ def hoist_coupling(n: int, where: str) -> Erratum:
     still[n + 1] = 0.0
     _, rates, paid = unpack(v)
     scale = 2.0 * crane.masses[-1] * paid[0] * q[-1] * cos(fsum(q[2 : n + 1]))
-    printed = scale * (rates[0] - fsum(rates))  # for one link the terms in l̇_1² cancel, as they are absent for more
+    printed = scale * (
+        rates[0] - fsum(rates)
+    )  # for one link the terms in l̇_1² cancel, as they are absent for more
     truth = (chain.coriolis(crane, q, v) @ v - chain.coriolis(crane, q, still) @ still)[n]
-    return erratum(where, "+2 m_N l̇_1 l_N θ̇_1 cos(θ_2 + .. + θ_N)", printed, scale * rates[0], truth)
+    return erratum(
+        where, "+2 m_N l̇_1 l_N θ̇_1 cos(θ_2 + .. + θ_N)", printed, scale * rates[0], truth
+    )
 
 
 def node_speeds() -> Erratum:

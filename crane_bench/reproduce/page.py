@@ -12,7 +12,10 @@ from crane_sim.files.errors import SceneError
 from crane_sim.files.output import write_text
 from crane_sim.report.plotting import save_figure
 
-BY_ROUNDING = ("ours", "difference")  # columns of `Row`, where digits below ROUNDING are those of the processor
+BY_ROUNDING = (
+    "ours",
+    "difference",
+)  # columns of `Row`, where digits below ROUNDING are those of the processor
 TITLES = {
     "overhead": "The overhead-crane paper: properties, numbers and misprints",
     "hardcases": "The hard cases of the overhead crane",
@@ -52,4 +55,11 @@ def _write_item(item: str, rows: list[Any], drawn: bool) -> str:
     heads = [f"{name} \\*" if name in varies else name for name in columns]
     cells = [[*map(_format_cell, columns, row, [varies] * len(columns))] for row in rows]
     table = markdown_table(heads, cells)
-    return fill_page("reproduction", item=item, title=TITLES.get(item, item), drawn=drawn, varies=varies, table=table)
+    return fill_page(
+        "reproduction",
+        item=item,
+        title=TITLES.get(item, item),
+        drawn=drawn,
+        varies=varies,
+        table=table,
+    )

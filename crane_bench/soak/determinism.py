@@ -22,9 +22,16 @@ from crane_sim.simulation.rollout import simulate
 KILTED = os.environ.get("CRANE_SIM_KILTED_PYTHON", "")
 """A Python with rclpy of ROS 2 Kilted, this package and what it needs; empty: there is none."""
 SCENE, DURATION = "knuckle_setpoint", 6.0  # s of simulated time, 600 steps
-_TIMEOUT = 120.0  # s, only so that a failure ends: another interpreter may have everything to compile
+_TIMEOUT = (
+    120.0  # s, only so that a failure ends: another interpreter may have everything to compile
+)
 _END_TIMEOUT = 10.0  # s after SIGTERM; a recorder closes its file
-_OF_THIS_ONE = ("LD_LIBRARY_PATH", "_ROS_WHEELS_BOOTSTRAP_COMPLETE", "AMENT_PREFIX_PATH", "PYTHONPATH")
+_OF_THIS_ONE = (
+    "LD_LIBRARY_PATH",
+    "_ROS_WHEELS_BOOTSTRAP_COMPLETE",
+    "AMENT_PREFIX_PATH",
+    "PYTHONPATH",
+)
 
 
 class Setup(NamedTuple):
@@ -37,14 +44,27 @@ class Setup(NamedTuple):
 
     def command(self, python: str, module: str, parameters: Mapping[str, object]) -> list[str]:
         """Return the command line of one node."""
-        command = [python, "-m", module, "--ros-args", "-r", "__ns:=/knuckle", "-p", f"executor:={self.executor}"]
-        return command + [part for name, value in parameters.items() for part in ("-p", f"{name}:={value}")]
+        command = [
+            python,
+            "-m",
+            module,
+            "--ros-args",
+            "-r",
+            "__ns:=/knuckle",
+            "-p",
+            f"executor:={self.executor}",
+        ]
+        return command + [
+            part for name, value in parameters.items() for part in ("-p", f"{name}:={value}")
+        ]
 
 
 def setups(kilted: str = KILTED) -> list[Setup]:
     """Return all combinations of processes and executors, and of another interpreter if any."""
     executors = ("events", "single")
-    combinations = [Setup(processes, executor) for processes, executor in product((2, 3), executors)]
+    combinations = [
+        Setup(processes, executor) for processes, executor in product((2, 3), executors)
+    ]
     if kilted:
         pairs = ((kilted, sys.executable), (sys.executable, kilted), (kilted, kilted))
         combinations += [Setup(2, executor, *pair) for pair, executor in product(pairs, executors)]
@@ -55,7 +75,9 @@ def setups(kilted: str = KILTED) -> list[Setup]:
 def busy(loops: int) -> Iterator[None]:
     """Keep `loops` cores busy."""
     processes = [
-        subprocess.Popen([sys.executable, "-c", "while True: pass"], preexec_fn=set_parent_death_signal())
+        subprocess.Popen(
+            [sys.executable, "-c", "while True: pass"], preexec_fn=set_parent_death_signal()
+        )
         for _ in range(loops)
     ]
     try:
@@ -85,7 +107,11 @@ def state_sha256(setup: Setup, scene: Scene) -> str:
         common = {"scene": file, "expected_recorders": recorders}
         nodes = [(setup.controller, "crane_control.nodes.controller_node", common)]
         nodes += [
-            (sys.executable, "crane_sim.ros.recorder_node", {"scene": file, "path": folder / "run.rrd"})
+            (
+                sys.executable,
+                "crane_sim.ros.recorder_node",
+                {"scene": file, "path": folder / "run.rrd"},
+            )
         ] * recorders
         helpers = [
             subprocess.Popen(
@@ -107,7 +133,12 @@ def _plant_sha256(command: list[str], env: dict[str, str]) -> str:
     try:
         pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "text": True}
         plant = subprocess.run(
-            command, env=env, timeout=_TIMEOUT, check=False, preexec_fn=set_parent_death_signal(), **pipes
+            command,
+            env=env,
+            timeout=_TIMEOUT,
+            check=False,
+            preexec_fn=set_parent_death_signal(),
+            **pipes,
         )
     except subprocess.TimeoutExpired:
         raise RuntimeError(f"plant: it did not end within {_TIMEOUT:g} s") from None
@@ -139,9 +170,14 @@ def soak_determinism(count: int = 50) -> tuple[list[Metric], dict[str, Any]]:
         Metric("runs", count),
         Metric("mixtures of processes, executors, distributions and load", len(set(planned))),
         Metric("runs beside a busy process", sum(loops for _, loops in planned)),
-        Metric("runs with a node of another ROS distribution", sum(KILTED in setup for setup, _ in planned)),
+        Metric(
+            "runs with a node of another ROS distribution",
+            sum(KILTED in setup for setup, _ in planned),
+        ),
         equal("different state_sha256", len(set(hashes)), 1),
-        equal("runs unlike the one in a single process", sum(hash_ != alone for hash_ in hashes), 0),
+        equal(
+            "runs unlike the one in a single process", sum(hash_ != alone for hash_ in hashes), 0
+        ),
         Metric("a run with the start of its nodes, median", quantiles(took)["p50"], "s"),
     ]
     return metrics, {"state_sha256": sorted(set(hashes)), "took_s": took}

@@ -19,7 +19,9 @@ BLOCKS = 25  # samples of memory and rate; the first one is the warm-up
 MAX_GROWTH = 5.0  # MB
 
 
-def soak_inprocess(steps: int = 10_000_000, name: str = "knuckle_setpoint") -> tuple[list[Metric], dict[str, Any]]:
+def soak_inprocess(
+    steps: int = 10_000_000, name: str = "knuckle_setpoint"
+) -> tuple[list[Metric], dict[str, Any]]:
     """Take `steps` steps by each of the two methods; return (metrics, data)."""
     block = max(steps // BLOCKS, 1)
     methods: dict[str, Callable[[Scene, int], Iterator[None]]] = {
@@ -30,16 +32,25 @@ def soak_inprocess(steps: int = 10_000_000, name: str = "knuckle_setpoint") -> t
     for method, blocks in methods.items():
         memory, rates, speeds = _measure_blocks(blocks(load_scene(name), block), block)
         ends = [block * (i + 1) for i in range(BLOCKS)]
-        data[method] = {"steps": ends, "memory_MB": memory, "steps_per_second": rates, "processor_speed": speeds}
+        data[method] = {
+            "steps": ends,
+            "memory_MB": memory,
+            "steps_per_second": rates,
+            "processor_speed": speeds,
+        }
         metrics += [
             Metric(f"{method}, steps", ends[-1]),
-            at_most(f"{method}, growth of resident memory", memory[-1] - memory[0], MAX_GROWTH, "MB"),
+            at_most(
+                f"{method}, growth of resident memory", memory[-1] - memory[0], MAX_GROWTH, "MB"
+            ),
             *drift_metrics(rates[1:], speeds[1:], f"{method}, "),
         ]
     return metrics, data
 
 
-def _measure_blocks(blocks: Iterator[None], steps: int) -> tuple[list[float], list[float], list[float]]:
+def _measure_blocks(
+    blocks: Iterator[None], steps: int
+) -> tuple[list[float], list[float], list[float]]:
     """Return memory [MB], rate [steps/s] and processor speed after each block of steps.
 
     Memory is resident memory.

@@ -24,14 +24,18 @@ from crane_sim.orchestration import run
 from crane_sim.orchestration.ros_environment import reserve_domain
 
 VICTIMS = ("controller", "recorder")
-MEDIAN_LIMIT, MAX_LIMIT = 0.5, 1.0  # s within which control is back behind half of the kills, and behind all of them
+MEDIAN_LIMIT, MAX_LIMIT = (
+    0.5,
+    1.0,
+)  # s within which control is back behind half of the kills, and behind all of them
 _GAP = (0.5, 2.5)  # s between two kills, uniform
 _POLL = 0.01  # s between two polls for a process to kill
 _BEFORE, _BEHIND = 1.0, 5.0  # s of the run without kills
 _MAX_GROWTH = 5.0  # MB that the plant may grow
 _CALL = 20.0  # ms that a call may take
 _BARE = 1e-3  # s, period of a loop beside the run that measures stalls of the machine
-_STALL = 100.0  # ms; a plant that waited for a dead node would stand still for the lease of a commander, at least
+# ms; a plant that waited for a dead node would stand still for the lease of a commander, at least
+_STALL = 100.0
 _SECOND = 1e9  # ns
 
 
@@ -87,7 +91,9 @@ class _Killer(threading.Thread):
         ]
 
 
-def soak_kills(count: int = 200, scene: str = "knuckle_setpoint", seed: int = 0) -> tuple[list[Metric], dict[str, Any]]:
+def soak_kills(
+    count: int = 200, scene: str = "knuckle_setpoint", seed: int = 0
+) -> tuple[list[Metric], dict[str, Any]]:
     """Kill `count` times; return (metrics, data)."""
     draw = random.Random(seed)
     gaps = [draw.uniform(*_GAP) for _ in range(count)]
@@ -102,17 +108,28 @@ def soak_kills(count: int = 200, scene: str = "knuckle_setpoint", seed: int = 0)
         bare = pool.submit(run_sleep_process, _BARE, round(loaded.duration / _BARE))
         killer.start()
         options = {"mode": "realtime", "domain_id": domain, "restart": True}
-        summary = run(loaded, record=Path(folder, "soak.rrd"), on_activated=killer.on_activated, **options)
+        summary = run(
+            loaded, record=Path(folder, "soak.rrd"), on_activated=killer.on_activated, **options
+        )
         received: Messages = {}
         monitored.read_to_end(received, lambda messages: len(messages["e"]) >= loaded.steps)
         recorded = steps_in(Path(summary["recording"]))
         machine = bare.result()["lateness_us"]["max"] * 1e-3  # ms
     kills = killer.kills()
     back = [back_after(kill, received) for kill in kills if kill.victim == "controller"]
-    metrics = [equal("kills", len(kills), count), *_survival(loaded.steps, summary, received, recorded)]
-    metrics += [*_control(back), *_publishing(summary, machine), _gap(loaded.period_ns, received["s"])]
+    metrics = [
+        equal("kills", len(kills), count),
+        *_survival(loaded.steps, summary, received, recorded),
+    ]
+    metrics += [
+        *_control(back),
+        *_publishing(summary, machine),
+        _gap(loaded.period_ns, received["s"]),
+    ]
     metrics += [equal("files more in /dev/shm", len(set(os.listdir("/dev/shm")) - shared), 0)]
-    metrics += [at_most("growth of the plant's memory", _growth(killer.plant_memory), _MAX_GROWTH, "MB")]
+    metrics += [
+        at_most("growth of the plant's memory", _growth(killer.plant_memory), _MAX_GROWTH, "MB")
+    ]
     return metrics, {"summary": summary, "back_s": back, "plant_MB": killer.plant_memory}
 
 
@@ -132,15 +149,24 @@ def _control(back: list[float]) -> list[Metric]:
     ]
 
 
-def _survival(steps: int, summary: dict[str, Any], received: Messages, recorded: list[int]) -> list[Metric]:
+def _survival(
+    steps: int, summary: dict[str, Any], received: Messages, recorded: list[int]
+) -> list[Metric]:
     stamps, planned = [h.stamp for h in received["e"]], range(1, steps + 1)
     return [
-        Metric("error of the run", summary.get("error", "none"), requirement="none", passed="error" not in summary),
+        Metric(
+            "error of the run",
+            summary.get("error", "none"),
+            requirement="none",
+            passed="error" not in summary,
+        ),
         equal("steps, the plant's own count", summary["steps"], steps),
         equal("steps, heard by an independent subscriber", len(set(stamps)), steps),
         equal("steps in the recording, read back", len(set(recorded) & set(planned)), steps),
         Metric("late steps", summary.get("deadline_misses")),
-        Metric("replaced", ", ".join(f"{name} {count}" for name, count in summary["restarts"].items())),
+        Metric(
+            "replaced", ", ".join(f"{name} {count}" for name, count in summary["restarts"].items())
+        ),
     ]
 
 
@@ -164,5 +190,7 @@ def _growth(memory: list[float]) -> float:
 
 def _gap(period: int, states: list[Received]) -> Metric:
     """Return the longest time between two states, less the period [ns]."""
-    gap = max((b.sent - a.sent - period for a, b in zip(states, states[1:], strict=False)), default=0)
+    gap = max(
+        (b.sent - a.sent - period for a, b in zip(states, states[1:], strict=False)), default=0
+    )
     return at_most("longest gap between two states above the period", gap / 1e6, _STALL, "ms")

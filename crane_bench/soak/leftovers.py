@@ -12,8 +12,16 @@ MARK = "CRANE_SIM_SOAK"  # environment variable that marks the processes of a ru
 
 def of_run(folder: Path, received: int) -> list[str]:
     """Return failures about a run's files, given that a subscriber received `received` steps."""
-    others = [f"left: {file.name}" for file in sorted(folder.iterdir()) if file.name not in (RECORDING, BAG)]
-    return others + _of_recording(folder / RECORDING, received) + _of_bag(folder / BAG, folder / RECORDING)
+    others = [
+        f"left: {file.name}"
+        for file in sorted(folder.iterdir())
+        if file.name not in (RECORDING, BAG)
+    ]
+    return (
+        others
+        + _of_recording(folder / RECORDING, received)
+        + _of_bag(folder / BAG, folder / RECORDING)
+    )
 
 
 def orphans(mark: str) -> list[str]:
@@ -41,8 +49,14 @@ def _of_recording(path: Path, received: int) -> list[str]:
     summary = read_summary(path)
     counted = summary["recorded_steps"]
     steps = steps_in(path) if counted else []
-    complete = steps == list(range(1, counted + 1)) and not summary["lost_steps"] and counted >= received
-    return [] if complete else [f"recording: {len(steps)} steps, its summary says {counted}, received {received}"]
+    complete = (
+        steps == list(range(1, counted + 1)) and not summary["lost_steps"] and counted >= received
+    )
+    return (
+        []
+        if complete
+        else [f"recording: {len(steps)} steps, its summary says {counted}, received {received}"]
+    )
 
 
 def _of_bag(path: Path, recording: Path) -> list[str]:
@@ -52,7 +66,14 @@ def _of_bag(path: Path, recording: Path) -> list[str]:
     from rosbags.rosbag2 import Reader  # optional
 
     with Reader(path) as bag:
-        counts = {connection.topic.rpartition("/")[2]: connection.msgcount for connection in bag.connections}
+        counts = {
+            connection.topic.rpartition("/")[2]: connection.msgcount
+            for connection in bag.connections
+        }
     steps = read_summary(recording)["recorded_steps"]
     complete = counts["joint_states"] > steps and counts["applied_effort"] >= steps
-    return [] if complete or not steps else [f"bag: {counts} messages, the recording has {steps} steps"]
+    return (
+        []
+        if complete or not steps
+        else [f"bag: {counts} messages, the recording has {steps} steps"]
+    )

@@ -19,15 +19,24 @@ SCENE = "knuckle_setpoint"
 MAX_GROWTH = 5.0  # MB that a process may grow after the warm-up
 _WARM_UP = 60.0  # s, in short soaks a third of the time
 INTERVAL = 1.0  # s between samples
-_MAX_STEP_RATE = 30_000.0  # steps/s, more than any lockstep makes: the run must not end before it is stopped
+_MAX_STEP_RATE = (
+    30_000.0  # steps/s, more than any lockstep makes: the run must not end before it is stopped
+)
 _MB = 1e6
 
 
 def resident(pid: int) -> float | None:
     """Return the resident memory [MB] of a process, None where it has exited."""
     try:
-        return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / _MB
-    except (FileNotFoundError, ProcessLookupError):  # the second one: it exits between opening and reading
+        return (
+            int(Path(f"/proc/{pid}/statm").read_text().split()[1])
+            * os.sysconf("SC_PAGE_SIZE")
+            / _MB
+        )
+    except (
+        FileNotFoundError,
+        ProcessLookupError,
+    ):  # the second one: it exits between opening and reading
         return None
 
 
@@ -66,7 +75,9 @@ class MemorySampler:
             for name, pid in self._pids.items():
                 if (memory := resident(pid)) is not None:
                     self.samples.setdefault(name, []).append((elapsed, memory))
-        if elapsed >= self._seconds and len(self.times) > self._seconds / INTERVAL:  # after a stall, all its samples
+        if (
+            elapsed >= self._seconds and len(self.times) > self._seconds / INTERVAL
+        ):  # after a stall, all its samples
             signal.raise_signal(signal.SIGINT)  # as a user ends a run: in order, files complete
 
 
@@ -95,16 +106,28 @@ def soak_memory(seconds: float = 1800.0) -> tuple[list[Metric], dict[str, Any]]:
     warm_up = min(_WARM_UP, seconds / 3.0)
     sampler, summary = run_sampled(seconds)
     metrics = [Metric("wall time", sampler.times[-1], "s"), Metric("steps", summary["steps"])]
-    metrics += [equal("steps that the recorder says it has", summary.get("recorded_steps"), summary["steps"])]
+    metrics += [
+        equal(
+            "steps that the recorder says it has", summary.get("recorded_steps"), summary["steps"]
+        )
+    ]
     for node, samples in sampler.samples.items():
         warm, *later = [memory for t, memory in samples if t >= warm_up] or [samples[-1][1]]
         metrics += [
             Metric(f"{node}, after the warm-up of {warm_up:g} s", warm, "MB"),
-            at_most(f"{node}, growth since the warm-up", (later or [warm])[-1] - warm, MAX_GROWTH, "MB"),
+            at_most(
+                f"{node}, growth since the warm-up", (later or [warm])[-1] - warm, MAX_GROWTH, "MB"
+            ),
         ]
     times, steps, speeds = map(np.array, (sampler.times, sampler.steps, sampler.speeds))
     rates, means = np.diff(steps) / np.diff(times), 0.5 * (speeds[1:] + speeds[:-1])
-    data = {"seconds": times[1:].tolist(), "steps_per_second": rates.tolist(), "processor_speed": means.tolist()}
-    data["memory_MB"] = {node: [memory for _, memory in own[1:]] for node, own in sampler.samples.items()}
+    data = {
+        "seconds": times[1:].tolist(),
+        "steps_per_second": rates.tolist(),
+        "processor_speed": means.tolist(),
+    }
+    data["memory_MB"] = {
+        node: [memory for _, memory in own[1:]] for node, own in sampler.samples.items()
+    }
     late = times[1:] > warm_up
     return metrics + drift_metrics(rates[late].tolist(), means[late].tolist()), data

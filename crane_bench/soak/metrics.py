@@ -43,4 +43,8 @@ def quantiles(values: Sequence[float]) -> dict[str, float]:
     if not len(values):
         return dict.fromkeys(("p50", "p99", "max"), float("nan"))
     array = np.asarray(values)
-    return {"p50": float(np.median(array)), "p99": float(np.quantile(array, 0.99)), "max": float(array.max())}
+    return {
+        "p50": float(np.median(array)),
+        "p99": float(np.quantile(array, 0.99)),
+        "max": float(array.max()),
+    }

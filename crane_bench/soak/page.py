@@ -21,9 +21,18 @@ class Part(NamedTuple):
 
 PARTS = {
     "kill": Part("Nodes that are killed", ("back_s",), plots.draw_kill),
-    "signals": Part("Runs that are interrupted", ("at", "took", "fresh", "code"), plots.draw_signals),
-    "memory": Part("Long runs over ROS", ("seconds", "steps_per_second", "memory_MB"), plots.draw_memory, series=True),
-    "inprocess": Part("Long runs without ROS", ("Plant.advance", "simulate"), plots.draw_inprocess, series=True),
+    "signals": Part(
+        "Runs that are interrupted", ("at", "took", "fresh", "code"), plots.draw_signals
+    ),
+    "memory": Part(
+        "Long runs over ROS",
+        ("seconds", "steps_per_second", "memory_MB"),
+        plots.draw_memory,
+        series=True,
+    ),
+    "inprocess": Part(
+        "Long runs without ROS", ("Plant.advance", "simulate"), plots.draw_inprocess, series=True
+    ),
     "determinism": Part("One scene, one run"),
     "realtime": Part("Real time at 1 kHz"),
 }
@@ -46,7 +55,9 @@ def write_findings(documents: Mapping[str, Mapping[str, Any]], drawn: Collection
                 "command": document["command"],
                 "machine": describe_machine(document["machine"]),
                 "picture": f"soak/{part}.png" if part in drawn else "",
-                "table": markdown_table(("metric", "measured", "required", "passed"), map(_cells, document["metrics"])),
+                "table": markdown_table(
+                    ("metric", "measured", "required", "passed"), map(_cells, document["metrics"])
+                ),
             }
             for part, document in documents.items()
         },

@@ -37,10 +37,18 @@ def draw_kill(figure: Any, data: dict[str, Any]) -> None:
     """Draw the share of kills by the time until control was back."""
     back = np.sort([np.inf if value is None else value for value in data["back_s"]])
     share = 100.0 * np.arange(1, len(back) + 1) / len(back)
-    (axes,) = _add_panels(figure, 1, "s from the kill until the next controller's command is applied")
+    (axes,) = _add_panels(
+        figure, 1, "s from the kill until the next controller's command is applied"
+    )
     finite = np.isfinite(back)
     axes.step([0.0, *back[finite]], [0.0, *share[finite]], where="post", color=COLOURS[1])
-    axes.axvline(MEDIAN_LIMIT, color=REQUIRED, linewidth=0.8, linestyle=":", label="required for half of them")
+    axes.axvline(
+        MEDIAN_LIMIT,
+        color=REQUIRED,
+        linewidth=0.8,
+        linestyle=":",
+        label="required for half of them",
+    )
     axes.axvline(MAX_LIMIT, color=REQUIRED, linewidth=0.8, linestyle="--", label="required for all")
     axes.set_xlim(left=0.0)
     _finish_panels((axes, "% of the controllers"))

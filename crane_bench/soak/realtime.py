@@ -24,12 +24,15 @@ from crane_sim.scenes.scene import Scene
 
 PERIOD = 0.001  # s
 ROUND = 10.0  # s of the bare loop, then as many of each run
-_RATE, _RATIO = 0.1, 1.5  # Hz, deviation of the mean rate; p99 of the plant's period error against the bare loop's
+_RATE, _RATIO = (
+    0.1,
+    1.5,
+)  # Hz, deviation of the mean rate; p99 of the plant's period error against the bare loop's
 
 _MAX_DIFFERENCE = 0.5  # % of the steps, between the two counts of overruns
-_MARGIN = (
-    300_000  # ns: from the start of the quickest step to its state's message, and from a step's last message to its end
-)
+# ns: from the start of the quickest step to its state's message, and from a step's last message to
+# its end
+_MARGIN = 300_000
 
 
 _PROGRAM = """
@@ -63,15 +66,19 @@ def run_sleep_process(period: float, steps: int) -> dict[str, Any]:
     """Return the metrics of `run_sleep_loop` in a process of its own."""
     command = [sys.executable, "-c", _PROGRAM.format(period=period, steps=steps)]
     return json.loads(
-        subprocess.run(command, check=True, stdout=subprocess.PIPE, preexec_fn=set_parent_death_signal()).stdout
+        subprocess.run(
+            command, check=True, stdout=subprocess.PIPE, preexec_fn=set_parent_death_signal()
+        ).stdout
     )
 
 
-def soak_real_time(seconds: float = 60.0, name: str = "knuckle_setpoint") -> tuple[list[Metric], dict[str, Any]]:
+def soak_real_time(
+    seconds: float = 60.0, name: str = "knuckle_setpoint"
+) -> tuple[list[Metric], dict[str, Any]]:
     """Run for `seconds` in rounds of bare loop, run, and run with monitor: (metrics, data).
 
-    The plant measures its period error itself. On a machine with few cores the monitor takes time from the nodes that
-    it observes, so the run that is compared with the bare loop has none.
+    The plant measures its period error itself. On a machine with few cores the monitor takes time
+    from the nodes that it observes, so the run that is compared with the bare loop has none.
     """
     rounds = max(round(seconds / ROUND), 1)
     scene = load_scene(name, {"duration": seconds / rounds, "control.period": PERIOD})
@@ -88,14 +95,18 @@ def soak_real_time(seconds: float = 60.0, name: str = "knuckle_setpoint") -> tup
                 monitored.read_to_end(received, lambda messages: len(messages["e"]) >= scene.steps)
         delays = completion_delays(received["s"], received["e"], scene.period_ns)
         data["counted"].append(int(np.count_nonzero(delays > scene.period_ns)))
-        data["near_deadline"].append(int(np.count_nonzero(delays > scene.period_ns - _MARGIN)) - data["counted"][-1])
+        data["near_deadline"].append(
+            int(np.count_nonzero(delays > scene.period_ns - _MARGIN)) - data["counted"][-1]
+        )
         data["rates"].append(mean_rate([state.sent for state in received["s"]]))
     return _compute_metrics(**data), data
 
 
 def _run(scene: Scene, domain: int) -> dict[str, Any]:
     """Return the summary of a run in real time without a recorder."""
-    summary = run(scene, mode="realtime", record=None, domain_id=domain, on_activated=wait_for_discovery)
+    summary = run(
+        scene, mode="realtime", record=None, domain_id=domain, on_activated=wait_for_discovery
+    )
     if "error" in summary:
         raise RuntimeError(summary["error"])
     return summary
@@ -104,8 +115,9 @@ def _run(scene: Scene, domain: int) -> dict[str, Any]:
 def completion_delays(states: list[Received], efforts: list[Received], period: int) -> np.ndarray:
     """Return the time from each step's deadline to its last message, the applied effort (N,), ns.
 
-    The plant's schedule is not measured. It is taken as the latest one for which no state is early, so the true delays
-    are at least these. The first state, stamped with one period, is that of no step.
+    The plant's schedule is not measured. It is taken as the latest one for which no state is early,
+    so the true delays are at least these. The first state, stamped with one period, is that of no
+    step.
     """
     begin = min(state.sent - state.stamp for state in states if state.stamp > period)
     return np.array([effort.sent - (effort.stamp + period) - begin for effort in efforts])
@@ -138,9 +150,15 @@ def _compute_metrics(
         Metric("period error p99, bare loop", statistics.median(_period_errors(bare)), "us"),
         Metric("period error p99, run by itself", statistics.median(_period_errors(alone)), "us"),
         at_most(
-            "their ratio, median of the rounds", ratio(_period_errors(alone), _period_errors(bare))["median"], _RATIO
+            "their ratio, median of the rounds",
+            ratio(_period_errors(alone), _period_errors(bare))["median"],
+            _RATIO,
         ),
-        Metric("period error p99, beside the monitor", statistics.median(_period_errors(monitored)), "us"),
+        Metric(
+            "period error p99, beside the monitor",
+            statistics.median(_period_errors(monitored)),
+            "us",
+        ),
         Metric("mean rate, heard", float(np.mean(rates)), "Hz"),
         at_most("mean rate of a round, farthest off", deviation, _RATE, "Hz"),
         Metric("overruns beside the monitor, the plant's count", misses),

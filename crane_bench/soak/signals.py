@@ -51,7 +51,8 @@ class Interruption(NamedTuple):
     again: float | None  # s from the first signal to a second one; None: there is one signal
     fresh: bool  # with an empty cache of compiled code: the signal comes while it is compiled
     way: str = "realtime"  # kind of the run, a key of RUN_KINDS
-    begun: bool = False  # `at` counts from the first state that the monitor receives, and the run does not end before
+    # `at` counts from the first state that the monitor receives, and the run does not end before
+    begun: bool = False
 
 
 class End(NamedTuple):
@@ -72,7 +73,9 @@ def plan(count: int, seed: int, usual: float) -> list[Interruption]:
         again = draw.uniform(0.0, 0.6) if i % 3 == 0 else None
         number = draw.choice((signal.SIGINT, signal.SIGTERM))
         interruptions.append(
-            Interruption(number, draw.uniform(0.0, span), again, fresh, kinds[(i + i // 10) % len(kinds)])
+            Interruption(
+                number, draw.uniform(0.0, span), again, fresh, kinds[(i + i // 10) % len(kinds)]
+            )
         )
     return interruptions
 
@@ -90,18 +93,25 @@ def soak_signals(count: int = 50, seed: int = 0) -> tuple[list[Metric], dict[str
         files = set(os.listdir("/dev/shm")) - shared
     took = quantiles([end.took for end in ends if end.took] or [0.0])
     pairs = zip(planned, ends, strict=True)
-    failures = [f"{event.way}, {event.at:.3f} s: {why}" for event, end in pairs for why in end.failures]
+    failures = [
+        f"{event.way}, {event.at:.3f} s: {why}" for event, end in pairs for why in end.failures
+    ]
     metrics = [
         Metric("runs interrupted", count),
         Metric("of them after their end", sum(not end.took for end in ends)),
-        Metric("of them too late to be cut short", sum(end.took > 0.0 and not end.code for end in ends)),
+        Metric(
+            "of them too late to be cut short", sum(end.took > 0.0 and not end.code for end in ends)
+        ),
         Metric("until the end, median", took["p50"], "s"),
         at_most("until the end, longest", took["max"], LIMIT, "s"),
         equal("files more in /dev/shm", len(files), 0),
         equal("failures", len(failures), 0),
         *(Metric("failure", why) for why in failures),
     ]
-    data = {name: [getattr(interruption, name) for interruption in planned] for name in Interruption._fields}
+    data = {
+        name: [getattr(interruption, name) for interruption in planned]
+        for name in Interruption._fields
+    }
     return metrics, data | {name: [getattr(end, name) for end in ends] for name in End._fields}
 
 
@@ -114,13 +124,21 @@ def interrupt_run(interruption: Interruption | None, domain: int, monitored: Mon
         tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
         tempfile.TemporaryDirectory(prefix="crane_sim-") as cache,
     ):
-        env = os.environ | {MARK: mark} | ({"CRANE_SIM_CACHE": cache} if interruption and interruption.fresh else {})
+        env = (
+            os.environ
+            | {MARK: mark}
+            | ({"CRANE_SIM_CACHE": cache} if interruption and interruption.fresh else {})
+        )
         command = [_crane(), "run", SCENE, "--duration", str(way.duration), *way.options]
         command += ["--domain-id", str(domain), "--record", str(Path(folder, RECORDING)), "--json"]
         pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
-        with subprocess.Popen(command, env=env, cwd=folder, preexec_fn=set_parent_death_signal(), **pipes) as process:
+        with subprocess.Popen(
+            command, env=env, cwd=folder, preexec_fn=set_parent_death_signal(), **pipes
+        ) as process:
             took = _send_signals(process, interruption, monitored, received)
-            printed, outliving = _wait_for_pipes(process, mark, _EXIT_TIMEOUT if interruption else _START_TIMEOUT)
+            printed, outliving = _wait_for_pipes(
+                process, mark, _EXIT_TIMEOUT if interruption else _START_TIMEOUT
+            )
         steps = load_scene(SCENE, {"duration": way.duration}).steps
         monitored.read_to_end(received, lambda messages: not _last_effort(messages, steps))
         failures = [
@@ -129,8 +147,14 @@ def interrupt_run(interruption: Interruption | None, domain: int, monitored: Mon
             *of_run(Path(folder), _count_steps(received, steps)),
             *_last_effort(received, steps),
         ]
-    failures += [printed.strip().splitlines()[-1]] if "Traceback" in printed or "Exception" in printed else []
-    failures += _exit_code(interruption, process.returncode, took > 0.0 and _count_steps(received, steps) < steps)
+    failures += (
+        [printed.strip().splitlines()[-1]]
+        if "Traceback" in printed or "Exception" in printed
+        else []
+    )
+    failures += _exit_code(
+        interruption, process.returncode, took > 0.0 and _count_steps(received, steps) < steps
+    )
     return End(took, process.returncode, tuple(failures))
 
 
@@ -140,7 +164,9 @@ def _kind_of(interruption: Interruption | None) -> RunKind:
     return kind._replace(duration=_ENDLESS) if interruption and interruption.begun else kind
 
 
-def _wait_for_pipes(process: subprocess.Popen[str], mark: str, timeout: float) -> tuple[str, list[str]]:
+def _wait_for_pipes(
+    process: subprocess.Popen[str], mark: str, timeout: float
+) -> tuple[str, list[str]]:
     """Return what a run wrote to stderr, once it and all that write to its pipes have ended.
 
     After `timeout` [s] those that outlive it are killed, and returned as failures.
@@ -156,7 +182,9 @@ def _wait_for_pipes(process: subprocess.Popen[str], mark: str, timeout: float) -
 def _exit_code(interruption: Interruption | None, code: int, cut: bool) -> list[str]:
     """Return a failure about an exit code that does not match whether the run was cut short."""
     # the start script's own end
-    in_shell = interruption is not None and interruption.at < _EARLY and code == -interruption.number
+    in_shell = (
+        interruption is not None and interruption.at < _EARLY and code == -interruption.number
+    )
     right = code == 1 if cut else code in ((0,) if interruption is None else (0, 1))
     return [] if right or in_shell else [f"exit code {code}"]
 
@@ -186,7 +214,12 @@ def _send_signals(
     if interruption is None:
         return 0.0
     limit = time.monotonic() + _START_TIMEOUT
-    while interruption.begun and process.poll() is None and not received["s"] and time.monotonic() < limit:
+    while (
+        interruption.begun
+        and process.poll() is None
+        and not received["s"]
+        and time.monotonic() < limit
+    ):
         time.sleep(_POLL)
         monitored.read_into(received)
     try:

@@ -16,7 +16,9 @@ from crane_sim.report.plotting import save_figure
 _MAX_SAMPLES = 100  # of a series, saved
 
 
-def save_findings(part: str, command: str, metrics: Sequence[Metric], data: Mapping[str, Any], folder: Path) -> None:
+def save_findings(
+    part: str, command: str, metrics: Sequence[Metric], data: Mapping[str, Any], folder: Path
+) -> None:
     """Write the data of a soak test, and rewrite the page of all soak tests of the folder.
 
     Args:
@@ -31,7 +33,12 @@ def save_findings(part: str, command: str, metrics: Sequence[Metric], data: Mapp
     """
     kept = {name: data[name] for name in PARTS[part].data_keys}
     kept = thin_lists(kept) if PARTS[part].series else kept
-    document = {"command": command, "machine": machine(), "metrics": [list(metric) for metric in metrics], "data": kept}
+    document = {
+        "command": command,
+        "machine": machine(),
+        "metrics": [list(metric) for metric in metrics],
+        "data": kept,
+    }
     try:
         (folder / "soak").mkdir(parents=True, exist_ok=True)
         write_text(folder / "soak" / f"{part}.json", dump_points(round_floats(document)))
@@ -45,7 +52,9 @@ def read_findings(folder: Path) -> dict[str, Any]:
     """Return the data in a folder by soak test; raises SceneError where it has none."""
     documents = {part: document for part in PARTS if (document := _read_part(folder, part))}
     if not documents:
-        raise SceneError(f"{folder}: has no data of a soak yet; run one with --save, or name another folder")
+        raise SceneError(
+            f"{folder}: has no data of a soak yet; run one with --save, or name another folder"
+        )
     return documents
 
 
@@ -91,11 +100,18 @@ def _read_part(folder: Path, part: str) -> dict[str, Any]:
     file = folder / "soak" / f"{part}.json"
     try:
         document = json.loads(file.read_text())
-        name = "metrics" if "metrics" in document else "figures"  # its deprecated name, for one release
+        name = (
+            "metrics" if "metrics" in document else "figures"
+        )  # its deprecated name, for one release
         metrics = [Metric(*metric) for metric in document[name]]
         describe_machine(document["machine"])  # fails where something is missing
         data = {key: document["data"][key] for key in PARTS[part].data_keys}
-        return {"command": document["command"], "machine": document["machine"], "data": data, "metrics": metrics}
+        return {
+            "command": document["command"],
+            "machine": document["machine"],
+            "data": data,
+            "metrics": metrics,
+        }
     except FileNotFoundError:
         return {}
     except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:

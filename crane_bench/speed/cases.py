@@ -9,8 +9,11 @@ from crane_bench.reproduce.hardcases import hardcase_references
 from crane_sim.scenes.scene import Scene, load_scene
 
 ERROR_LEVELS = (1e-2, 1e-4, 1e-6, 1e-9, 1e-12)
-"""Errors [m] at which engines are compared: the distance of the payload from its reference at the end."""
-MIN_TRUST = 20.0  # smallest error that a case is asked for, as a multiple of its reference's error bound
+"""Errors [m] at which engines are compared: the distance of the payload from its reference at the
+end."""
+MIN_TRUST = (
+    20.0  # smallest error that a case is asked for, as a multiple of its reference's error bound
+)
 
 
 class Case(NamedTuple):
@@ -20,7 +23,9 @@ class Case(NamedTuple):
     scene: str  # of the catalogue
     title: str
     compare_engines: bool = True  # False: other engines cannot model it
-    engine_results_from: str = ""  # id of the case whose engines it is compared with: the same crane, another model
+    engine_results_from: str = (
+        ""  # id of the case whose engines it is compared with: the same crane, another model
+    )
 
 
 CASES = (
@@ -38,9 +43,16 @@ CASES = (
     ),
     Case("S5", "overhead_spring", "one elastic link of 1e6 N/m"),
     Case("3D", "overhead_spatial", "three links in space, both axes shaken", compare_engines=False),
-    Case("hoist", "overhead_hoist", "hoist from 10 m to 0.5 m in two seconds", compare_engines=False),
+    Case(
+        "hoist", "overhead_hoist", "hoist from 10 m to 0.5 m in two seconds", compare_engines=False
+    ),
     Case("slip", "overhead_coulomb", "trolley that sticks and slips", compare_engines=False),
-    Case("kink", "overhead_kinked", "ten kinked links, payload 10 000 times a node", compare_engines=False),
+    Case(
+        "kink",
+        "overhead_kinked",
+        "ten kinked links, payload 10 000 times a node",
+        compare_engines=False,
+    ),
     Case("steel", "overhead_steel", "five elastic links of 1e9 N/m", compare_engines=False),
 )
 

@@ -26,7 +26,9 @@ class Compiler:
         if program is None:
             raise EngineUnavailable("no C compiler found (cc, gcc, clang)")
         self.program, self.folder, self._count = program, folder, 0
-        version_text = subprocess.run([program, "--version"], capture_output=True, text=True, check=False).stdout
+        version_text = subprocess.run(
+            [program, "--version"], capture_output=True, text=True, check=False
+        ).stdout
         self.version = version_text.partition("\n")[0]
 
     def library(self, source: Path, flags: Sequence[str] = NATIVE) -> ctypes.CDLL:
@@ -38,9 +40,22 @@ class Compiler:
         self._count += 1
         target = self.folder / f"{source.stem}_{self._count}.so"
         include_paths = (f"-I{self.folder}", f"-I{C_SOURCES}")
-        command = [self.program, *flags, "-shared", "-fPIC", *include_paths, str(source), "-lm", "-o", str(target)]
+        command = [
+            self.program,
+            *flags,
+            "-shared",
+            "-fPIC",
+            *include_paths,
+            str(source),
+            "-lm",
+            "-o",
+            str(target),
+        ]
         result = subprocess.run(command, capture_output=True, text=True, check=False)
         if result.returncode != 0:
-            why = next((line for line in result.stderr.splitlines() if "error" in line), "it does not say why")
+            why = next(
+                (line for line in result.stderr.splitlines() if "error" in line),
+                "it does not say why",
+            )
             raise EngineUnavailable(f"{self.program} does not compile {source.name}: {why}")
         return ctypes.CDLL(str(target))

@@ -47,7 +47,9 @@ def integrate(method, p, source, q, v, end, repetitions):
     for _ in range(repetitions):
         initial = start(p, 0.0, x, make_event_log(system.switching(p)))
         initial = apply_pending_events(system.switching(p), p, source, initial)
-        integration = integrate_source_to(source, method, p, initial, end, latest_step_end(method, 0, 1, end))
+        integration = integrate_source_to(
+            source, method, p, initial, end, latest_step_end(method, 0, 1, end)
+        )
     return integration, dense_output(method, p, source, integration, end)
 
 
@@ -93,7 +95,8 @@ class CraneSimEngine:
         method_class = FIXED.get(method) or ADAPTIVE[method]
         values = steps if method in FIXED else TOLERANCES
         configured = [
-            (value, method_class(value) if method in FIXED else method_class(value, 0.01 * value)) for value in values
+            (value, method_class(value) if method in FIXED else method_class(value, 0.01 * value))
+            for value in values
         ]
         start = time.perf_counter()
         self.make_run(configured[0][1])(1)
@@ -109,7 +112,15 @@ class CraneSimEngine:
             integration, x = integrate(method, self.p, source, self.q, self.v, end, repetitions)
             q, v, tensions = read_outputs(self.p, end, x, self.source)
             points, _ = world_points(self.p, end, np.array(q), np.array(v))
-            attitude = attitude_of(q) if isinstance(getattr(self.p, "load", None), RigidLoad) else None
-            return RunResult(points[-1], integration.evaluations, integration.steps, float(tensions[-1]), attitude)
+            attitude = (
+                attitude_of(q) if isinstance(getattr(self.p, "load", None), RigidLoad) else None
+            )
+            return RunResult(
+                points[-1],
+                integration.evaluations,
+                integration.steps,
+                float(tensions[-1]),
+                attitude,
+            )
 
         return execute

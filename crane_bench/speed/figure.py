@@ -40,22 +40,41 @@ def draw_benchmark(figure: Any, scenes: dict[str, Any]) -> None:
         axes.set_axis_off()
     for (case, scene), axes in zip(scenes.items(), panels, strict=False):
         _draw_panel(axes, case, scene)
-    lines = {label: line for axes in panels for line, label in zip(*axes.get_legend_handles_labels(), strict=True)}
-    figure.legend(lines.values(), lines.keys(), loc="outside upper center", ncols=7, fontsize=8, frameon=False)
+    lines = {
+        label: line
+        for axes in panels
+        for line, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(
+        lines.values(), lines.keys(), loc="outside upper center", ncols=7, fontsize=8, frameon=False
+    )
 
 
 def _draw_panel(axes: Any, case: str, scene: dict[str, Any]) -> None:
-    points = [point for point in read_points(scene) if isfinite(point.error) and point.error < MAX_ERROR]
+    points = [
+        point for point in read_points(scene) if isfinite(point.error) and point.error < MAX_ERROR
+    ]
     for engine in dict.fromkeys(point.engine for point in points):
         engine_points = [point for point in points if point.engine == engine]
         if engine != NAME:
-            axes.plot(*_pareto_front(engine_points), color=COLOURS.get(engine, GREY), linewidth=1.6, label=engine)
+            axes.plot(
+                *_pareto_front(engine_points),
+                color=COLOURS.get(engine, GREY),
+                linewidth=1.6,
+                label=engine,
+            )
             continue
         for method in dict.fromkeys(point.method for point in engine_points):
             front = _pareto_front([point for point in engine_points if point.method == method])
             label = f"{NAME} {method}"
             axes.plot(
-                *front, MARKS[method], color=COLOURS[NAME], linewidth=0.7, linestyle="-", markersize=3.2, label=label
+                *front,
+                MARKS[method],
+                color=COLOURS[NAME],
+                linewidth=0.7,
+                linestyle="-",
+                markersize=3.2,
+                label=label,
             )
     axes.set_xscale("log")
     axes.set_yscale("log")

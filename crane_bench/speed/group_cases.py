@@ -27,12 +27,16 @@ class GroupCase(NamedTuple):
     group: str
     changes: Changes
     common: Changes = {}
-    parts: tuple[str, ...] = ()  # groups of the same baseline that a joint case has at once; empty: a single group
+    parts: tuple[
+        str, ...
+    ] = ()  # groups of the same baseline that a joint case has at once; empty: a single group
 
 
 def read_cases() -> Iterator[GroupCase]:
     """Yield the cases of each group, and then those of several at once."""
-    document = parse_yaml(files("crane_bench.speed").joinpath("groups.yaml").read_text(encoding="utf-8"))
+    document = parse_yaml(
+        files("crane_bench.speed").joinpath("groups.yaml").read_text(encoding="utf-8")
+    )
     cranes = {label: Baseline(label, **crane) for label, crane in document["cranes"].items()}
     single = {
         label: [_make_case(cranes[label], group, changes) for group, changes in groups.items()]
@@ -45,7 +49,11 @@ def read_cases() -> Iterator[GroupCase]:
 
 
 def _make_case(baseline: Baseline, group: str, given: Changes) -> GroupCase:
-    return GroupCase(baseline, group, **given) if "common" in given else GroupCase(baseline, group, given)
+    return (
+        GroupCase(baseline, group, **given)
+        if "common" in given
+        else GroupCase(baseline, group, given)
+    )
 
 
 def merge_changes(parts: Iterable[Changes]) -> Changes:
@@ -69,7 +77,10 @@ def join_groups(cases: Iterable[GroupCase], groups: Sequence[str]) -> GroupCase:
     """Return the case of several of a crane's groups at once, whose changes are merged."""
     by_group = {case.group: case for case in cases}
     joint = [by_group[group] for group in groups]
-    changes, common = merge_changes(case.changes for case in joint), merge_changes(case.common for case in joint)
+    changes, common = (
+        merge_changes(case.changes for case in joint),
+        merge_changes(case.common for case in joint),
+    )
     return GroupCase(joint[0].baseline, "all of these at once", changes, common, tuple(groups))
 
 

@@ -1,9 +1,10 @@
 """Cost of each optional group of a scene per evaluation and per step: `crane bench groups`.
 
-Groups absent from a scene are not compiled for it: a baseline without optional groups pays for none of them, and each
-group is measured against its baseline, interleaved. Evaluations follow each other as in an integrator, each at the
-state that results from the one before. Steps are those of order 8, the default method, of fixed size, with the event
-functions of switching models. Times are those of the processor, so that other programs on it cost no more than caches.
+Groups absent from a scene are not compiled for it: a baseline without optional groups pays for none
+of them, and each group is measured against its baseline, interleaved. Evaluations follow each other
+as in an integrator, each at the state that results from the one before. Steps are those of order 8,
+the default method, of fixed size, with the event functions of switching models. Times are those of
+the processor, so that other programs on it cost no more than caches.
 """
 
 import time
@@ -58,7 +59,12 @@ def integrate_until(method, p, x, u, end):
     """Return the integration from state x at 0 to time `end` [s]."""
     switching = system.switching(p)
     return integrate_to(
-        method, p, u, apply_pending_events(switching, p, u, start(p, 0.0, x, make_event_log(switching))), end, end
+        method,
+        p,
+        u,
+        apply_pending_events(switching, p, u, start(p, 0.0, x, make_event_log(switching))),
+        end,
+        end,
     )
 
 
@@ -71,7 +77,9 @@ class TimedCrane(NamedTuple):
 
     def time_evaluations(self, repetitions: int) -> float:
         """Return the mean time [ns] of that many evaluations."""
-        loop: Callable[..., Any] = evaluate_repeatedly_array if isinstance(self.x, np.ndarray) else evaluate_repeatedly
+        loop: Callable[..., Any] = (
+            evaluate_repeatedly_array if isinstance(self.x, np.ndarray) else evaluate_repeatedly
+        )
         start = time.thread_time()
         loop(self.model, self.x, self.u, repetitions)
         return (time.thread_time() - start) / repetitions * 1e9
@@ -83,11 +91,14 @@ class TimedCrane(NamedTuple):
             RuntimeError: the integration failed.
         """
         start = time.thread_time()
-        integration = integrate_until(RK8(_METHOD_STEP), self.model, self.x, self.u, repetitions * _METHOD_STEP)
+        integration = integrate_until(
+            RK8(_METHOD_STEP), self.model, self.x, self.u, repetitions * _METHOD_STEP
+        )
         elapsed = time.thread_time() - start
         if integration.status != Status.OK:
             raise RuntimeError(
-                f"{type(self.model).__name__}: the integration ended with status {Status(integration.status).name}"
+                f"{type(self.model).__name__}: the integration ended with status "
+                f"{Status(integration.status).name}"
             )
         return elapsed / integration.steps * 1e9
 
@@ -95,15 +106,24 @@ class TimedCrane(NamedTuple):
 def make_timed_crane(scene: Scene) -> TimedCrane:
     """Return a scene's crane at its initial state, with its inputs, zero for a sampled law."""
     integration, _, _ = begin(scene.model, np.array(scene.initial_q), np.array(scene.initial_v))
-    return TimedCrane(scene.model, integration.x, (0.0,) * len(scene.actuated) if scene.sampled else scene.source)
+    return TimedCrane(
+        scene.model, integration.x, (0.0,) * len(scene.actuated) if scene.sampled else scene.source
+    )
 
 
 def scene_pair(case: GroupCase) -> tuple[Scene, Scene]:
     """Return the scenes without and with the group of a case."""
     baseline_changes: Changes = {**case.baseline.changes, **case.common}
-    # `common` must not undo the group: the energy meter's baseline has a control law, the case itself has none
-    group_changes = {**case.baseline.changes, **(case.common if case.changes else {}), **case.changes}
-    return load_scene(case.baseline.scene, baseline_changes), load_scene(case.baseline.scene, group_changes)
+    # `common` must not undo the group: the energy meter's baseline has a control law, the case
+    # itself has none
+    group_changes = {
+        **case.baseline.changes,
+        **(case.common if case.changes else {}),
+        **case.changes,
+    }
+    return load_scene(case.baseline.scene, baseline_changes), load_scene(
+        case.baseline.scene, group_changes
+    )
 
 
 def measure_cost(case: GroupCase, rounds: int, repetitions: int) -> dict[str, Any]:
@@ -112,10 +132,15 @@ def measure_cost(case: GroupCase, rounds: int, repetitions: int) -> dict[str, An
     Args:
         case: baseline and change.
         rounds: interleaved, after compilation.
-        repetitions: evaluations per round; a twelfth as many steps, which have twelve evaluations each.
+        repetitions: evaluations per round; a twelfth as many steps, which have twelve evaluations
+            each.
     """
     without, with_group = map(make_timed_crane, scene_pair(case))
-    metrics: dict[str, Any] = {"crane": case.baseline.label, "group": case.group, "parts": list(case.parts)}
+    metrics: dict[str, Any] = {
+        "crane": case.baseline.label,
+        "group": case.group,
+        "parts": list(case.parts),
+    }
     metrics["processor"] = processor()
     metrics["states"] = dimension(without.x)
     metrics["states_added"] = dimension(with_group.x) - dimension(without.x)
@@ -124,7 +149,9 @@ def measure_cost(case: GroupCase, rounds: int, repetitions: int) -> dict[str, An
         repeat = repetitions if unit == "evaluation" else max(repetitions // 12, 1)
         for crane in (without, with_group):
             measure_time(crane, 1)
-        pairs = [(measure_time(without, repeat), measure_time(with_group, repeat)) for _ in range(rounds)]
+        pairs = [
+            (measure_time(without, repeat), measure_time(with_group, repeat)) for _ in range(rounds)
+        ]
         metrics |= _compare(unit, *zip(*pairs, strict=True))
     return metrics
 
@@ -134,7 +161,9 @@ def _compare(unit: str, without: Sequence[float], with_group: Sequence[float]) -
     return {
         f"ns_per_{unit}_without": describe_spread(without),
         f"ns_per_{unit}_with": describe_spread(with_group),
-        f"ns_per_{unit}_added": describe_spread([b - a for a, b in zip(without, with_group, strict=True)]),
+        f"ns_per_{unit}_added": describe_spread(
+            [b - a for a, b in zip(without, with_group, strict=True)]
+        ),
         f"{unit}_ratio": ratio(with_group, without),
     }
 
@@ -152,7 +181,9 @@ def select_cases(cranes: Sequence[str]) -> Sequence[GroupCase]:
     return [case for case in CASES if not cranes or case.baseline.label in cranes]
 
 
-def measure_groups(rounds: int = 15, repetitions: int = 20_000, cases: Sequence[GroupCase] = CASES) -> dict[str, Any]:
+def measure_groups(
+    rounds: int = 15, repetitions: int = 20_000, cases: Sequence[GroupCase] = CASES
+) -> dict[str, Any]:
     """Return the cost of each case's group, ns per evaluation and step; see `measure_cost`."""
     return {
         "rounds": rounds,
@@ -166,22 +197,39 @@ def join(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
     measured = {row["crane"] for row in new["cases"]}
     rows = [row for row in old["cases"] if row["crane"] not in measured] + new["cases"]
     place = {(case.baseline.label, case.group): i for i, case in enumerate(CASES)}
-    kept = [{"processor": old["machine"]["processor"]} | row for row in rows if (row["crane"], row["group"]) in place]
+    kept = [
+        {"processor": old["machine"]["processor"]} | row
+        for row in rows
+        if (row["crane"], row["group"]) in place
+    ]
     return new | {"cases": sorted(kept, key=lambda row: place[row["crane"], row["group"]])}
 
 
 def format_groups(results: dict[str, Any]) -> list[str]:
     """Return the table in lines."""
-    lines = ["ns per evaluation and per step of order 8, without and with the group; medians of interleaved pairs"]
-    lines.append(f"{'crane':<13} {'group':<26} {'evaluation':>20} {'':>6} {'step':>20} {'':>6} states")
+    lines = [
+        "ns per evaluation and per step of order 8, without and with the group; medians of "
+        "interleaved pairs"
+    ]
+    lines.append(
+        f"{'crane':<13} {'group':<26} {'evaluation':>20} {'':>6} {'step':>20} {'':>6} states"
+    )
     for row in results["cases"]:
         costs = f"{_format_pair(row, 'evaluation')} {_format_pair(row, 'step')}"
-        lines.append(f"{row['crane']:<13} {row['group']:<26} {costs} {row['states']:>3} {row['states_added']:+}")
+        lines.append(
+            f"{row['crane']:<13} {row['group']:<26} {costs} {row['states']:>3} "
+            f"{row['states_added']:+}"
+        )
     rows = results["cases"]
-    together = [f"  {row['crane']:<13} {_format_ratio(row, rows)}" for row in rows if row.get("parts")]
+    together = [
+        f"  {row['crane']:<13} {_format_ratio(row, rows)}" for row in rows if row.get("parts")
+    ]
     return [
         *lines,
-        *["ratio of the cost that several groups add jointly to the sum of the costs that each adds alone"]
+        *[
+            "ratio of the cost that several groups add jointly to the sum of the costs that each "
+            "adds alone"
+        ]
         * bool(together),
         *together,
         *_describe_processors(rows),
@@ -193,7 +241,11 @@ def _describe_processors(rows: Sequence[dict[str, Any]]) -> list[str]:
     cranes = dict[str, dict[str, None]]()
     for row in rows:
         cranes.setdefault(row.get("processor", ""), {})[row["crane"]] = None
-    return [f"on {name}: {', '.join(labels)}" for name, labels in cranes.items()] if len(cranes) > 1 else []
+    return (
+        [f"on {name}: {', '.join(labels)}" for name, labels in cranes.items()]
+        if len(cranes) > 1
+        else []
+    )
 
 
 def joint_to_separate_cost(row: dict[str, Any], rows: Sequence[dict[str, Any]], unit: str) -> float:
@@ -207,7 +259,9 @@ def joint_to_separate_cost(row: dict[str, Any], rows: Sequence[dict[str, Any]], 
 
 
 def _format_ratio(row: dict[str, Any], rows: Sequence[dict[str, Any]]) -> str:
-    costs = (f"{unit} {joint_to_separate_cost(row, rows, unit):.2f}x" for unit in ("evaluation", "step"))
+    costs = (
+        f"{unit} {joint_to_separate_cost(row, rows, unit):.2f}x" for unit in ("evaluation", "step")
+    )
     return f"{', '.join(costs)}: {', '.join(row['parts'])}"
 
 

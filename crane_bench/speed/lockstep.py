@@ -34,8 +34,12 @@ def echo(scene: "Scene") -> float:
         scene_file = Path(folder, "scene.yaml")
         scene.dump(scene_file)
         common = {"scene": str(scene_file), "steps": scene.steps}
-        ping = group.start("ping", "crane_bench.nodes.echo_node", scene.crane, common | {"role": "ping"})
-        pong = group.start("pong", "crane_bench.nodes.echo_node", scene.crane, common | {"role": "pong"})
+        ping = group.start(
+            "ping", "crane_bench.nodes.echo_node", scene.crane, common | {"role": "ping"}
+        )
+        pong = group.start(
+            "pong", "crane_bench.nodes.echo_node", scene.crane, common | {"role": "pong"}
+        )
         while not (ping.ready and pong.ready):
             _wait(group)
         ping.send("go")
@@ -105,8 +109,18 @@ def measure_lockstep(
 def format_lockstep(results: dict[str, Any]) -> list[str]:
     """Return the medians and their ratios to the echo in lines."""
     steps, rounds = results["steps_per_round"], results["rounds"]
-    lines = [f"steps per second over Fast DDS, {steps} steps a round, median of {rounds} interleaved rounds"]
+    lines = [
+        f"steps per second over Fast DDS, {steps} steps a round, median of {rounds} interleaved "
+        "rounds"
+    ]
     for kind, speed in results["steps_per_second"].items():
-        factor, spread = results["ratio_to_echo"][kind]["median"], f"({speed['least']:.0f} to {speed['most']:.0f})"
+        factor, spread = (
+            results["ratio_to_echo"][kind]["median"],
+            f"({speed['least']:.0f} to {speed['most']:.0f})",
+        )
         lines.append(f"  {kind:<20} {speed['median']:6.0f}  {spread:<16} {factor:5.2f} x the echo")
-    return [*lines, "echo: bare publish and answer of the same two messages, coded as plant and controller code them"]
+    return [
+        *lines,
+        "echo: bare publish and answer of the same two messages, coded as plant and controller "
+        "code them",
+    ]

@@ -45,7 +45,9 @@ def coefficients() -> str:
     """Return C macros of the order 8 tableau: sums over stages k[j][i] of nonzero weight."""
 
     def weighted_sum(row: tuple[float | None, ...]) -> str:
-        return " + ".join(f"{weight!r} * k[{j}][i]" for j, weight in enumerate(row) if weight is not None)
+        return " + ".join(
+            f"{weight!r} * k[{j}][i]" for j, weight in enumerate(row) if weight is not None
+        )
 
     sums = {f"COMBINE_{n}": row for n, row in enumerate((*dop853.A, dop853.B), 1)}
     sums |= {"ERROR_5": dop853.E5, "ERROR_3": dop853.E3}
@@ -64,8 +66,12 @@ class Loops:
         (compiler.folder / "dop853.h").write_text(coefficients())
         self.problem, self.end = problem, np.empty_like(problem.state)
         self.counts = np.zeros(2, np.dtype(ctypes.c_long))
-        libraries = [compiler.library(problem.source, (*flags, *problem.defines)) for flags in FLAGS]
-        self.trial_time, fastest = min((self._trial(library), n) for n, library in enumerate(libraries))
+        libraries = [
+            compiler.library(problem.source, (*flags, *problem.defines)) for flags in FLAGS
+        ]
+        self.trial_time, fastest = min(
+            (self._trial(library), n) for n, library in enumerate(libraries)
+        )
         self.library, self.flags = libraries[fastest], FLAGS[fastest]
 
     def _trial(self, library: Any) -> float:
@@ -81,12 +87,16 @@ class Loops:
         """Call a loop with a step and two counts, or with a tolerance, a duration and a count."""
         last = (COUNT,) if isinstance(arguments[1], int) else (REAL,)
         function.argtypes, function.restype = [ADDRESS] * 3 + [REAL, *last, COUNT] + [ADDRESS], None
-        addresses = (array.ctypes.data for array in (self.problem.parameters, self.problem.state, self.end))
+        addresses = (
+            array.ctypes.data for array in (self.problem.parameters, self.problem.state, self.end)
+        )
         function(*addresses, *arguments, self.counts.ctypes.data)
 
     def fixed(self, method: str, steps: int, repeats: int) -> RunResult:
         """Integrate over the whole duration in `steps` equal steps."""
-        self._call(getattr(self.library, f"run_{method}"), self.problem.duration / steps, steps, repeats)
+        self._call(
+            getattr(self.library, f"run_{method}"), self.problem.duration / steps, steps, repeats
+        )
         return self._result()
 
     def adaptive(self, rtol: float, repeats: int) -> RunResult:
@@ -106,6 +116,14 @@ class Loops:
         runs, duration = [], self.problem.duration
         for method in self.problem.methods:
             multiples = sweep_values(*SWEEPS[method], 8)
-            counts = [ceil(duration * self.problem.max_frequency / multiple) for multiple in multiples]
-            runs += [Run(engine, method, duration / n, lambda r, m=method, n=n: self.fixed(m, n, r)) for n in counts]
-        return runs + [Run(engine, "dop853", tol, lambda r, tol=tol: self.adaptive(tol, r)) for tol in TOLERANCES]
+            counts = [
+                ceil(duration * self.problem.max_frequency / multiple) for multiple in multiples
+            ]
+            runs += [
+                Run(engine, method, duration / n, lambda r, m=method, n=n: self.fixed(m, n, r))
+                for n in counts
+            ]
+        return runs + [
+            Run(engine, "dop853", tol, lambda r, tol=tol: self.adaptive(tol, r))
+            for tol in TOLERANCES
+        ]

@@ -15,7 +15,12 @@ _PACKAGES = ("numpy", "llvmlite", "scipy", "rclpy", "rerun-sdk", "rosbags")
 
 def describe_spread(values: Sequence[float]) -> dict[str, Any]:
     """Return median, least and most of a measurement, and the value of every round."""
-    return {"median": statistics.median(values), "least": min(values), "most": max(values), "rounds": list(values)}
+    return {
+        "median": statistics.median(values),
+        "least": min(values),
+        "most": max(values),
+        "rounds": list(values),
+    }
 
 
 def ratio(numerators: Sequence[float], denominators: Sequence[float]) -> dict[str, Any]:
@@ -49,4 +54,6 @@ def machine() -> dict[str, Any]:
 def describe_machine(machine: Mapping[str, Any]) -> str:
     """Return the result of `machine` in the words of the documentation."""
     conditions = f"{machine['processor']}, {machine['cores']} cores, {machine['system']}"
-    return ", ".join((conditions, f"Python {machine['python']}", *map(" ".join, machine["versions"].items())))
+    return ", ".join(
+        (conditions, f"Python {machine['python']}", *map(" ".join, machine["versions"].items()))
+    )

@@ -19,7 +19,9 @@ def format_page(data: dict[str, Any], drawn: bool) -> str:
         for name, suite in SUITES.items()
         if name in data
     ]
-    return fill_page("performance", scenes=scenes, drawn=drawn, figure=FIGURES["scenes"], suites=suites)
+    return fill_page(
+        "performance", scenes=scenes, drawn=drawn, figure=FIGURES["scenes"], suites=suites
+    )
 
 
 def _describe_scenes(scenes: dict[str, Any]) -> dict[str, Any]:
@@ -30,6 +32,8 @@ def _describe_scenes(scenes: dict[str, Any]) -> dict[str, Any]:
 
 def _machine(scenes: dict[str, Any]) -> str:
     named = ", ".join(f"{name} {version}" for name, version in scenes["engines"].items())
-    lines = [f"Measured on {scenes['date']}: {describe_machine(scenes['machine'])}. Engines: {named}."]
+    lines = [
+        f"Measured on {scenes['date']}: {describe_machine(scenes['machine'])}. Engines: {named}."
+    ]
     lines += [f"Not there: {name} ({why})." for name, why in scenes["missing"].items()]
     return "".join(lines)

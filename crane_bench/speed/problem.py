@@ -27,7 +27,9 @@ class Chain(NamedTuple):
     trolley: float  # kg
     masses: Array  # (N,) kg, from the top; the last one is the payload
     lengths: Array  # (N,) m
-    angles: Array  # (N,) rad, from the downward vertical, positive towards +x: node k is at node k-1 + l (sin, -cos)
+    # (N,) rad, from the downward vertical, positive towards +x: node k is at node k-1 + l (sin,
+    # -cos)
+    angles: Array
     gravity: float  # m/s²
     duration: float  # s
 
@@ -61,17 +63,19 @@ class KnuckleCrane(NamedTuple):
 
     Both are measured from the horizontal.
 
-    The rods move in the vertical plane at azimuth α; the jib starts at the boom's end, the rope at the jib's end, the
-    boom's foot is the origin. Springs hold boom, jib and rope: torques -k_β (β - β0) on β, and the couple
-    -k_γ (γ - β - γ0) between boom and jib; the rope is a spring that pulls and pushes along the line from the tip to
-    the payload, a point mass. No damping.
+    The rods move in the vertical plane at azimuth α; the jib starts at the boom's end, the rope at
+    the jib's end, the boom's foot is the origin. Springs hold boom, jib and rope: torques -k_β (β -
+    β0) on β, and the couple -k_γ (γ - β - γ0) between boom and jib; the rope is a spring that pulls
+    and pushes along the line from the tip to the payload, a point mass. No damping.
     """
 
     tower: float  # kg m², about the vertical
     boom: RodParameters
     jib: RodParameters
     payload: float  # kg
-    stiffness: tuple[float, float, float]  # N m/rad, N m/rad, N/m: of boom, jib (relative to the boom) and rope
+    stiffness: tuple[
+        float, float, float
+    ]  # N m/rad, N m/rad, N/m: of boom, jib (relative to the boom) and rope
     neutral: tuple[float, float, float]  # rad, rad (relative), m
     q: Array  # (3,) rad, α, β, γ at the start; at rest
     start: Array  # (3,) m, of the payload, at rest
@@ -92,7 +96,12 @@ def problem_of(scene: Scene, payload: Array) -> Problem | None:
     model = scene.model
     if isinstance(model, PlanarCrane | RodCrane) and _is_plain(model) and _starts_at_rest(scene):
         return _chain_of(scene)
-    if isinstance(model, SpringCrane) and _is_plain(model) and _starts_at_rest(scene) and not model.cable.damping:
+    if (
+        isinstance(model, SpringCrane)
+        and _is_plain(model)
+        and _starts_at_rest(scene)
+        and not model.cable.damping
+    ):
         cable = model.cable
         values = cable.mass, cable.length, cable.stiffness
         return Spring(_mass(model), *values, payload[[0, 2]], model.gravity, scene.duration)
@@ -107,7 +116,16 @@ def _mass(model: Any) -> float:
 
 def _is_plain(model: Any) -> bool:
     """Return whether nothing but a free trolley and the cable is modelled."""
-    optional_groups = ("hoist", "joints", "rods", "forces", "event_limits", "bridge", "wind", "base")
+    optional_groups = (
+        "hoist",
+        "joints",
+        "rods",
+        "forces",
+        "event_limits",
+        "bridge",
+        "wind",
+        "base",
+    )
     free = isinstance(model.trolley, ForceAxis) and model.trolley.friction is None
     return free and all(getattr(model, name, None) is None for name in optional_groups)
 
@@ -115,7 +133,11 @@ def _is_plain(model: Any) -> bool:
 def _has_all_springs(model: Crane) -> bool:
     """Return whether springs hold boom, jib and rope, and nothing else acts."""
     arm, cable = model.support, model.cable
-    springs = isinstance(cable, ForceRope) and None not in (arm.boom_spring, arm.jib_spring, cable.spring)
+    springs = isinstance(cable, ForceRope) and None not in (
+        arm.boom_spring,
+        arm.jib_spring,
+        cable.spring,
+    )
     return springs and model.drag is None and model.swing_friction is None and model.wind is None
 
 
@@ -129,16 +151,26 @@ def _chain_of(scene: Scene) -> Chain:
     masses = np.array(np.broadcast_to(cable["node_masses"], n), float)
     masses[-1] = payload.get("mass", masses[-1])
     lengths, first = np.array(np.broadcast_to(cable["lengths"], n), float), len(scene.initial_q) - 1
-    angles = scene.initial_q[1:] if first == n else [scene.initial_q[1]] * n  # a straight cable has one angle
-    return Chain(_mass(scene.model), masses, lengths, np.array(angles), scene.model.gravity, scene.duration)
+    angles = (
+        scene.initial_q[1:] if first == n else [scene.initial_q[1]] * n
+    )  # a straight cable has one angle
+    return Chain(
+        _mass(scene.model), masses, lengths, np.array(angles), scene.model.gravity, scene.duration
+    )
 
 
 def _knuckle_of(scene: Scene, payload: Array) -> KnuckleCrane:
     model = scene.model
     arm, rope = model.support, model.cable.spring
     springs = (arm.boom_spring, arm.jib_spring, rope)
-    stiffness, neutral = tuple(spring.stiffness for spring in springs), tuple(spring.rest for spring in springs)
-    rods = (RodParameters(rod.length, rod.mass, rod.inertia, rod.axial_inertia) for rod in (arm.boom, arm.jib))
+    stiffness, neutral = (
+        tuple(spring.stiffness for spring in springs),
+        tuple(spring.rest for spring in springs),
+    )
+    rods = (
+        RodParameters(rod.length, rod.mass, rod.inertia, rod.axial_inertia)
+        for rod in (arm.boom, arm.jib)
+    )
     q, (boom, jib) = np.array(scene.initial_q[:3]), rods
     values = arm.tower.inertia, boom, jib, model.load.mass, stiffness, neutral
     return KnuckleCrane(*values, q, payload, model.gravity, scene.duration)

@@ -12,7 +12,12 @@ from crane_sim import load_scene
 if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
 
-FILES: dict[str, tuple[str, ...]] = {"none": (), "rrd": ("rrd",), "mcap": ("mcap",), "rrd and mcap": ("rrd", "mcap")}
+FILES: dict[str, tuple[str, ...]] = {
+    "none": (),
+    "rrd": ("rrd",),
+    "mcap": ("mcap",),
+    "rrd and mcap": ("rrd", "mcap"),
+}
 _MINUTE = 60.0  # s
 
 
@@ -25,7 +30,10 @@ def _record_run(scene: "Scene", kinds: tuple[str, ...]) -> tuple[float, dict[str
 
 
 def measure_recording(
-    name: str = "knuckle_setpoint", duration: float = _MINUTE, rounds: int = 5, labels: Sequence[str] = tuple(FILES)
+    name: str = "knuckle_setpoint",
+    duration: float = _MINUTE,
+    rounds: int = 5,
+    labels: Sequence[str] = tuple(FILES),
 ) -> dict[str, Any]:
     """Return the time that recording adds to a lockstep step [µs], and the files' size.
 
@@ -33,7 +41,8 @@ def measure_recording(
 
     Args:
         name: scene of the catalogue, with a sampled law.
-        duration: simulated seconds per run. A file's fixed part (crane, blueprint) counts as part of its minute.
+        duration: simulated seconds per run. A file's fixed part (crane, blueprint) counts as part
+            of its minute.
         rounds: of every kind of file, interleaved.
         labels: which of `FILES`; "none" is one of them.
 
@@ -60,8 +69,12 @@ def measure_recording(
         "rounds": rounds,
         "steps_per_second": {label: describe_spread(values) for label, values in speeds.items()},
         "added_us_per_step": {label: describe_spread(values) for label, values in added.items()},
-        "ratio_to_unrecorded": {label: ratio(values, speeds["none"]) for label, values in speeds.items()},
-        "bytes_per_simulated_minute": {kind: describe_spread(values) for kind, values in sizes.items() if values},
+        "ratio_to_unrecorded": {
+            label: ratio(values, speeds["none"]) for label, values in speeds.items()
+        },
+        "bytes_per_simulated_minute": {
+            kind: describe_spread(values) for kind, values in sizes.items() if values
+        },
         "machine": machine(),
     }
 
@@ -69,12 +82,16 @@ def measure_recording(
 def format_recording(results: dict[str, Any]) -> list[str]:
     """Return the costs in lines."""
     lines = [
-        f"lockstep of {results['scene']}, {results['steps_per_round']} steps, median of {results['rounds']} rounds"
+        f"lockstep of {results['scene']}, {results['steps_per_round']} steps, median of "
+        f"{results['rounds']} rounds"
     ]
     for label, speed in results["steps_per_second"].items():
         added = results["added_us_per_step"].get(label, {"median": 0.0})["median"]
         times = results["ratio_to_unrecorded"][label]["median"]
-        lines.append(f"  {label:<14} {speed['median']:6.0f} steps per second, {added:+6.0f} µs per step, {times:.2f} x")
+        lines.append(
+            f"  {label:<14} {speed['median']:6.0f} steps per second, {added:+6.0f} µs per step, "
+            f"{times:.2f} x"
+        )
     for kind, size in results["bytes_per_simulated_minute"].items():
         lines.append(f"  .{kind:<5} {size['median'] / 1e6:.2f} MB per simulated minute")
     return lines

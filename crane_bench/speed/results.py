@@ -13,7 +13,8 @@ CHAINS, MIN_OF_TAYLOR_ON_CHAINS = ("S3a", "S3b", "S4"), 5.0
 MAX_OF_HAND_C, MAX_OF_HAND_C_ELSEWHERE = {"S5": 1.5} | dict.fromkeys(CHAINS, 2.0), 1.3
 """The largest ratio of our time to that of hand-written C, by scene."""
 MIN_OF_GENERAL, MIN_OF_S4, MIN_OF_GENERATED = 15.0, 10.0, 1.2
-"""The smallest ratio of the time of general engines, also on S4, and of CasADi's generated C to ours."""
+"""The smallest ratio of the time of general engines, also on S4, and of CasADi's generated C to
+ours."""
 MIN_OF_TAYLOR = {1e-4: 1.5, 1e-6: 1.5, 1e-9: 1.5, 1e-12: 1.0}
 """The smallest ratio of heyoka's time to ours on chains, and by the error [m] on other scenes."""
 
@@ -33,13 +34,17 @@ class Target(NamedTuple):
         """Return "holds", or which of the targets are missed."""
         least = MIN_OF_S4 if self.case == "S4" else MIN_OF_GENERAL
         missed = []
-        if self.of_hand_c is not None and self.of_hand_c > MAX_OF_HAND_C.get(self.case, MAX_OF_HAND_C_ELSEWHERE):
+        if self.of_hand_c is not None and self.of_hand_c > MAX_OF_HAND_C.get(
+            self.case, MAX_OF_HAND_C_ELSEWHERE
+        ):
             missed.append("C")
         if self.of_general is not None and self.of_general < least:
             missed.append("general")
         if self.of_generated is not None and self.of_generated < MIN_OF_GENERATED:
             missed.append("CasADi")
-        of_chains = MIN_OF_TAYLOR_ON_CHAINS if self.case in CHAINS else MIN_OF_TAYLOR.get(self.level, 0.0)
+        of_chains = (
+            MIN_OF_TAYLOR_ON_CHAINS if self.case in CHAINS else MIN_OF_TAYLOR.get(self.level, 0.0)
+        )
         if self.of_taylor is not None and self.of_taylor < of_chains:
             missed.append("heyoka")
         return f"misses {', '.join(missed)}" if missed else "holds"
@@ -48,7 +53,10 @@ class Target(NamedTuple):
 def read_points(scene: dict[str, Any]) -> list[WorkPrecisionPoint]:
     """Return the points of a measured scene."""
     points = (WorkPrecisionPoint(*row) for row in scene["points"])
-    return [point._replace(error=float("inf") if point.error is None else point.error) for point in points]
+    return [
+        point._replace(error=float("inf") if point.error is None else point.error)
+        for point in points
+    ]
 
 
 def cheapest_points(
@@ -62,7 +70,9 @@ def cheapest_points(
     for point in points:
         by_engine.setdefault(point.engine, []).append(point)
     asked = [level if is_asked(level, error_bound) else -1.0 for level in ERROR_LEVELS]
-    return {engine: [cheapest(ours, level) for level in asked] for engine, ours in by_engine.items()}
+    return {
+        engine: [cheapest(ours, level) for level in asked] for engine, ours in by_engine.items()
+    }
 
 
 def targets(case: str, scene: dict[str, Any]) -> list[Target]:

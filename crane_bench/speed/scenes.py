@@ -58,7 +58,13 @@ def measure_scenes(
     cannot = {engine.name: engine.unsupported_scenes for engine in peer_engines}
     date = time.strftime("%Y-%m-%d")
     scenes = {case.id: _scene(case, methods, peer_engines, on_progress) for case in cases}
-    head = {"date": date, "machine": machine(), "engines": versions, "missing": missing, "cannot": cannot}
+    head = {
+        "date": date,
+        "machine": machine(),
+        "engines": versions,
+        "missing": missing,
+        "cannot": cannot,
+    }
     return head | {"scenes": scenes}
 
 
@@ -68,7 +74,10 @@ def _scene(
     scene, reference = case_scene(case), reference_of(case)
     simulator, trials, refused = crane_sim_engine.CraneSimEngine(scene), {}, {}
     if methods and not set(methods) & set(simulator.methods()):
-        raise SceneError(f"--method {methods[0]}: does not fit {case.id}; possible: {', '.join(simulator.methods())}")
+        raise SceneError(
+            f"--method {methods[0]}: does not fit {case.id}; possible: "
+            f"{', '.join(simulator.methods())}"
+        )
     trials[crane_sim_engine.NAME] = []
     for method in simulator.methods():
         if not methods or method in methods:
@@ -83,13 +92,20 @@ def _scene(
         except Exception as reason:  # a failing peer loses its own row only
             refused[engine.name] = f"failed: {type(reason).__name__}: {reason}".partition("\n")[0]
     points = measure_points(trials, scene.duration, lambda line: on_progress(f"{case.id}: {line}"))
-    head = {"scene": case.scene, "title": case.title, "duration": scene.duration, "trusted": reference.error_bound}
+    head = {
+        "scene": case.scene,
+        "title": case.title,
+        "duration": scene.duration,
+        "trusted": reference.error_bound,
+    }
     head["date"] = time.strftime("%Y-%m-%d")
     rows = [list(point) for point in points]
     return head | {"compiling_s": simulator.compile_times, "refused": refused, "points": rows}
 
 
-def _peer(engine: Engine, simulator: crane_sim_engine.CraneSimEngine, reference: ReferenceSolution) -> list[Trial]:
+def _peer(
+    engine: Engine, simulator: crane_sim_engine.CraneSimEngine, reference: ReferenceSolution
+) -> list[Trial]:
     """Return the trials of a peer.
 
     Raises:

@@ -1,7 +1,7 @@
 """Time from the start of a process to its first simulated step: `crane bench start`.
 
-Cold: with an empty cache of compiled code; warm: with a filled one. Imports and the interpreter's own start count, and
-are measured beside it, since no compiled code can avoid them.
+Cold: with an empty cache of compiled code; warm: with a filled one. Imports and the interpreter's
+own start count, and are measured beside it, since no compiled code can avoid them.
 """
 
 import os
@@ -31,11 +31,15 @@ LABELS = {
 def seconds(program: str, cache: str) -> float:
     """Return the wall time of a process that runs a Python program, with this cache folder."""
     start = time.perf_counter()
-    subprocess.run([sys.executable, "-c", program], env=os.environ | {"CRANE_SIM_CACHE": cache}, check=True)
+    subprocess.run(
+        [sys.executable, "-c", program], env=os.environ | {"CRANE_SIM_CACHE": cache}, check=True
+    )
     return time.perf_counter() - start
 
 
-def measure_start(name: str = "knuckle_setpoint", rounds: int = 10, cold_rounds: int = 3) -> dict[str, Any]:
+def measure_start(
+    name: str = "knuckle_setpoint", rounds: int = 10, cold_rounds: int = 3
+) -> dict[str, Any]:
     """Return the wall times, s, of cold and warm starts of a scene, and of unavoidable parts.
 
     Args:
@@ -52,14 +56,25 @@ def measure_start(name: str = "knuckle_setpoint", rounds: int = 10, cold_rounds:
             for key, ran in (("warm_s", program), ("imports_s", IMPORTS), ("interpreter_s", "")):
                 times[key].append(seconds(ran, caches[-1]))
     spreads = {key: describe_spread(values) for key, values in times.items()}
-    return {"scene": name, "rounds": rounds, "cold_rounds": cold_rounds, **spreads, "machine": machine()}
+    return {
+        "scene": name,
+        "rounds": rounds,
+        "cold_rounds": cold_rounds,
+        **spreads,
+        "machine": machine(),
+    }
 
 
 def format_start(results: dict[str, Any]) -> list[str]:
     """Return the times in lines."""
-    lines = [f"from a new process to the first simulated step of {results['scene']}, imports included, s"]
+    lines = [
+        f"from a new process to the first simulated step of {results['scene']}, imports included, s"
+    ]
     for key, label in LABELS.items():
         time_s = results[key]
-        of = f"median of {len(time_s['rounds'])}; least {time_s['least']:.2f}, most {time_s['most']:.2f}"
+        of = (
+            f"median of {len(time_s['rounds'])}; least {time_s['least']:.2f}, most "
+            f"{time_s['most']:.2f}"
+        )
         lines.append(f"  {label:<36} {time_s['median']:5.2f}  ({of})")
     return lines

@@ -23,9 +23,15 @@ def read_store(folder: Path) -> dict[str, Any]:
     except FileNotFoundError:
         return {}
     except (OSError, ValueError) as error:
-        raise SceneError(f"{folder / FILE}: cannot be read as the benchmark's data: {error}") from None
-    if not isinstance(data, dict) or not all(isinstance(suite, dict) and "machine" in suite for suite in data.values()):
-        raise SceneError(f"{folder / FILE}: cannot be read as the benchmark's data: it has another shape")
+        raise SceneError(
+            f"{folder / FILE}: cannot be read as the benchmark's data: {error}"
+        ) from None
+    if not isinstance(data, dict) or not all(
+        isinstance(suite, dict) and "machine" in suite for suite in data.values()
+    ):
+        raise SceneError(
+            f"{folder / FILE}: cannot be read as the benchmark's data: it has another shape"
+        )
     return data
 
 
@@ -39,7 +45,9 @@ def merge_suite(data: dict[str, Any], suite: str, measured: dict[str, Any]) -> d
         kept = {name: old[name] | measured[name] for name in ("engines", "cannot", "scenes")}
         for case in old["scenes"].keys() & measured["scenes"].keys():
             kept["scenes"][case] = _join_scene(old["scenes"][case], measured["scenes"][case])
-        missing = {name: why for name, why in measured["missing"].items() if name not in kept["engines"]}
+        missing = {
+            name: why for name, why in measured["missing"].items() if name not in kept["engines"]
+        }
         measured = measured | kept | {"missing": missing}
     return data | {suite: round_floats(measured)}
 
@@ -48,9 +56,17 @@ def _join_scene(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
     """Return a scene's results with the points of engines and methods without new results."""
     measured = {(point[0], point[1]) for point in new["points"]}
     kept = [point for point in old["points"] if (point[0], point[1]) not in measured]
-    refused = {name: why for name, why in old["refused"].items() if name not in {engine for engine, _ in measured}}
+    refused = {
+        name: why
+        for name, why in old["refused"].items()
+        if name not in {engine for engine, _ in measured}
+    }
     compiling = old["compiling_s"] | new["compiling_s"]
-    return new | {"points": new["points"] + kept, "refused": refused | new["refused"], "compiling_s": compiling}
+    return new | {
+        "points": new["points"] + kept,
+        "refused": refused | new["refused"],
+        "compiling_s": compiling,
+    }
 
 
 def write_store(data: dict[str, Any], folder: Path) -> None:
@@ -61,7 +77,10 @@ def write_store(data: dict[str, Any], folder: Path) -> None:
 def dump_points(data: dict[str, Any]) -> str:
     """Return data in JSON, a line for each point, so that a change shows where it is."""
     spread = json.dumps(data, indent=1, ensure_ascii=False)
-    return re.sub(r"\[\s+([^\[\]{}]+?)\s+\]", lambda match: f"[{' '.join(match[1].split())}]", spread) + "\n"
+    return (
+        re.sub(r"\[\s+([^\[\]{}]+?)\s+\]", lambda match: f"[{' '.join(match[1].split())}]", spread)
+        + "\n"
+    )
 
 
 def round_floats(value: Any) -> Any:

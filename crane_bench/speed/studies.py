@@ -1,10 +1,11 @@
 """What a study costs beside the runs that it is made of: `crane bench studies`.
 
-Cranes of different masses and rope lengths under LQR, 20 s each: the compiled loop alone, and the same cranes as
-studies, which check every scene, design its law, compute all metrics and the hash of its states, and write the table:
-by processes of this machine and by a Dask cluster on it, of one and of two workers, interleaved; then a large study,
-its time and memory beside those of a smaller one. Every study runs in a process of its own. The overhead is that of
-processors' times, which a busy machine changes less, of what the large study has more than the smaller one.
+Cranes of different masses and rope lengths under LQR, 20 s each: the compiled loop alone, and the
+same cranes as studies, which check every scene, design its law, compute all metrics and the hash of
+its states, and write the table: by processes of this machine and by a Dask cluster on it, of one
+and of two workers, interleaved; then a large study, its time and memory beside those of a smaller
+one. Every study runs in a process of its own. The overhead is that of processors' times, which a
+busy machine changes less, of what the large study has more than the smaller one.
 """
 
 import json
@@ -58,7 +59,10 @@ def _load_cranes(samples: int) -> list[Scene]:
 
 def _kernel_time(scenes: Sequence[Scene]) -> float:
     """Return the time of a processor [s] that the compiled loop alone takes for each crane."""
-    cranes, arrays = stack_columns([make_driven(scene) for scene in scenes]), allocate_arrays(scenes, 0)
+    cranes, arrays = (
+        stack_columns([make_driven(scene) for scene in scenes]),
+        allocate_arrays(scenes, 0),
+    )
     grid = TimeGrid(scenes[0].period, scenes[0].steps, np.empty(0))
     simulate_range(cranes, grid, arrays, 0, 0)  # compiles
     start = time.process_time()
@@ -87,8 +91,8 @@ def _parts(samples: int) -> dict[str, float]:
 def run_study(samples: str, way: str, workers: str) -> None:
     """Run a study in this process, and print what it takes.
 
-    Times are those until the table is there, from the beginning and from the first finished block on, and that of all
-    processors; memory is the largest of this process and of a worker.
+    Times are those until the table is there, from the beginning and from the first finished block
+    on, and that of all processors; memory is the largest of this process and of a worker.
     """
     start, first = time.perf_counter(), list[tuple[float, int]]()
 
@@ -117,19 +121,26 @@ def _measure_study(samples: int, way: str, workers: int) -> dict[str, float]:
     return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
 
-def measure_studies(large: int = LARGE, small: int = SMALL, medium: int = MEDIUM, rounds: int = 3) -> dict[str, Any]:
+def measure_studies(
+    large: int = LARGE, small: int = SMALL, medium: int = MEDIUM, rounds: int = 3
+) -> dict[str, Any]:
     """Return times and memory of studies and of the compiled loop.
 
     The studies have `large`, `small` and `medium` cranes.
     """
     scenes, cores = _load_cranes(256), len(os.sched_getaffinity(0))
     _measure_study(64, "processes", 1)  # compiles
-    kernel, ways = list[float](), {f"{way}_{workers}": list[dict[str, float]]() for way, workers in WAYS}
+    kernel, ways = (
+        list[float](),
+        {f"{way}_{workers}": list[dict[str, float]]() for way, workers in WAYS},
+    )
     for _ in range(rounds):
         kernel.append(_kernel_time(scenes))
         for way, workers in WAYS:
             ways[f"{way}_{workers}"].append(_measure_study(medium, way, workers))
-    sizes = {str(samples): _measure_study(samples, "processes", cores) for samples in (small, large)}
+    sizes = {
+        str(samples): _measure_study(samples, "processes", cores) for samples in (small, large)
+    }
     kernel.append(_kernel_time(scenes))
     running = {name: [each["running"] / medium for each in found] for name, found in ways.items()}
     processor = (sizes[str(large)]["processor"] - sizes[str(small)]["processor"]) / (large - small)
@@ -138,8 +149,12 @@ def measure_studies(large: int = LARGE, small: int = SMALL, medium: int = MEDIUM
         "rounds": rounds,
         "cores": cores,
         "kernel_us": describe_spread([1e6 * t for t in kernel]),
-        "running_us": {name: describe_spread([1e6 * t for t in each]) for name, each in running.items()},
-        "dask_rate": {n: ratio(running[f"processes_{n}"], running[f"dask_{n}"]) for n in ("1", "2")},
+        "running_us": {
+            name: describe_spread([1e6 * t for t in each]) for name, each in running.items()
+        },
+        "dask_rate": {
+            n: ratio(running[f"processes_{n}"], running[f"dask_{n}"]) for n in ("1", "2")
+        },
         "sizes": sizes,
         "processor_us": 1e6 * processor,
         "parts_us": {name: 1e6 * t for name, t in _parts(len(scenes)).items()},
@@ -155,16 +170,26 @@ def format_studies(results: dict[str, Any]) -> list[str]:
     lines = [
         f"{large} cranes under LQR, 20 s each, {results['cores']} cores: {found['seconds']:.0f} s, "
         f"{1e6 * found['seconds'] / large:.0f} µs per crane",
-        f"of a processor, per further crane: {results['processor_us']:.0f} µs, the compiled loop alone "
+        f"of a processor, per further crane: {results['processor_us']:.0f} µs, the compiled loop "
+        "alone "
         f"{results['kernel_us']['median']:.0f} µs: overhead {results['overhead']:.0%}",
     ]
-    lines.append("of it: " + ", ".join(f"{name} {t:.0f} µs" for name, t in results["parts_us"].items()))
+    lines.append(
+        "of it: " + ", ".join(f"{name} {t:.0f} µs" for name, t in results["parts_us"].items())
+    )
     for samples, size in results["sizes"].items():
-        lines.append(f"memory of {samples}: {size['own_MB']:.0f} MB, {size['worker_MB']:.0f} MB in a worker")
+        lines.append(
+            f"memory of {samples}: {size['own_MB']:.0f} MB, {size['worker_MB']:.0f} MB in a worker"
+        )
     for name, spread in results["running_us"].items():
         way, workers = name.split("_")
-        rate = f", {results['dask_rate'][workers]['median']:.2f} of the rate of processes" if way == "dask" else ""
+        rate = (
+            f", {results['dask_rate'][workers]['median']:.2f} of the rate of processes"
+            if way == "dask"
+            else ""
+        )
         lines.append(
-            f"{medium} cranes, {way}, {workers} workers, once they run: {spread['median']:.0f} µs per crane{rate}"
+            f"{medium} cranes, {way}, {workers} workers, once they run: {spread['median']:.0f} µs "
+            f"per crane{rate}"
         )
     return lines

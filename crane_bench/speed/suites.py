@@ -25,13 +25,25 @@ class Suite(NamedTuple):
 
 SUITES = {
     "lockstep": Suite(
-        "Lockstep over Fast DDS, against a bare echo", lockstep.measure_lockstep, lockstep.format_lockstep
+        "Lockstep over Fast DDS, against a bare echo",
+        lockstep.measure_lockstep,
+        lockstep.format_lockstep,
     ),
     "start": Suite("From a new process to the first step", start.measure_start, start.format_start),
-    "recording": Suite("What a recording costs", recording.measure_recording, recording.format_recording),
-    "groups": Suite("What each optional group of a scene costs", groups.measure_groups, groups.format_groups),
-    "reeving": Suite("Twelve falls with friction against real time", reeving.measure_reeving, reeving.format_reeving),
+    "recording": Suite(
+        "What a recording costs", recording.measure_recording, recording.format_recording
+    ),
+    "groups": Suite(
+        "What each optional group of a scene costs", groups.measure_groups, groups.format_groups
+    ),
+    "reeving": Suite(
+        "Twelve falls with friction against real time",
+        reeving.measure_reeving,
+        reeving.format_reeving,
+    ),
     "bodies": Suite("A rigid load, beside MuJoCo", bodies.measure_bodies, bodies.format_bodies),
     "batch": Suite("Thousands of cranes at once", batch.measure_batch, batch.format_batch),
-    "studies": Suite("A study, beside the runs it is made of", studies.measure_studies, studies.format_studies),
+    "studies": Suite(
+        "A study, beside the runs it is made of", studies.measure_studies, studies.format_studies
+    ),
 }

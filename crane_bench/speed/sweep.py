@@ -18,9 +18,11 @@ Array = npt.NDArray[np.float64]
 MIN_TIMING = 2e-3  # s, of a timing: shorter runs are repeated within it
 SLOWEST = 1.5  # s of wall time, from which on a method's finer settings are not tried
 ROUNDS, PATIENCE = 20, 10.0
-"""Timings of each promising run, while all those of one engine take less than PATIENCE [s]; at least three."""
+"""Timings of each promising run, while all those of one engine take less than PATIENCE [s]; at
+least three."""
 PROBES, QUICK = 5, 0.02
-"""Timings of a run that takes less than QUICK [s], of which the least says whether it is promising; of others one."""
+"""Timings of a run that takes less than QUICK [s], of which the least says whether it is promising;
+of others one."""
 CLOSE = 1.3  # times the cheapest one's time at an error: runs that may well be the cheapest
 BEST = 2e-13  # m, an error below which finer settings are not tried
 
@@ -71,7 +73,9 @@ def run_trial(run: Run, reference: ReferenceSolution) -> Trial:
         attitude_error = angle_between(outcome.attitude, reference.attitude)
     if not np.isfinite(error):
         error, tension_error, attitude_error = np.inf, None, None
-    return Trial(run, error, tension_error, seconds, outcome.evaluations, outcome.steps, attitude_error)
+    return Trial(
+        run, error, tension_error, seconds, outcome.evaluations, outcome.steps, attitude_error
+    )
 
 
 def angle_between(a: Array, b: Array) -> float:
@@ -84,7 +88,9 @@ def sweep_method(runs: Iterable[Run], reference: ReferenceSolution) -> list[Tria
     trials: list[Trial] = []
     for run in runs:
         trials.append(run_trial(run, reference))
-        if trials[-1].seconds > SLOWEST or trials[-1].error < max(BEST, 2.0 * reference.error_bound):
+        if trials[-1].seconds > SLOWEST or trials[-1].error < max(
+            BEST, 2.0 * reference.error_bound
+        ):
             break
     return trials
 
@@ -96,7 +102,9 @@ def select_candidates(trials: Sequence[Trial]) -> set[int]:
         good = [i for i, trial in enumerate(trials) if trial.error <= level]
         least = min((trials[i].seconds for i in good), default=0.0)
         candidates |= {
-            i for i in sorted(good, key=lambda i: trials[i].seconds)[:4] if trials[i].seconds <= CLOSE * least
+            i
+            for i in sorted(good, key=lambda i: trials[i].seconds)[:4]
+            if trials[i].seconds <= CLOSE * least
         }
     return candidates
 
@@ -121,17 +129,28 @@ def measure_points(
         duration: simulated seconds of a run.
         on_progress: called with a line at each step.
     """
-    timings = {(name, i): [time_run(t.run, t.seconds) for _ in range(PROBES if t.seconds < QUICK else 1)]
-               for name, own in trials.items() for i, t in enumerate(own)}  # fmt: skip
-    candidates = {name: select_candidates([t._replace(seconds=min(timings[name, i])) for i, t in enumerate(own)])
-              for name, own in trials.items()}  # fmt: skip
+    timings = {
+        (name, i): [time_run(t.run, t.seconds) for _ in range(PROBES if t.seconds < QUICK else 1)]
+        for name, own in trials.items()
+        for i, t in enumerate(own)
+    }
+    candidates = {
+        name: select_candidates(
+            [t._replace(seconds=min(timings[name, i])) for i, t in enumerate(own)]
+        )
+        for name, own in trials.items()
+    }
     rounds = {name: _rounds(trials[name], indices) for name, indices in candidates.items()}
     for k in range(max(rounds.values(), default=0)):
         on_progress(f"round {k + 1} of {max(rounds.values())}")
         for name, indices in candidates.items():
             for i in indices if k < rounds[name] else ():
                 timings[name, i].append(time_run(trials[name][i].run, min(timings[name, i])))
-    return [_point(t, timings[name, i], duration) for name, own in trials.items() for i, t in enumerate(own)]
+    return [
+        _point(t, timings[name, i], duration)
+        for name, own in trials.items()
+        for i, t in enumerate(own)
+    ]
 
 
 def _rounds(trials: Sequence[Trial], indices: set[int]) -> int:
@@ -143,7 +162,9 @@ def _point(trial: Trial, seconds: Sequence[float], duration: float) -> WorkPreci
     run, scale = trial.run, 1e6 / duration
     times = min(seconds) * scale, statistics.median(seconds) * scale, len(seconds)
     counts = trial.evaluations, trial.steps, trial.attitude_error
-    return WorkPrecisionPoint(run.engine, run.method, run.setting, trial.error, trial.tension_error, *times, *counts)
+    return WorkPrecisionPoint(
+        run.engine, run.method, run.setting, trial.error, trial.tension_error, *times, *counts
+    )
 
 
 def cheapest(points: Iterable[WorkPrecisionPoint], level: float) -> WorkPrecisionPoint | None:

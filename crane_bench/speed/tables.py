@@ -18,8 +18,13 @@ def cheapest_table(data: Scenes) -> str:
     for case, scene in data["scenes"].items():
         for engine, points in cheapest_points(read_points(scene), scene["trusted"]).items():
             rows.append([case, engine, *map(_cost, points)])
-        rows += [[case, engine, why, *[""] * (len(ERROR_LEVELS) - 1)] for engine, why in scene["refused"].items()]
-    title = "## The cheapest setting that reaches an error: µs of wall time per simulated second\n\n"
+        rows += [
+            [case, engine, why, *[""] * (len(ERROR_LEVELS) - 1)]
+            for engine, why in scene["refused"].items()
+        ]
+    title = (
+        "## The cheapest setting that reaches an error: µs of wall time per simulated second\n\n"
+    )
     return title + markdown_table(["scene", "engine", *_COLUMNS], rows)
 
 
@@ -30,14 +35,27 @@ def target_table(data: Scenes) -> str:
         if scene := select_compared(data, case.id, case.engine_results_from):
             rows += [_format_target(row) for row in targets(case.id, scene)]
     text = (
-        "## Targets\n\nOurs is to take at most 1.3 times the time of hand-written C (S5: 1.5 times; the chains S3a, "
-        "S3b and S4: 2 times); the best general engine (Pinocchio, MuJoCo) at least 15 times ours (S4: 10 "
+        "## Targets\n\nOurs is to take at most 1.3 times the time of hand-written C (S5: 1.5 "
+        "times; the chains S3a, "
+        "S3b and S4: 2 times); the best general engine (Pinocchio, MuJoCo) at least 15 times ours "
+        "(S4: 10 "
         "times); CasADi's generated C at least 1.2 times ours; "
-        "heyoka 1.5 times ours from 1e-4 to 1e-9, 5 times on chains, and no less at 1e-12. The last column says what "
-        "is missed; a dash: not measured on that scene, or not reached. S4r is S4 taken for a straight rod by the "
+        "heyoka 1.5 times ours from 1e-4 to 1e-9, 5 times on chains, and no less at 1e-12. The "
+        "last column says what "
+        "is missed; a dash: not measured on that scene, or not reached. S4r is S4 taken for a "
+        "straight rod by the "
         "scene, beside the engines' chains.\n\n"
     )
-    head = ["scene", "error", "/ hand C", "best general", "/ ours", "CasADi C / ours", "heyoka / ours", ""]
+    head = [
+        "scene",
+        "error",
+        "/ hand C",
+        "best general",
+        "/ ours",
+        "CasADi C / ours",
+        "heyoka / ours",
+        "",
+    ]
     return text + markdown_table(head, rows)
 
 
@@ -58,9 +76,16 @@ def tension_table(data: Scenes) -> str:
     for case, scene in data["scenes"].items():
         for engine, points in cheapest_points(read_points(scene), scene["trusted"]).items():
             if any(point is not None and point.tension_error is not None for point in points):
-                rows.append([case, engine, *("—" if p is None else _format_tension_error(p) for p in points)])
+                rows.append(
+                    [
+                        case,
+                        engine,
+                        *("—" if p is None else _format_tension_error(p) for p in points),
+                    ]
+                )
     text = (
-        "## An elastic rope's tension\n\nA coarse step that damps the rope's vibration may place the payload well and "
+        "## An elastic rope's tension\n\nA coarse step that damps the rope's vibration may place "
+        "the payload well and "
         "still miss its tension: errors in N at the end, of the runs above.\n\n"
     )
     return text + markdown_table(["scene", "engine", *_COLUMNS], rows) if rows else ""
@@ -92,4 +117,13 @@ def _format_target(row: Target) -> list[str]:
     ratios = row.of_hand_c, row.of_generated, row.of_taylor
     hand_c, generated, taylor = ("—" if value is None else f"{value:.3g}" for value in ratios)
     general = "—" if row.of_general is None else f"{row.of_general:.0f}"
-    return [row.case, f"{row.level:.0e}", hand_c, row.general, general, generated, taylor, row.verdict()]
+    return [
+        row.case,
+        f"{row.level:.0e}",
+        hand_c,
+        row.general,
+        general,
+        generated,
+        taylor,
+        row.verdict(),
+    ]

@@ -1,7 +1,8 @@
 """Random Fourier features of a Gaussian kernel (Rahimi & Recht; Smith & Egeland, section 2).
 
-The features of x are cos(w·x) / √d, sin(w·x) / √d for d frequencies w, drawn once from N(0, 1 / width²). The scalar
-product of the features at x and z approximates exp(-|x - z|² / (2 width²)), and each vector of features has unit norm.
+The features of x are cos(w·x) / √d, sin(w·x) / √d for d frequencies w, drawn once from N(0, 1 /
+width²). The scalar product of the features at x and z approximates exp(-|x - z|² / (2 width²)), and
+each vector of features has unit norm.
 """
 
 from typing import Any, Literal, NamedTuple
@@ -12,8 +13,13 @@ from crane_sim.numerics.elementary import sincos
 from crane_sim.numerics.jit import routine
 
 FeatureArguments = Literal["y", "state", "error"]
-COLUMNS: dict[FeatureArguments, tuple[int, ...]] = {"y": (0, 1), "state": (0, 1, 2, 3), "error": (4, 5, 6, 7)}
-"""Possible arguments of the features, as indices into (y, y', e, e', t), where e is the error of y."""
+COLUMNS: dict[FeatureArguments, tuple[int, ...]] = {
+    "y": (0, 1),
+    "state": (0, 1, 2, 3),
+    "error": (4, 5, 6, 7),
+}
+"""Possible arguments of the features, as indices into (y, y', e, e', t), where e is the error of
+y."""
 TIME = 8
 
 
@@ -24,7 +30,9 @@ class Features(NamedTuple):
     columns: Any  # (n,) int64, indices into (y, y', e, e', t)
 
 
-def draw_frequencies(number: int, width: float, arguments: FeatureArguments, time: bool, seed: int) -> Features:
+def draw_frequencies(
+    number: int, width: float, arguments: FeatureArguments, time: bool, seed: int
+) -> Features:
     """Return `number` frequencies for a Gaussian kernel of this width in `arguments`.
 
     They are for t too if `time` is set.

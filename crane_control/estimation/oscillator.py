@@ -2,10 +2,11 @@
 
 It works axis by axis.
 
-The state of an axis is [y, y', d, d', θ, b, λ]: y'' = ω² (tip - y) + d + b, d'' = -θ d, with the pendulum frequency ω
-and the squared disturbance frequency θ; θ and the bias b are random walks, λ, the nominal length of the cable over the
-true one, is an unknown constant. Units: m, m/s, m/s², m/s³, 1/s², m/s², 1. The payload's position is computed from the
-measured direction of the cable with the nominal length, so it reads tip + λ (y - tip).
+The state of an axis is [y, y', d, d', θ, b, λ]: y'' = ω² (tip - y) + d + b, d'' = -θ d, with the
+pendulum frequency ω and the squared disturbance frequency θ; θ and the bias b are random walks, λ,
+the nominal length of the cable over the true one, is an unknown constant. Units: m, m/s, m/s²,
+m/s³, 1/s², m/s², 1. The payload's position is computed from the measured direction of the cable
+with the nominal length, so it reads tip + λ (y - tip).
 """
 
 from math import cos, sin, sqrt
@@ -33,7 +34,9 @@ class FilterState(NamedTuple):
 class Filter(NamedTuple):
     """The filter of both axes."""
 
-    measurement_variances: tuple[float, float]  # m² of a measured position, m²/s² of a measured velocity
+    measurement_variances: tuple[
+        float, float
+    ]  # m² of a measured position, m²/s² of a measured velocity
     theta: float  # 1/s², initial squared disturbance frequency
     initial_variance: Any  # (7,) of the state
     process_noise: Any  # (7,) variance per second
@@ -47,7 +50,9 @@ class Filter(NamedTuple):
 
 def initial_filter_state() -> FilterState:
     """Return the state before the first measurement."""
-    return FilterState(np.zeros((2, N)), np.zeros((2, N, N)), np.zeros((2, N, N)), np.array([-1.0]), np.zeros(2))
+    return FilterState(
+        np.zeros((2, N)), np.zeros((2, N, N)), np.zeros((2, N, N)), np.array([-1.0]), np.zeros(2)
+    )
 
 
 def begin_filter(ekf, t, y, dy, tip):
@@ -123,8 +128,8 @@ def measurement_model(ekf, i, component, omega_sq, tip, tip_rate, age):
 
     The position is delayed by `age` [s] (2nd-order Taylor).
 
-    `component` is Y or V. H (7,), the Jacobian with respect to the present state, is written into the filter's work;
-    tip [m] and its rate [m/s] are the present ones.
+    `component` is Y or V. H (7,), the Jacobian with respect to the present state, is written into
+    the filter's work; tip [m] and its rate [m/s] are the present ones.
     """
     x, row, half_age2 = ekf.state.x[i], ekf.state.work[1, 2], 0.5 * age * age
     ratio, acceleration = x[LENGTH_RATIO], omega_sq * (tip - x[Y]) + x[D] + x[BIAS]

@@ -1,6 +1,7 @@
 """The node `controller`: answers every joint state with its law's command, with its stamp.
 
-Of a law with an outer loop it runs the inner one, which follows the setpoints of the node `tracker`.
+Of a law with an outer loop it runs the inner one, which follows the setpoints of the node
+`tracker`.
 """
 
 import sys
@@ -31,11 +32,17 @@ PARAMETERS = {
     "scene": Option("knuckle_setpoint", "scene: a name of the catalogue or a path"),
     "law": Option("", "control law; empty: the scene's own"),
     "mode": Option(
-        RunMode.LOCKSTEP.value, "wait for an outer loop, or hold its last setpoint as in real time", choices=RUN_MODES
+        RunMode.LOCKSTEP.value,
+        "wait for an outer loop, or hold its last setpoint as in real time",
+        choices=RUN_MODES,
     ),
     "expected_recorders": Option(0, "subscribers of the commands besides the plant", 0, 100),
     "stop_time": Option(
-        2.0, "s in which the joints come to rest after a trajectory that was cancelled or left", 1e-3, 3600.0, live=True
+        2.0,
+        "s in which the joints come to rest after a trajectory that was cancelled or left",
+        1e-3,
+        3600.0,
+        live=True,
     ),
 }
 _COMMANDS = OutputTopic(JointState, "joint_commands", messages.DEEP_STREAM_QOS)
@@ -46,14 +53,21 @@ class ControllerNode(LawNode):
 
     def __init__(self, node: ServingNode, settings: SimpleNamespace) -> None:
         """See `LawNode`."""
-        super().__init__(node, settings, lambda settings: inner_loop_of(make_law(settings)), _COMMANDS)
+        super().__init__(
+            node, settings, lambda settings: inner_loop_of(make_law(settings)), _COMMANDS
+        )
         scene = self._scene
         self._goals = TrajectoryAction(node, scene, self._law, settings)
-        self._next_reference, self._referred = 0, self._law  # ns; the law whose path ends at the reference
+        self._next_reference, self._referred = (
+            0,
+            self._law,
+        )  # ns; the law whose path ends at the reference
         self._command = b""  # the newest, serialized
         self._command_codec = CommandCodec(scene)
         self._reference = self._reference_of_scene()
-        self._references = node.create_publisher(JointTrajectory, "joint_trajectory", messages.STREAM_QOS)
+        self._references = node.create_publisher(
+            JointTrajectory, "joint_trajectory", messages.STREAM_QOS
+        )
         outer, lockstep = outer_loop_of(self._law), settings.mode == RunMode.LOCKSTEP
         self._setpoints = Setpoints(node, outer.names, lockstep, self._answer) if outer else None
 
@@ -68,7 +82,9 @@ class ControllerNode(LawNode):
 
     def refused(self) -> Counter[str]:
         """See `LawNode`."""
-        return super().refused() + self._setpoints.refused() if self._setpoints else super().refused()
+        return (
+            super().refused() + self._setpoints.refused() if self._setpoints else super().refused()
+        )
 
     def on_spin(self) -> None:
         """See `LawNode`."""
@@ -87,7 +103,11 @@ class ControllerNode(LawNode):
 
     def _diagnose(self) -> tuple[str, Mapping[str, object]]:
         setpoints, outer = self._setpoints, outer_loop_of(self._law)
-        missing = {"trajectory action": self._goals.missing_package} if self._goals.missing_package else {}
+        missing = (
+            {"trajectory action": self._goals.missing_package}
+            if self._goals.missing_package
+            else {}
+        )
         if setpoints and outer:
             return setpoints.warning(outer), missing | setpoints.metrics()
         return "", missing

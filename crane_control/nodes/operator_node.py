@@ -31,18 +31,29 @@ from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.derived import derive_instant
 
 PARAMETERS = {
-    "scene": Option("bridge_speed_drive", "scene, whose drives all follow speeds: a name of the catalogue or a path"),
-    "device": Option("joy", "the operator's device; keys come from the terminal of `crane drive`", choices=DEVICES),
+    "scene": Option(
+        "bridge_speed_drive",
+        "scene, whose drives all follow speeds: a name of the catalogue or a path",
+    ),
+    "device": Option(
+        "joy",
+        "the operator's device; keys come from the terminal of `crane drive`",
+        choices=DEVICES,
+    ),
     "joy_topic": Option("/joy", "topic of sensor_msgs/Joy"),
     "gamepad": Option("", "device file of the gamepad; empty: the first one"),
     "mapping": Option("", "changes of levers and buttons, NAME=NUMBER, with commas between them"),
     "assistance": Option(False, "begin with assistance against swing"),
-    "device_timeout": Option(0.5, "s without a sign of the device after which it counts as lost", 0.05, 60.0),
+    "device_timeout": Option(
+        0.5, "s without a sign of the device after which it counts as lost", 0.05, 60.0
+    ),
     "expected_recorders": Option(0, "subscribers of the commands besides the plant", 0, 100),
 }
 _COMMANDS = OutputTopic(JointState, "joint_commands", messages.DEEP_STREAM_QOS)
 _PANEL_PERIOD = 0.1  # s between two reports to the terminal
-_RETRY_TIMEOUT = 1.0  # s after a request of the brakes, refused or without an answer, until the next one
+_RETRY_TIMEOUT = (
+    1.0  # s after a request of the brakes, refused or without an answer, until the next one
+)
 
 
 class Brakes:
@@ -67,7 +78,10 @@ class Brakes:
                 self._applied, self._next_request, self.refusal = self._requested, now, ""
                 return True
             action = "apply" if self._requested else "release"
-            self.refusal = f"the plant does not {action} the brakes: {result.message if result else 'no answer'}"
+            self.refusal = (
+                f"the plant does not {action} the brakes: "
+                f"{result.message if result else 'no answer'}"
+            )
         if on == self._applied:
             self.refusal, self._next_request = "", now
         elif now >= self._next_request:
@@ -84,7 +98,10 @@ class OperatorNode(Responder):
         scene = load_scene(settings.scene).with_external_commands()
         super().__init__(host.node, scene, _COMMANDS, settings.expected_recorders)
         self._host, self._settings = host, settings
-        joints, changes = driven_joints(scene), [part for part in settings.mapping.split(",") if part]
+        joints, changes = (
+            driven_joints(scene),
+            [part for part in settings.mapping.split(",") if part],
+        )
         self._assignment = make_lever_assignment(scene.actuated, changes)
         self._desk = Desk(joints, settings.device_timeout, settings.assistance)
         self._limits, self._brakes = SoftLimits(joints, scene.period), Brakes(host)
@@ -155,7 +172,10 @@ class OperatorNode(Responder):
         if isinstance(self._device, KeyboardDevice):
             return demand
         keys = self._keyboard.demand(now)
-        either = {name: getattr(demand, name) or getattr(keys, name) for name in ("stop", "release", "assistance")}
+        either = {
+            name: getattr(demand, name) or getattr(keys, name)
+            for name in ("stop", "release", "assistance")
+        }
         return demand._replace(**either)
 
     def _assisted_speeds(self, state: State, speeds: tuple[float, ...]) -> tuple[float, ...]:
@@ -187,7 +207,9 @@ class OperatorNode(Responder):
             "positions": [state.q[i] for i in self._driven],
             "velocities": [state.v[i] for i in self._driven],
             "at_soft_limit": self._limits.limited,
-            "dragged": [] if desk.braked else self._limits.dragged([state.v[i] for i in self._driven]),
+            "dragged": []
+            if desk.braked
+            else self._limits.dragged([state.v[i] for i in self._driven]),
             "braked": desk.braked,
             "brakes_refused": self._brakes.refusal,
             "swing_deg": _swing(self._scene, state.t, state.q),

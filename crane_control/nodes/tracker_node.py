@@ -64,7 +64,9 @@ def make_two_rate_law(settings: SimpleNamespace) -> Law:
     """
     law = make_law(settings)
     if outer_loop_of(law) is None:
-        raise ValueError(f"scene {settings.scene}: its law has no outer loop: give it control.tracker_rate")
+        raise ValueError(
+            f"scene {settings.scene}: its law has no outer loop: give it control.tracker_rate"
+        )
     return law
 
 

@@ -2,18 +2,20 @@
 
 It is by Smith & Egeland, eq. 50-61.
 
-Partial feedback linearisation. The law commands the tip's horizontal acceleration, and a servo holds the tip's height;
-J q'' + J' q' = a gives the joints' accelerations, and the nominal model the efforts. What the payload adds to the
-boom's mass matrix M, once the rope's constraint has been used, is eq. 58; g = Jᵀn, n along the rope:
+Partial feedback linearisation. The law commands the tip's horizontal acceleration, and a servo
+holds the tip's height; J q'' + J' q' = a gives the joints' accelerations, and the nominal model the
+efforts. What the payload adds to the boom's mass matrix M, once the rope's constraint has been
+used, is eq. 58; g = Jᵀn, n along the rope:
 
     tau = (M + m g gᵀ) (q'' - q0''),   q0'' the accelerations without efforts.
 
-q0'' comes from the model itself, so gravity, turning, springs, the payload's pull and the rest of the nominal model are
-in it. J is singular where boom and jib are in line, or the tip is above the tower. Scenes that begin near such a
-posture, or whose trajectory leads there, are rejected (`make_boom_servo`). While running, a
-setpoint outside the workspace is held at its edge. Where the tip comes near a singular posture nevertheless, the
-inverse is damped (least squares): the joints' accelerations stay bounded, the tip follows in the regular directions,
-and the joints brake in the singular one.
+q0'' comes from the model itself, so gravity, turning, springs, the payload's pull and the rest of
+the nominal model are in it. J is singular where boom and jib are in line, or the tip is above the
+tower. Scenes that begin near such a posture, or whose trajectory leads there, are rejected
+(`make_boom_servo`). While running, a setpoint outside the workspace is held at its edge. Where the
+tip comes near a singular posture nevertheless, the inverse is damped (least squares): the joints'
+accelerations stay bounded, the tip follows in the regular directions, and the joints brake in the
+singular one.
 """
 
 from collections.abc import Iterator
@@ -51,7 +53,9 @@ class BoomServo(NamedTuple):
     kp: float  # 1/s², gain on the tip's position
     kd: float  # 1/s, gain on the tip's velocity
     height: float  # m, setpoint of the tip's height
-    radius_range: tuple[float, float]  # m, workspace: least and greatest distance from the tower's axis at this height
+    radius_range: tuple[
+        float, float
+    ]  # m, workspace: least and greatest distance from the tower's axis at this height
     length: float  # m, setpoint of the rope's length
     rope: Any  # the rope of the crane
     crane: Crane  # nominal, with a rope whose acceleration is prescribed
@@ -83,7 +87,11 @@ def boom_cable_state(crane, q, v):
     dpayload = to_turned_axes(inertial_velocity(xc[:3], xc[3:], w), -s, c)
     nx, ny, nz = to_turned_axes(rope_state.n, -s, c)
     length, rate = rope_state.length, rope_state.rate
-    x, y, z = dpayload[0] - dtip[0] - rate * nx, dpayload[1] - dtip[1] - rate * ny, dpayload[2] - dtip[2] - rate * nz
+    x, y, z = (
+        dpayload[0] - dtip[0] - rate * nx,
+        dpayload[1] - dtip[1] - rate * ny,
+        dpayload[2] - dtip[2] - rate * nz,
+    )
     dn = (x / length, y / length, z / length)
     return CableState(tip[:2], dtip[:2], payload[:2], dpayload[:2], (nx, ny, nz), dn, (xs, xc))
 
@@ -93,21 +101,35 @@ def joint_accelerations(support, pose, a, damping_rate):
 
     a is in m/s².
 
-    a is relative to the base, in the axes of the slewing frame. Where the inverse is damped, as the module says,
+    a is relative to the base, in the axes of the slewing frame. Where the inverse is damped, as the
+    module says,
     |J q'' - a|² + damping |q'' + damping_rate q'|² is least, damping_rate in 1/s.
     """
     r, w = pose.tip[0], pose.yaw_rate
     bias, _ = support.tip_acceleration(pose, (0.0, 0.0, 0.0))
     dr, dz = a[0] + w * w * r - bias[0], a[2] - bias[2]
     damping = max(0.0, DAMPING_RADIUS * DAMPING_RADIUS - r * r)
-    slew = ((a[1] - 2.0 * w * pose.tip_velocity[0]) * r - damping * damping_rate * w) / (r * r + damping)
-    cosine, sine = pose.cb * pose.cg + pose.sb * pose.sg, pose.sb * pose.cg - pose.cb * pose.sg  # of boom against jib
+    slew = ((a[1] - 2.0 * w * pose.tip_velocity[0]) * r - damping * damping_rate * w) / (
+        r * r + damping
+    )
+    cosine, sine = (
+        pose.cb * pose.cg + pose.sb * pose.sg,
+        pose.sb * pose.cg - pose.cb * pose.sg,
+    )  # of boom against jib
     damping = max(0.0, SINGULAR_SINE * SINGULAR_SINE - sine * sine)
-    boom_rhs = pose.cb * dz - pose.sb * dr - damping * damping_rate * support.boom.length * pose.beta_rate
-    jib_rhs = pose.cg * dz - pose.sg * dr - damping * damping_rate * support.jib.length * pose.gamma_rate
+    boom_rhs = (
+        pose.cb * dz - pose.sb * dr - damping * damping_rate * support.boom.length * pose.beta_rate
+    )
+    jib_rhs = (
+        pose.cg * dz - pose.sg * dr - damping * damping_rate * support.jib.length * pose.gamma_rate
+    )
     inverse = 1.0 / (sine * sine + damping * (2.0 + damping))
     boom = ((1.0 + damping) * boom_rhs - cosine * jib_rhs) * inverse / support.boom.length
-    return slew, boom, ((1.0 + damping) * jib_rhs - cosine * boom_rhs) * inverse / support.jib.length
+    return (
+        slew,
+        boom,
+        ((1.0 + damping) * jib_rhs - cosine * boom_rhs) * inverse / support.jib.length,
+    )
 
 
 def joint_efforts(crane, unforced, a):
@@ -115,7 +137,8 @@ def joint_efforts(crane, unforced, a):
 
     The joints are slew, boom and jib.
 
-    `unforced` is the Motion of the crane without these efforts, whose rope's length accelerates as commanded.
+    `unforced` is the Motion of the crane without these efforts, whose rope's length accelerates as
+    commanded.
     """
     pose, (nr, nt, nz) = unforced.pose, unforced.rope_state.n
     qdd0 = unforced.support_acceleration
@@ -156,7 +179,9 @@ def tip_efforts(servo, t, cable, a):
     crane, (xs, xc) = servo.crane, cable.crane_state
     pose, (s, c) = crane.support.forward_kinematics(xs), sincos(xs[0])
     rope_state = rope_kinematics(pose, xc)
-    vertical_acceleration = -servo.kd * pose.tip_velocity[2] - servo.kp * (pose.tip[2] - servo.height)
+    vertical_acceleration = -servo.kd * pose.tip_velocity[2] - servo.kp * (
+        pose.tip[2] - servo.height
+    )
     tip_acc = to_turned_axes((a[0], a[1], vertical_acceleration), s, c)
     accelerations = joint_accelerations(crane.support, pose, tip_acc, servo.kd)
     rope_acc = rope_acceleration(servo, rope_state)
@@ -178,7 +203,8 @@ def clamp_to_workspace(radius_range, setpoint):
     return TipSetpoint((scale * x, scale * y), (0.0, 0.0), (0.0, 0.0))
 
 
-MIN_ELBOW_SINE = 0.3  # of the angle between boom and jib, singular at 0: 17 degrees, 2 cm below a full reach of 2 m
+# of the angle between boom and jib, singular at 0: 17 degrees, 2 cm below a full reach of 2 m
+MIN_ELBOW_SINE = 0.3
 MIN_RADIUS = 0.2  # m, distance from the tower's axis
 PATH_SAMPLES = 2001  # instants of a trajectory at which its distance is checked
 
@@ -186,8 +212,9 @@ PATH_SAMPLES = 2001  # instants of a trajectory at which its distance is checked
 def make_boom_servo(name: str, servo: Servo, nominal: Scene, base: AnyBase | None) -> BoomServo:
     """Return the tip servo by a knuckle boom for the law called `name`.
 
-    Setpoints of the tip's height and the rope's length are those at the start of the nominal scene. The
-    nominal model has neither wind nor a force on the payload, and the base's motion only if that is measured.
+    Setpoints of the tip's height and the rope's length are those at the start of the nominal scene.
+    The nominal model has neither wind nor a force on the payload, and the base's motion only if
+    that is measured.
 
     Args:
         name, nominal: of the law, its nominal scene, with a trajectory of the payload.
@@ -195,7 +222,8 @@ def make_boom_servo(name: str, servo: Servo, nominal: Scene, base: AnyBase | Non
         base: the base's motion, if that is measured.
 
     Raises:
-        SceneError: the start or the trajectory needs a posture in which the tip cannot be moved in every direction.
+        SceneError: the start or the trajectory needs a posture in which the tip cannot be moved in
+            every direction.
     """
     model, (_, beta, gamma, length) = nominal.model, nominal.initial_q[:4]
     structure = structure_of(model.support)
@@ -206,11 +234,17 @@ def make_boom_servo(name: str, servo: Servo, nominal: Scene, base: AnyBase | Non
     for what, radius in (start, *trajectory_radii(nominal.trajectory)):
         if not min_radius <= radius <= max_radius:
             raise SceneError(
-                f"{what} {radius:.4g} m from the tower's axis; control.law = {name!r} drives the tip "
-                f"{min_radius:.4g} to {max_radius:.4g} m from it, at the height of {height:.4g} m at which it begins"
+                f"{what} {radius:.4g} m from the tower's axis; control.law = {name!r} drives the "
+                "tip "
+                f"{min_radius:.4g} to {max_radius:.4g} m from it, at the height of {height:.4g} m "
+                "at which it begins"
             )
-    boom_model = model._replace(cable=MotionRope(), energy_meter=None, base=base, force=None, wind=None, friction=None)
-    return BoomServo(servo.kp, servo.kd, height, (min_radius, max_radius), length, model.cable, boom_model)
+    boom_model = model._replace(
+        cable=MotionRope(), energy_meter=None, base=base, force=None, wind=None, friction=None
+    )
+    return BoomServo(
+        servo.kp, servo.kd, height, (min_radius, max_radius), length, model.cable, boom_model
+    )
 
 
 def radius_range(support: Knuckle, height: float) -> tuple[float, float]:
@@ -218,12 +252,16 @@ def radius_range(support: Knuckle, height: float) -> tuple[float, float]:
 
     They are the least and the greatest at which it can move in every direction.
 
-    At this height [m], in the base frame; without any such distance the greatest is smaller than the least.
+    At this height [m], in the base frame; without any such distance the greatest is smaller than
+    the least.
     """
     boom, jib = support.boom.length, support.jib.length
-    max_cosine = sqrt(1.0 - MIN_ELBOW_SINE * MIN_ELBOW_SINE)  # cosine of the angle between boom and jib
+    max_cosine = sqrt(
+        1.0 - MIN_ELBOW_SINE * MIN_ELBOW_SINE
+    )  # cosine of the angle between boom and jib
     folded, straight = (
-        boom * boom + jib * jib + 2.0 * boom * jib * k - height * height for k in (-max_cosine, max_cosine)
+        boom * boom + jib * jib + 2.0 * boom * jib * k - height * height
+        for k in (-max_cosine, max_cosine)
     )
     return max(MIN_RADIUS, sqrt(max(folded, 0.0))), sqrt(max(straight, 0.0))
 

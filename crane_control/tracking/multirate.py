@@ -1,7 +1,7 @@
 """A tracker that is sampled more slowly than its servo; its setpoint is held (zero-order hold).
 
-The two need not be one process: the inner loop is the same law without its tracker, which receives the setpoints that
-another process computes.
+The two need not be one process: the inner loop is the same law without its tracker, which receives
+the setpoints that another process computes.
 """
 
 from typing import Any, NamedTuple
@@ -53,7 +53,9 @@ class MultirateTracker(NamedTuple):
         self.held.setpoint[:] = demand
 
 
-def make_multirate(tracker: Tracker, rate: float | None, period: float) -> Tracker | MultirateTracker:
+def make_multirate(
+    tracker: Tracker, rate: float | None, period: float
+) -> Tracker | MultirateTracker:
     """Return the tracker, sampled `rate` times a second.
 
     It is sampled in every control period [s] where `rate` is None.
@@ -64,7 +66,9 @@ def make_multirate(tracker: Tracker, rate: float | None, period: float) -> Track
     if rate is None:
         return tracker
     if rate * period > 1.0 + TIME_TOLERANCE:
-        raise SceneError(f"control.tracker_rate = {rate:g}: must be at most 1 / period = {1.0 / period:g} Hz")
+        raise SceneError(
+            f"control.tracker_rate = {rate:g}: must be at most 1 / period = {1.0 / period:g} Hz"
+        )
     return MultirateTracker(tracker, tracker.pendulum, 1.0 / rate, _initial_setpoint())
 
 
@@ -84,7 +88,9 @@ def tip_setpoint(tracker, t, tip, y, dy):
         if tracker.tracker is not None:
             setpoint = compute_tip_setpoint(tracker.tracker, t, tip, y, dy)
         tracker.held.setpoint[:] = (*setpoint.x, *setpoint.v, *setpoint.a)
-        tracker.held.due[0] = (int(t / tracker.interval + TIME_TOLERANCE) + 1 - TIME_TOLERANCE) * tracker.interval
+        tracker.held.due[0] = (
+            int(t / tracker.interval + TIME_TOLERANCE) + 1 - TIME_TOLERANCE
+        ) * tracker.interval
     return setpoint
 
 

@@ -23,15 +23,20 @@ def nominal_pendulum(name: str, nominal: Scene) -> tuple[Pendulum, Trajectory]:
     """
     law = f"control.law = {name!r}"
     if nominal.crane not in ("pendulum", "knuckle"):
-        raise SceneError(f"{law}: is a law for the pendulum and the knuckle boom, not for crane = {nominal.crane!r}")
+        raise SceneError(
+            f"{law}: is a law for the pendulum and the knuckle boom, not for crane = "
+            f"{nominal.crane!r}"
+        )
     check_has_one_rope(name, nominal)
     if nominal.crane == "pendulum" and len(nominal.actuated) != 2:
         raise SceneError(
-            f"{law}: moves the suspension point in the horizontal plane only; take suspension.height: fixed"
+            f"{law}: moves the suspension point in the horizontal plane only; take "
+            "suspension.height: fixed"
         )
     if nominal.model.gravity <= 0.0:
         raise SceneError(
-            f"gravity = {nominal.model.gravity:g}: {law} needs gravity, without it nothing moves the payload"
+            f"gravity = {nominal.model.gravity:g}: {law} needs gravity, without it nothing moves "
+            "the payload"
         )
     path = nominal.trajectory
     has_one_coordinate = path is not None and len(path.coordinates) == 1
@@ -55,7 +60,8 @@ def make_tip_servo(
         base: the base's motion, None where it is not measured.
 
     Raises:
-        SceneError: both the law and the plant have a servo, or the boom cannot follow the trajectory.
+        SceneError: both the law and the plant have a servo, or the boom cannot follow the
+            trajectory.
     """
     if nominal.crane == "knuckle":
         return make_boom_servo(name, servo or Servo(), nominal, base)
@@ -63,7 +69,10 @@ def make_tip_servo(
     if plant_servo is None:
         return servo or Servo()
     if servo is not None:
-        raise SceneError("control.servo: the suspension has one itself; leave it out, or take drive: acceleration")
+        raise SceneError(
+            "control.servo: the suspension has one itself; leave it out, or take drive: "
+            "acceleration"
+        )
     return PositionServo(plant_servo.kp, plant_servo.kd)
 
 
@@ -72,13 +81,19 @@ def check_has_one_rope(law: str, nominal: Scene) -> None:
 
     `law` is the name of the law.
     """
-    if isinstance(nominal.model, FallsCrane):  # its joints are the position of the load, not swing angles
-        line = "supports only one rope and a point mass; the scene has falls, possible with them: lqr, joint_trajectory"
+    if isinstance(
+        nominal.model, FallsCrane
+    ):  # its joints are the position of the load, not swing angles
+        line = (
+            "supports only one rope and a point mass; the scene has falls, possible with them: "
+            "lqr, joint_trajectory"
+        )
         raise SceneError(f"control.law = {law!r}: {line}")
     if not isinstance(nominal.model, SuspendedCrane):
         return
     keys = ", ".join(getattr(nominal.file, "beyond_one_rope", ["links"]))
     raise SceneError(
-        f"control.nominal: law {law!r} supports only one rope and a point mass; the nominal scene has {keys}; "
-        "leave that out there, as {links: [], payload: {mass: ..., inertia: null, attachment: null}} does"
+        f"control.nominal: law {law!r} supports only one rope and a point mass; the nominal scene "
+        f"has {keys}; "
+        "leave that out there, as {links: [], payload: {mass: ..., inertia: null, attachment: null}} does"  # noqa: E501
     )

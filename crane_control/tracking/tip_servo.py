@@ -1,9 +1,10 @@
 """Tip servos: state of the cable below the suspension point, and the efforts that move this point.
 
-Equations are those of Smith & Egeland, "Nonparametric adaptive payload tracking for an offshore crane".
-A tip servo is the lowest loop of a tracking law: a `Servo` or a `PositionServo` of the crane `pendulum`, whose
-suspension point is driven, by accelerations [m/s²] or positions [m]; or a `knuckle_boom.BoomServo`. Vectors are in the
-axes of the base and relative to it; the horizontal ones have the components x and y of the base.
+Equations are those of Smith & Egeland, "Nonparametric adaptive payload tracking for an offshore
+crane". A tip servo is the lowest loop of a tracking law: a `Servo` or a `PositionServo` of the
+crane `pendulum`, whose suspension point is driven, by accelerations [m/s²] or positions [m]; or a
+`knuckle_boom.BoomServo`. Vectors are in the axes of the base and relative to it; the horizontal
+ones have the components x and y of the base.
 """
 
 from typing import Any, NamedTuple, Protocol
@@ -47,7 +48,9 @@ class CableState(NamedTuple):
     dpayload: tuple[float, float]  # m/s
     n: tuple[float, float, float]  # unit vector from the suspension point to the payload
     dn: tuple[float, float, float]  # 1/s, derivative of n
-    crane_state: tuple[Any, Any] | None  # (support state, payload state) of the nominal crane that carries the
+    crane_state: (
+        tuple[Any, Any] | None
+    )  # (support state, payload state) of the nominal crane that carries the
     # suspension point; None where the point itself is driven
 
 
@@ -58,7 +61,15 @@ def driven_cable_state(servo, length, q, v):
     """
     n, dn = (q[3], q[4], q[5]), (v[3], v[4], v[5])
     payload = (q[0] + length * n[0], q[1] + length * n[1])
-    return CableState((q[0], q[1]), (v[0], v[1]), payload, (v[0] + length * dn[0], v[1] + length * dn[1]), n, dn, None)
+    return CableState(
+        (q[0], q[1]),
+        (v[0], v[1]),
+        payload,
+        (v[0] + length * dn[0], v[1] + length * dn[1]),
+        n,
+        dn,
+        None,
+    )
 
 
 def compute_tracking_acceleration(servo, setpoint, cable):
@@ -101,5 +112,8 @@ class PositionServo(NamedTuple):
         Its acceleration of the point is then the one of the setpoint.
         """
         x, v, a = setpoint
-        lead, per_kp = self.kd / self.kp, 1.0 / self.kp  # s, s²: x + kd/kp v + 1/kp a, the servo's law inverted
+        lead, per_kp = (
+            self.kd / self.kp,
+            1.0 / self.kp,
+        )  # s, s²: x + kd/kp v + 1/kp a, the servo's law inverted
         return x[0] + lead * v[0] + per_kp * a[0], x[1] + lead * v[1] + per_kp * a[1]

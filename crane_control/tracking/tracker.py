@@ -1,9 +1,10 @@
 """Cartesian tracking of a payload on a suspension point (Smith & Egeland, eq. 64, 67, 74).
 
-Horizontal coordinates relative to the base: y of the payload, tip of the suspension point, L the cable's length. For
-small accelerations of the tip y'' = ω² (tip - y), ω the pendulum frequency (Oz in the paper), ω² = g Lz / L², Lz the
-height of the tip above the payload, so the tip's setpoint is y + w / ω², w the desired acceleration of the payload:
-w = yd'' - kd (y' - yd') - kp (y - yd) + u, u the compensation of an estimated disturbance.
+Horizontal coordinates relative to the base: y of the payload, tip of the suspension point, L the
+cable's length. For small accelerations of the tip y'' = ω² (tip - y), ω the pendulum frequency (Oz
+in the paper), ω² = g Lz / L², Lz the height of the tip above the payload, so the tip's setpoint is
+y + w / ω², w the desired acceleration of the payload: w = yd'' - kd (y' - yd') - kp (y - yd) + u, u
+the compensation of an estimated disturbance.
 """
 
 from math import sqrt
@@ -16,7 +17,8 @@ from crane_sim.numerics.jit import routine
 from crane_sim.trajectories.trajectory import Trajectory, higher_derivatives_at, reference_at
 
 INITIAL_DAMPING = 0.2  # -, damping ratio that the gains give at the start of a ramp
-MIN_HEIGHT_RATIO = 0.1  # of Lz / L, its lower bound: for a horizontal cable the setpoint of the tip would be infinite
+# of Lz / L, its lower bound: for a horizontal cable the setpoint of the tip would be infinite
+MIN_HEIGHT_RATIO = 0.1
 
 
 class Pendulum(NamedTuple):
@@ -33,7 +35,9 @@ class Gains(NamedTuple):
     kd: float  # 1/s
     velocity: float  # 1: the setpoint's velocity is fed forward, 0: it is not
     acceleration: float  # likewise the reference's acceleration
-    ramp: float  # s, in which kp and kd rise to their values, from ω² and 0.4 ω: with those the tip's setpoint is the
+    # s, in which kp and kd rise to their values, from ω² and 0.4 ω: with those the tip's setpoint
+    # is the
+    ramp: float
     # payload's reference plus damping and feedforward
 
 
@@ -44,14 +48,16 @@ class Tracker(NamedTuple):
     gains: Gains
     trajectory: Trajectory
     camera: Any  # None: the payload is measured exactly
-    disturbance_estimator: Any  # learner or observer, whose `estimate(pendulum, sample, measurement)` is an `Estimate`,
+    # learner or observer, whose `estimate(pendulum, sample, measurement)` is an `Estimate`,
+    disturbance_estimator: Any
     # or None
     base: Any  # the base's motion, if that is measured and fed forward, or None
 
     def with_initial_state(self) -> "Tracker":
         """Return the tracker with its initial state."""
         return self._replace(
-            camera=with_initial_state(self.camera), disturbance_estimator=with_initial_state(self.disturbance_estimator)
+            camera=with_initial_state(self.camera),
+            disturbance_estimator=with_initial_state(self.disturbance_estimator),
         )
 
 
@@ -89,7 +95,9 @@ def estimate(estimator, pendulum, sample, measurement):
     """
     if estimator is not None:
         return estimator.estimate(pendulum, sample, measurement)
-    return Estimate(measurement.position, measurement.velocity, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 1.0))
+    return Estimate(
+        measurement.position, measurement.velocity, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 1.0)
+    )
 
 
 def base_acceleration(base, gravity, t):
@@ -118,14 +126,23 @@ def compute_tip_setpoint(tracker, t, tip, y, dy):
 
     The state of camera and estimator is updated.
     """
-    (x, v, a), (jerk, _) = reference_at(tracker.trajectory, t), higher_derivatives_at(tracker.trajectory, t)
+    (x, v, a), (jerk, _) = (
+        reference_at(tracker.trajectory, t),
+        higher_derivatives_at(tracker.trajectory, t),
+    )
     goal = ((x[0], x[1]), (v[0], v[1]), (a[0], a[1]))
     measurement = measure(tracker.camera, t, y, dy)
-    estimates = estimate(tracker.disturbance_estimator, tracker.pendulum, Sample(t, tip, goal), measurement)
+    estimates = estimate(
+        tracker.disturbance_estimator, tracker.pendulum, Sample(t, tip, goal), measurement
+    )
     gravity, base_acc = base_acceleration(tracker.base, tracker.pendulum.gravity, t)
     length = tracker.pendulum.length
-    omega_sq0 = pendulum_omega_sq(length / estimates.length_ratio[0], gravity, estimates.position, tip)
-    omega_sq1 = pendulum_omega_sq(length / estimates.length_ratio[1], gravity, estimates.position, tip)
+    omega_sq0 = pendulum_omega_sq(
+        length / estimates.length_ratio[0], gravity, estimates.position, tip
+    )
+    omega_sq1 = pendulum_omega_sq(
+        length / estimates.length_ratio[1], gravity, estimates.position, tip
+    )
     x0, v0 = axis_setpoint(tracker.gains, t, omega_sq0, estimates, tip, goal, jerk, base_acc, 0)
     x1, v1 = axis_setpoint(tracker.gains, t, omega_sq1, estimates, tip, goal, jerk, base_acc, 1)
     forward = tracker.gains.acceleration
@@ -147,9 +164,17 @@ def axis_setpoint(gains, t, omega_sq, estimates, tip, goal, jerk, base_acc, i):
     """
     acceleration = omega_sq * (tip[i] - estimates.position[i]) + estimates.d[i] + base_acc[i]
     e, de = estimates.position[i] - goal[0][i], estimates.velocity[i] - goal[1][i]
-    (factor, factor_rate), initial_kd = compute_ramp(gains.ramp, t), 2.0 * INITIAL_DAMPING * sqrt(omega_sq)
-    kp, kd = factor * gains.kp + (1.0 - factor) * omega_sq, factor * gains.kd + (1.0 - factor) * initial_kd
+    (factor, factor_rate), initial_kd = (
+        compute_ramp(gains.ramp, t),
+        2.0 * INITIAL_DAMPING * sqrt(omega_sq),
+    )
+    kp, kd = (
+        factor * gains.kp + (1.0 - factor) * omega_sq,
+        factor * gains.kd + (1.0 - factor) * initial_kd,
+    )
     w = goal[2][i] - kd * de - kp * e + estimates.u[i] - base_acc[i]
     rate = jerk[i] + estimates.du[i] - kd * (acceleration - goal[2][i]) - kp * de
     rate -= factor_rate * ((gains.kd - initial_kd) * de + (gains.kp - omega_sq) * e)
-    return estimates.position[i] + w / omega_sq, gains.velocity * (estimates.velocity[i] + rate / omega_sq)
+    return estimates.position[i] + w / omega_sq, gains.velocity * (
+        estimates.velocity[i] + rate / omega_sq
+    )

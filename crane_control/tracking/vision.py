@@ -2,8 +2,8 @@
 
 The velocity is by backward difference.
 
-Between frames the measurement is held. The noise is drawn before the run, which keeps runs repeatable and the compiled
-law free of a random generator.
+Between frames the measurement is held. The noise is drawn before the run, which keeps runs
+repeatable and the compiled law free of a random generator.
 """
 
 from math import exp, inf, pi
@@ -26,7 +26,9 @@ class CameraSettings(NamedTuple):
     Velocities are by backward difference.
     """
 
-    rate: Annotated[Positive, Field(le=1e4)] = 30.0  # Hz, of frames, between which the measurement is held
+    rate: Annotated[Positive, Field(le=1e4)] = (
+        30.0  # Hz, of frames, between which the measurement is held
+    )
     noise: NonNegative = 0.002  # m, standard deviation of each coordinate
     latency: Annotated[NonNegative, Field(le=60.0)] = 0.0  # s, from a frame to its use
     low_pass: Positive | None = 5.0  # Hz, corner of the first-order filter; `null`: no filter
@@ -36,8 +38,10 @@ class CameraSettings(NamedTuple):
 class CameraState(NamedTuple):
     """State of the camera; times in s, from the start of the run."""
 
-    counts: Any  # (3,) int64: frames taken, frames used, index of the interval in which the next frame is due
-    queue: Any  # (n, 3): time taken [s], x, y [m] of frames that are delayed by the latency; a ring buffer
+    # (3,) int64: frames taken, frames used, index of the interval in which the next frame is due
+    counts: Any
+    # (n, 3): time taken [s], x, y [m] of frames that are delayed by the latency; a ring buffer
+    queue: Any
     last_used_frame: Any  # (3,) time taken [s], x, y [m]
     filtered: Any  # (4,) x, y [m], their rates [m/s]
 
@@ -47,7 +51,9 @@ class Camera(NamedTuple):
 
     interval: float  # s, between frames
     latency: float  # s
-    corner_rad_s: float  # rad/s, corner frequency of the low-pass filter; infinite where there is none
+    corner_rad_s: (
+        float  # rad/s, corner frequency of the low-pass filter; infinite where there is none
+    )
     noise_std: float  # m, standard deviation of the noise of each coordinate
     noise_samples: Any  # (frames, 2) m, noise of each frame
     state: CameraState
@@ -78,12 +84,17 @@ def make_camera(settings: CameraSettings | None, nominal: Scene) -> Camera | Non
     frames = int(np.ceil(nominal.duration * settings.rate)) + 2
     if frames > MAX_FRAMES:
         raise SceneError(
-            f"control.vision.rate = {settings.rate:g}: makes {frames:.0f} frames, at most {MAX_FRAMES:.0e}"
+            f"control.vision.rate = {settings.rate:g}: makes {frames:.0f} frames, at most "
+            f"{MAX_FRAMES:.0e}"
         )
     noise = np.random.default_rng(settings.seed).normal(0.0, settings.noise, (frames, 2))
     corner_rad_s = inf if settings.low_pass is None else 2.0 * pi * settings.low_pass
-    size = int(np.ceil(settings.latency * settings.rate)) + 2  # frames within the latency at one time, at most
-    return Camera(1.0 / settings.rate, settings.latency, corner_rad_s, settings.noise, noise, _empty(size))
+    size = (
+        int(np.ceil(settings.latency * settings.rate)) + 2
+    )  # frames within the latency at one time, at most
+    return Camera(
+        1.0 / settings.rate, settings.latency, corner_rad_s, settings.noise, noise, _empty(size)
+    )
 
 
 def _empty(size: int) -> CameraState:
@@ -103,14 +114,25 @@ def take_frame(camera, t, position):
     counts, queue, last_used_frame, filtered = camera.state
     tolerance = 1e-9 * camera.interval  # rounding of the times
     if t >= counts[2] * camera.interval - tolerance:
-        row, noise = counts[0] % len(queue), camera.noise_samples[counts[0] % len(camera.noise_samples)]
-        queue[row, 0], queue[row, 1], queue[row, 2] = t, position[0] + noise[0], position[1] + noise[1]
-        if counts[0] == 0:  # a first frame without latency: the payload's position before the run is known
+        row, noise = (
+            counts[0] % len(queue),
+            camera.noise_samples[counts[0] % len(camera.noise_samples)],
+        )
+        queue[row, 0], queue[row, 1], queue[row, 2] = (
+            t,
+            position[0] + noise[0],
+            position[1] + noise[1],
+        )
+        if (
+            counts[0] == 0
+        ):  # a first frame without latency: the payload's position before the run is known
             filter_frame(camera, queue[row])
         counts[0] += 1
         counts[2] = int(t / camera.interval + 1e-9) + 1
     new = False
-    while counts[1] < counts[0] and t >= queue[counts[1] % len(queue), 0] + camera.latency - tolerance:
+    while (
+        counts[1] < counts[0] and t >= queue[counts[1] % len(queue), 0] + camera.latency - tolerance
+    ):
         filter_frame(camera, queue[counts[1] % len(queue)])
         counts[1] += 1
         new = True

@@ -44,13 +44,22 @@ def _run() -> int:
         return _fail(str(error), 1)
     except MemoryError:
         return _fail("the run does not fit into memory; shorten its duration", 1)
-    except (ArithmeticError, LookupError, TypeError, ValueError) as error:  # a gap in the checks: still one line
-        return _fail(f"unforeseen {type(error).__name__}: {error}; please report the scene that led here", 1)
+    except (
+        ArithmeticError,
+        LookupError,
+        TypeError,
+        ValueError,
+    ) as error:  # a gap in the checks: still one line
+        return _fail(
+            f"unforeseen {type(error).__name__}: {error}; please report the scene that led here", 1
+        )
 
 
 def _fail_by_usage(error: "click.ClickException") -> int:
     """Print what click says of a command line; return the exit code."""
-    if type(error).__name__ == "NoArgsIsHelpError":  # older versions of click print the usage themselves
+    if (
+        type(error).__name__ == "NoArgsIsHelpError"
+    ):  # older versions of click print the usage themselves
         print(error.format_message(), file=sys.stderr)
         return 2
     return _fail(error.format_message(), 2)
@@ -84,7 +93,11 @@ def _show_warning(
     from crane_sim.files.errors import RenameWarning
 
     own = issubclass(category, RenameWarning)
-    text = f"crane: warning: {message}\n" if own else warnings.formatwarning(message, category, filename, lineno, line)
+    text = (
+        f"crane: warning: {message}\n"
+        if own
+        else warnings.formatwarning(message, category, filename, lineno, line)
+    )
     print(text, file=file or sys.stderr, end="")
 
 

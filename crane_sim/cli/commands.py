@@ -38,7 +38,9 @@ if TYPE_CHECKING:
 
 
 @click.group(cls=Application, context_settings=HELP)
-@click.version_option(None, "-V", "--version", package_name="crane_sim", message="crane_sim %(version)s")
+@click.version_option(
+    None, "-V", "--version", package_name="crane_sim", message="crane_sim %(version)s"
+)
 def app() -> None:
     """A crane simulator of ROS 2 nodes: accurate, fast, and bit for bit repeatable.
 
@@ -62,7 +64,9 @@ def run_scene(scene: str, as_json: bool, **scene_changes: Any) -> None:
         compile_scene(loaded, braking=options.mode == "realtime")
     arguments["compile_time"] = report.compile_time()
     with report.progress(loaded, quiet=as_json or not sys.stderr.isatty()) as reporter:
-        summary = orchestration.run(loaded, on_progress=reporter.update, on_news=reporter.log, **arguments)
+        summary = orchestration.run(
+            loaded, on_progress=reporter.update, on_news=reporter.log, **arguments
+        )
     process_signals.exit_now(report.print_outcome(dict(loaded.notes) | summary, loaded, as_json))
 
 
@@ -78,7 +82,9 @@ def drive(arguments: tuple[str, ...]) -> None:
 @app.command()
 @scene_options
 @click.option(
-    "--record", type=click.Path(path_type=Path), help="Write the run as a recording FILE.rrd; `crane run` always does."
+    "--record",
+    type=click.Path(path_type=Path),
+    help="Write the run as a recording FILE.rrd; `crane run` always does.",
 )
 def simulate(scene: str, as_json: bool, record: Path | None, **changes: Any) -> None:
     """Run a scene in one process, without ROS: the same numbers, bit for bit, as a lockstep run."""
@@ -102,7 +108,10 @@ def simulate(scene: str, as_json: bool, record: Path | None, **changes: Any) -> 
 @app.command()
 @click.argument("runs", nargs=-1, type=click.Path(path_type=Path), metavar="[RUN ...]")
 @click.option(
-    "-o", "--output", type=click.Path(path_type=Path), help="A .png (default: the recording's name), .pdf or .svg."
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="A .png (default: the recording's name), .pdf or .svg.",
 )
 def plot(runs: tuple[Path, ...], output: Path | None) -> None:
     """Draw the curves of a recorded run, RUN or the newest.
@@ -127,13 +136,19 @@ def plot(runs: tuple[Path, ...], output: Path | None) -> None:
 
 @app.command("report")
 @click.argument("run", required=False, type=click.Path(path_type=Path))
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="A .html (default: the recording's name).")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="A .html (default: the recording's name).",
+)
 def write_report(run: Path | None, output: Path | None) -> None:
     """Write a recorded run, RUN or the newest, as one HTML page that plays it.
 
     The page needs neither a network nor any other file.
 
-    RUN may be the folder of a study: the page then has its distributions, differences and worst runs.
+    RUN may be the folder of a study: the page then has its distributions, differences and worst
+    runs.
     """
     from crane_sim.report.page import save_page
 
@@ -158,7 +173,8 @@ def write_report(run: Path | None, output: Path | None) -> None:
 def scenes(as_json: bool) -> None:
     """List the catalogue, one line each."""
     descriptions = {
-        name: yaml.safe_load(file.read_text()).get("description", "") for name, file in scene_files().items()
+        name: yaml.safe_load(file.read_text()).get("description", "")
+        for name, file in scene_files().items()
     }
     if as_json:
         print(json.dumps(descriptions))
@@ -169,9 +185,16 @@ def scenes(as_json: bool) -> None:
 @app.command()
 @click.argument("file")
 @change_options
-@click.option("--ros2-control", "urdf", type=click.Path(path_type=Path), help="Its <ros2_control> tag is checked, too.")
 @click.option(
-    "--namespace", default="", help="Namespace of the run that the tag is for, / the root (default: the crane's name)."
+    "--ros2-control",
+    "urdf",
+    type=click.Path(path_type=Path),
+    help="Its <ros2_control> tag is checked, too.",
+)
+@click.option(
+    "--namespace",
+    default="",
+    help="Namespace of the run that the tag is for, / the root (default: the crane's name).",
 )
 def check(file: str, urdf: Path | None, namespace: str, **changes: Any) -> None:
     """Validate a scene file, and with --ros2-control URDF the tag of ros2_control for its crane."""

@@ -24,8 +24,18 @@ if TYPE_CHECKING:
 
 @click.command("compare")
 @click.argument("runs", nargs=-1, required=True, metavar="RUN RUN ...")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write all runs in one scene: .html or .rrd.")
-@click.option("--laws", default="", metavar="A,B,...", help="Simulate the SCENE given as RUN with each law first.")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="Write all runs in one scene: .html or .rrd.",
+)
+@click.option(
+    "--laws",
+    default="",
+    metavar="A,B,...",
+    help="Simulate the SCENE given as RUN with each law first.",
+)
 @as_json_option
 def compare_runs(runs: tuple[str, ...], output: Path | None, laws: str, as_json: bool) -> None:
     """Compare runs of one crane with the first: recordings, or the laws of --laws on one scene."""
@@ -73,13 +83,19 @@ def _save(comparison: Comparison, output: Path) -> None:
 def _law_names(laws: str, runs: Sequence[str]) -> list[str]:
     names = [name.strip() for name in laws.split(",") if name.strip()]
     if len(runs) != 1:
-        raise SceneError(f"--laws = {laws!r}: takes one SCENE, here are {len(runs)}: {', '.join(runs)}")
+        raise SceneError(
+            f"--laws = {laws!r}: takes one SCENE, here are {len(runs)}: {', '.join(runs)}"
+        )
     if len(set(names)) < max(2, len(names)):
-        raise SceneError(f"--laws = {laws!r}: must be two different laws or more, with commas between them")
+        raise SceneError(
+            f"--laws = {laws!r}: must be two different laws or more, with commas between them"
+        )
     return names
 
 
-def _simulate(source: str, laws: Sequence[str], quiet: bool) -> tuple[dict[str, Rollout], list[str]]:
+def _simulate(
+    source: str, laws: Sequence[str], quiet: bool
+) -> tuple[dict[str, Rollout], list[str]]:
     """Return a scene's runs by law, all validated first, and a line for each law that failed.
 
     A run whose integration failed ends at the failure; of one whose law failed nothing is left.
@@ -122,7 +138,10 @@ def print_comparison(comparison: Comparison) -> None:
     print_table(console, title, head, _difference_rows(comparison))
     for name, left_out in zip(others, comparison.not_compared, strict=True):
         if left_out:
-            line = f"{name}, not compared, has no finite values in one of the runs: {', '.join(left_out)}"
+            line = (
+                f"{name}, not compared, has no finite values in one of the runs: "
+                f"{', '.join(left_out)}"
+            )
             print_line(console, line)
 
 
@@ -130,7 +149,9 @@ def _print_metrics(comparison: Comparison, console: Console) -> None:
     """Print the metrics of every run, and their differences from the first."""
     first, *others = comparison.names
     head = ("metric", *comparison.names, *(f"{name} − {first}" for name in others), "unit")
-    metrics = (metric_row(key, comparison.runs, values) for key, values in comparison.metrics.items())
+    metrics = (
+        metric_row(key, comparison.runs, values) for key, values in comparison.metrics.items()
+    )
     print_table(console, "metrics", head, ((label, *shown, unit) for label, unit, shown in metrics))
 
 

@@ -35,13 +35,20 @@ def _failures() -> Iterator[Unusual]:
 
 def _failed_node() -> Iterator[Unusual]:
     """Yield why a node does not start."""
-    from crane_sim.orchestration.ros_environment import node_environment, reserve_domain  # here: slow to import
+    from crane_sim.orchestration.ros_environment import (
+        node_environment,
+        reserve_domain,
+    )  # here: slow to import
 
     with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder, reserve_domain() as domain:
         environment = node_environment(domain, Path(folder))
         try:
             node = subprocess.run(
-                [sys.executable, "-c", _NODE], env=environment, capture_output=True, text=True, timeout=_START_TIMEOUT
+                [sys.executable, "-c", _NODE],
+                env=environment,
+                capture_output=True,
+                text=True,
+                timeout=_START_TIMEOUT,
             )
         except subprocess.TimeoutExpired:
             yield Unusual("ROS", f"a node did not start within {_START_TIMEOUT:g} s")
@@ -61,7 +68,11 @@ def _unusual_cache() -> Iterator[Unusual]:
         with tempfile.TemporaryFile(dir=folder) as file:
             file.write(bytes(1 << 20))
     except OSError as error:
-        yield Unusual("compiled code", f"is not kept, every process compiles: {folder}: {error.strerror}")
+        yield Unusual(
+            "compiled code", f"is not kept, every process compiles: {folder}: {error.strerror}"
+        )
         return
     if not folder.is_relative_to(cache_root()):
-        yield Unusual("compiled code", f"is kept in {folder}, since {cache_root()} cannot be written")
+        yield Unusual(
+            "compiled code", f"is kept in {folder}, since {cache_root()} cannot be written"
+        )

@@ -13,7 +13,12 @@ from crane_sim.cli import report
 from crane_sim.cli.help_lines import HELP
 from crane_sim.cli.operator_console import OperatorConsole, format_lever_note, make_lever_table
 from crane_sim.cli.run_options import RunOptions, drive_options
-from crane_sim.cli.scene_options import DEFAULT_SCENE, as_json_option, compile_scene, load_scene_with_options
+from crane_sim.cli.scene_options import (
+    DEFAULT_SCENE,
+    as_json_option,
+    compile_scene,
+    load_scene_with_options,
+)
 from crane_sim.cli.tables import print_line
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.operator.drives import LAW_GROUPS, driven_joints, with_operator_drives
@@ -27,16 +32,48 @@ _TOPIC = re.compile(r"(~/|/)?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)  # the rul
 _OPTIONS = (
     click.argument("scene", default=DEFAULT_SCENE),
     click.option(
-        "--input", "device", default="keyboard", help=f"The device: {' | '.join(DEVICES)} (default keyboard)."
+        "--input",
+        "device",
+        default="keyboard",
+        help=f"The device: {' | '.join(DEVICES)} (default keyboard).",
     ),
-    click.option("--gamepad", default="", metavar="FILE", help="Of --input gamepad: its device (default: the first)."),
-    click.option("--joy-topic", metavar="TOPIC", help="Of --input joy: topic of sensor_msgs/Joy (default /joy)."),
-    click.option("--map", "mapping", multiple=True, metavar="NAME=N", help="Axis N of a joint, -N inverted; a button."),
-    click.option("--speed", "speeds", multiple=True, metavar="JOINT=V", help="Largest speed of a joint, m/s or rad/s."),
+    click.option(
+        "--gamepad",
+        default="",
+        metavar="FILE",
+        help="Of --input gamepad: its device (default: the first).",
+    ),
+    click.option(
+        "--joy-topic",
+        metavar="TOPIC",
+        help="Of --input joy: topic of sensor_msgs/Joy (default /joy).",
+    ),
+    click.option(
+        "--map",
+        "mapping",
+        multiple=True,
+        metavar="NAME=N",
+        help="Axis N of a joint, -N inverted; a button.",
+    ),
+    click.option(
+        "--speed",
+        "speeds",
+        multiple=True,
+        metavar="JOINT=V",
+        help="Largest speed of a joint, m/s or rad/s.",
+    ),
     click.option("--assist", is_flag=True, help="Begin with the assistance against swing."),
-    click.option("--duration", type=float, help="Simulated seconds (default 3600, or until you end it)."),
+    click.option(
+        "--duration", type=float, help="Simulated seconds (default 3600, or until you end it)."
+    ),
     click.option("--seed", type=int, help="Seed of all random numbers."),
-    click.option("--set", "settings", multiple=True, metavar="GROUP.KEY=VALUE", help="Override a value of the scene."),
+    click.option(
+        "--set",
+        "settings",
+        multiple=True,
+        metavar="GROUP.KEY=VALUE",
+        help="Override a value of the scene.",
+    ),
     as_json_option,
 )
 
@@ -55,13 +92,18 @@ def drive(scene: str, as_json: bool, **given: Any) -> None:
     """Drive a crane by hand, in real time: by keyboard, gamepad or sensor_msgs/Joy."""
     from crane_sim import orchestration
 
-    options = RunOptions.of_drive({name: given.pop(name) for name in RunOptions._fields if name in given})
+    options = RunOptions.of_drive(
+        {name: given.pop(name) for name in RunOptions._fields if name in given}
+    )
     options.check()
     _check_device(given)
     _check_settings(given["settings"])
     loaded = load_scene_with_options(scene, seed=given["seed"], settings=given["settings"])
     arguments = options.arguments(loaded.name)
-    speeds, assignment = _parse_speeds(given["speeds"]), make_lever_assignment(loaded.actuated, given["mapping"])
+    speeds, assignment = (
+        _parse_speeds(given["speeds"]),
+        make_lever_assignment(loaded.actuated, given["mapping"]),
+    )
     with report.compiling(quiet=as_json):
         ready = with_operator_drives(loaded, given["duration"], speeds)
         compile_scene(ready.with_external_commands(), braking=True)
@@ -80,7 +122,9 @@ def _check_settings(settings: Sequence[str]) -> None:
     for setting in settings:
         group = setting.partition("=")[0].partition(".")[0]
         if group in LAW_GROUPS:
-            raise SceneError(f"--set {setting}: {group} is left out, since an operator commands the crane")
+            raise SceneError(
+                f"--set {setting}: {group} is left out, since an operator commands the crane"
+            )
         if group == "duration":
             raise SceneError(f"--set {setting}: the length of a run by hand is --duration")
 
@@ -91,16 +135,29 @@ def _check_device(given: Mapping[str, Any]) -> None:
     if device not in DEVICES:
         raise SceneError(f"--input = {device!r}: possible: {', '.join(DEVICES)}")
     if device == "keyboard" and not sys.stdin.isatty():
-        raise SceneError("--input keyboard: needs a terminal, and the input is none; possible: gamepad, joy")
+        raise SceneError(
+            "--input keyboard: needs a terminal, and the input is none; possible: gamepad, joy"
+        )
     if device == "gamepad" and find_spec("evdev") is None:
         raise SceneError(f"--input gamepad: {MISSING}")
-    for option, value, owner in (("--gamepad", given["gamepad"], "gamepad"), ("--joy-topic", topic, "joy")):
+    for option, value, owner in (
+        ("--gamepad", given["gamepad"], "gamepad"),
+        ("--joy-topic", topic, "joy"),
+    ):
         if value and device != owner:
-            raise SceneError(f"{option} {value}: belongs to --input {owner}, here is --input {device}")
+            raise SceneError(
+                f"{option} {value}: belongs to --input {owner}, here is --input {device}"
+            )
     if given["mapping"] and device == "keyboard":
-        raise SceneError(f"--map {given['mapping'][0]}: belongs to --input gamepad or joy, here is --input keyboard")
+        raise SceneError(
+            f"--map {given['mapping'][0]}: belongs to --input gamepad or joy, here is --input "
+            "keyboard"
+        )
     if topic is not None and not _TOPIC.fullmatch(topic):
-        raise SceneError(f"--joy-topic {topic!r}: is no topic's name; possible: letters, digits, _ and /, such as /joy")
+        raise SceneError(
+            f"--joy-topic {topic!r}: is no topic's name; possible: letters, digits, _ and /, such "
+            "as /joy"
+        )
 
 
 def _parse_speeds(speeds: Sequence[str]) -> dict[str, float]:
@@ -114,10 +171,16 @@ def _parse_speeds(speeds: Sequence[str]) -> dict[str, float]:
     return parsed
 
 
-def _open_console(scene: Any, assignment: Assignment, given: dict[str, Any], as_json: bool) -> OperatorConsole:
+def _open_console(
+    scene: Any, assignment: Assignment, given: dict[str, Any], as_json: bool
+) -> OperatorConsole:
     """Print the table of levers; return the console, closed."""
     joints, device = driven_joints(scene), given["device"]
-    parameters = {"device": device, "joy_topic": given["joy_topic"] or DEFAULT_TOPIC, "gamepad": given["gamepad"]}
+    parameters = {
+        "device": device,
+        "joy_topic": given["joy_topic"] or DEFAULT_TOPIC,
+        "gamepad": given["gamepad"],
+    }
     parameters |= {"mapping": ",".join(given["mapping"]), "assistance": given["assist"]}
     console = OperatorConsole(parameters, scene.name, joints, as_json)
     console.console.print(make_lever_table(joints, assignment, device))
@@ -129,4 +192,7 @@ def _describe_drives(scene: Any, operated_scene: Any) -> str:
     """Return one line on the drives that the operator has in place of the scene's own."""
     kinds = zip(scene.actuated, scene.commands, operated_scene.commands, strict=True)
     changed = [joint for joint, before, after in kinds if before != after]
-    return f"drives by speed in place of the scene's own: {', '.join(changed) or 'none'} (docs/operator.md)"
+    return (
+        f"drives by speed in place of the scene's own: {', '.join(changed) or 'none'} "
+        "(docs/operator.md)"
+    )

@@ -49,7 +49,9 @@ class CommandGroup(click.Group):
         for name in names:
             try:
                 command = self.get_command(ctx, name)
-            except SceneError as error:  # of an installed package, which must not cost the others their help
+            except (
+                SceneError
+            ) as error:  # of an installed package, which must not cost the others their help
                 click.echo(f"crane: warning: {error}", err=True)
                 continue
             if command is not None:
@@ -92,7 +94,9 @@ def _find_command(name: str) -> click.Command | None:
                 return entry.load()
             except Exception as error:  # whatever the package does as it is imported
                 line = f"{type(error).__name__}: {error}".splitlines()[0]
-                raise SceneError(f"command {name}: {entry.value} cannot be imported: {line}") from None
+                raise SceneError(
+                    f"command {name}: {entry.value} cannot be imported: {line}"
+                ) from None
     return None
 
 

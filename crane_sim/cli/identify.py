@@ -26,12 +26,25 @@ if TYPE_CHECKING:
 @click.command("identify")
 @click.argument("scene")
 @click.argument("run", type=click.Path(path_type=Path))
-@click.option("--parameters", required=True, metavar="KEY,KEY", help="Numbers of the scene, by dotted keys.")
-@click.option("--joints", metavar="NAME,NAME", help="Joints whose positions count (default: all measured).")
-@click.option("--segment", type=float, help="Length of the parts of the run [s] (default: 5).")
-@click.option("--set", "settings", multiple=True, metavar="GROUP.KEY=VALUE", help="Another first guess, or any value.")
 @click.option(
-    "-o", "--output", type=click.Path(path_type=Path), help="Folder (default: runs/identify-NAME of the run)."
+    "--parameters", required=True, metavar="KEY,KEY", help="Numbers of the scene, by dotted keys."
+)
+@click.option(
+    "--joints", metavar="NAME,NAME", help="Joints whose positions count (default: all measured)."
+)
+@click.option("--segment", type=float, help="Length of the parts of the run [s] (default: 5).")
+@click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="GROUP.KEY=VALUE",
+    help="Another first guess, or any value.",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="Folder (default: runs/identify-NAME of the run).",
 )
 @as_json_option
 def identify_parameters(
@@ -62,7 +75,11 @@ def identify_parameters(
         found = identify(loaded, run, _names(parameters), joints=_names(joints or ""), **options)
     files = _save(found, folder)
     if as_json:
-        print(json.dumps(report.json_value(found.to_dict()) | {"files": [str(file) for file in files]}))
+        print(
+            json.dumps(
+                report.json_value(found.to_dict()) | {"files": [str(file) for file in files]}
+            )
+        )
     else:
         print_identification(found, Console())
         print(*files, sep="\n")
@@ -76,7 +93,9 @@ def _save(found: Identification, folder: Path) -> list[Path]:
     """Write the scene with the estimates, results and picture into a folder; return the files."""
     from crane_sim.report.identification_figure import save_identification_figure
 
-    scene, estimate, picture = (folder / name for name in ("scene.yaml", "estimate.json", "fit.png"))
+    scene, estimate, picture = (
+        folder / name for name in ("scene.yaml", "estimate.json", "fit.png")
+    )
     units = dict(zip(found.guess.joint_names, found.guess.joint_units, strict=True))
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -92,12 +111,16 @@ def print_identification(found: Identification, console: Console) -> None:
     """Print estimates and the scene's values, correlation, residuals of joints, and warnings."""
     head = ("parameter", "scene", "estimate", "from", "to", "deviation")
     rows = [
-        (e.key, *(f"{x:.6g}" for x in (e.start, e.value, e.low, e.high)), f"{e.deviation:.2g}") for e in found.estimates
+        (e.key, *(f"{x:.6g}" for x in (e.start, e.value, e.low, e.high)), f"{e.deviation:.2g}")
+        for e in found.estimates
     ]
     print_table(console, "estimates, 95 % intervals", head, rows)
     if len(found.estimates) > 1:
         keys = [each.key for each in found.estimates]
-        rows = [(key, *(f"{x:.2f}" for x in row)) for key, row in zip(keys, found.correlation, strict=True)]
+        rows = [
+            (key, *(f"{x:.2f}" for x in row))
+            for key, row in zip(keys, found.correlation, strict=True)
+        ]
         print_table(console, "", ("correlation", *keys), rows)
     residuals = ", ".join(f"{name} {rms:.3g}" for name, rms in found.residual.items())
     samples = f"{len(found.data.t)} samples in {len(found.segments)} segments"

@@ -19,13 +19,16 @@ from crane_sim.interfaces.packages import USES, Package, choose
 
 @click.command()
 @click.argument("packages", nargs=-1)
-@click.option("--check", is_flag=True, help="Build nothing: only list what is there and from where.")
+@click.option(
+    "--check", is_flag=True, help="Build nothing: only list what is there and from where."
+)
 def interfaces(packages: tuple[str, ...], check: bool) -> None:
     """Build and list the message packages that ROS 2's wheels lack.
 
     They are built into the environment once, which takes about a minute.
 
-    PACKAGES: tf2_msgs, simulation_interfaces, control_msgs; all when left out. One that is there is used as it is.
+    PACKAGES: tf2_msgs, simulation_interfaces, control_msgs; all when left out. One that is there is
+    used as it is.
     """
     found = choose(packages)
     missing = [package for package in found if package.missing]
@@ -33,7 +36,8 @@ def interfaces(packages: tuple[str, ...], check: bool) -> None:
         _build(missing)
         found = choose(packages)
     rows = (
-        (package.name, package.origin, USES[package.name] + ("" if package.folder else " (off)")) for package in found
+        (package.name, package.origin, USES[package.name] + ("" if package.folder else " (off)"))
+        for package in found
     )
     print_table(Console(), "", ("package", "from", "for"), rows)
     raise SystemExit(int(any(package.missing for package in found)))
@@ -58,7 +62,9 @@ def _build(packages: list[Package]) -> None:
         shutil.rmtree(toolchain.FOLDER)
 
 
-def _show(progress: Progress, name: str, work: Callable[[Callable[[int, int], None]], None]) -> None:
+def _show(
+    progress: Progress, name: str, work: Callable[[Callable[[int, int], None]], None]
+) -> None:
     """Do `work`, which reports steps done and in all, behind a progress bar; print its duration."""
     task, begin = progress.add_task(name, total=None), time.monotonic()
     work(lambda done, total: progress.update(task, completed=done, total=total))

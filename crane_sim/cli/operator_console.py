@@ -27,10 +27,16 @@ END = "q"
 _REFRESH_PERIOD = 0.1  # s
 _BAR = 12  # characters of each half of a speed's bar
 _NAMES = {" ": "space", "\r": "enter", "\n": "enter", "\t": "tab", "=": "+"}
-_KEY = re.compile(r"\x1b(\[\[\w?|[\[O][0-9;]*(?P<last>[A-Za-z~])?)?|.", re.DOTALL)  # [[: of the console
+_KEY = re.compile(
+    r"\x1b(\[\[\w?|[\[O][0-9;]*(?P<last>[A-Za-z~])?)?|.", re.DOTALL
+)  # [[: of the console
 _INCOMPLETE = re.compile(rb"\x1b(?:\[\[|[\[O][0-9;]*)?\Z")
 _ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
-_COLORS = {Mode.STOPPED: "bold white on red", Mode.DEVICE_LOST: "bold white on red", Mode.MOVING: "bold green"}
+_COLORS = {
+    Mode.STOPPED: "bold white on red",
+    Mode.DEVICE_LOST: "bold white on red",
+    Mode.MOVING: "bold green",
+}
 
 
 def read_keys(data: bytes) -> list[str]:
@@ -62,7 +68,11 @@ class OperatorConsole:
     """
 
     def __init__(
-        self, parameters: Mapping[str, object], title: str, joints: Sequence[DrivenJoint], quiet: bool
+        self,
+        parameters: Mapping[str, object],
+        title: str,
+        joints: Sequence[DrivenJoint],
+        quiet: bool,
     ) -> None:
         """Create the console, closed; `quiet`: it prints nothing.
 
@@ -72,7 +82,9 @@ class OperatorConsole:
         self._title, self._joints = title, joints
         self._keys = sys.stdin.isatty()
         shows = self.console.is_terminal and not quiet
-        self._live = Live(console=self.console, auto_refresh=False, transient=True) if shows else None
+        self._live = (
+            Live(console=self.console, auto_refresh=False, transient=True) if shows else None
+        )
         self._closing, self._terminal_attributes = threading.Event(), None
         self._thread: threading.Thread | None = None
 
@@ -81,7 +93,9 @@ class OperatorConsole:
         if self._keys:
             self._terminal_attributes = termios.tcgetattr(sys.stdin)
             tty.setcbreak(sys.stdin)
-        self._thread = threading.Thread(target=self._run, args=(desk,), name="operator", daemon=True)
+        self._thread = threading.Thread(
+            target=self._run, args=(desk,), name="operator", daemon=True
+        )
         self._thread.start()
 
     def close(self) -> None:
@@ -116,35 +130,54 @@ class OperatorConsole:
             elif not self._keys:
                 self._closing.wait(_REFRESH_PERIOD)
             else:
-                unread = b""  # its rest would have come: it was a person's key, and the next one counts
+                unread = (
+                    b""  # its rest would have come: it was a person's key, and the next one counts
+                )
             if self._live and (state := desk.panel()):
-                self._live.update(make_panel(self._title, self._joints, state, self._keys), refresh=True)
+                self._live.update(
+                    make_panel(self._title, self._joints, state, self._keys), refresh=True
+                )
 
 
 def make_lever_table(joints: Sequence[DrivenJoint], assignment: Assignment, device: str) -> Table:
     """Return the table of levers: what moves which joint, how fast, and how far."""
     lever = "keys" if device == "keyboard" else "lever"
-    table = Table("joint", lever, "moves", "largest speed", "ramp", "soft limits", title_justify="left")
+    table = Table(
+        "joint", lever, "moves", "largest speed", "ramp", "soft limits", title_justify="left"
+    )
     for joint, levers in zip(joints, assignment.levers, strict=True):
         control = " / ".join(levers.keys) if device == "keyboard" else axis_name(levers)
         speed, ramp = (
             _format_quantity(joint.bounds.speed, joint.unit, "/s"),
             _format_quantity(joint.bounds.acceleration, joint.unit, "/s²"),
         )
-        table.add_row(joint.name, control, " / ".join(levers.directions), speed, ramp, _format_travel(joint))
+        table.add_row(
+            joint.name, control, " / ".join(levers.directions), speed, ramp, _format_travel(joint)
+        )
     return table
 
 
 def format_lever_note(assignment: Assignment, device: str) -> str:
     """Return a line on dead man's switch, emergency stop, release, assistance, and the end."""
     if device == "keyboard":
-        return "speeds last while a key is held; space: emergency stop, enter: release, tab: assistance, q: end"
+        return (
+            "speeds last while a key is held; space: emergency stop, enter: release, tab: "
+            "assistance, q: end"
+        )
     names = button_names(assignment.buttons)
-    switches = f"hold {names['enable']} to move; emergency stop: {names['stop']}, release: {names['release']}"
-    return f"{switches}, assistance: {names['assistance']}; in this terminal space, enter, tab, q do the same"
+    switches = (
+        f"hold {names['enable']} to move; emergency stop: {names['stop']}, release: "
+        f"{names['release']}"
+    )
+    return (
+        f"{switches}, assistance: {names['assistance']}; in this terminal space, enter, tab, q do "
+        "the same"
+    )
 
 
-def make_panel(title: str, joints: Sequence[DrivenJoint], state: Mapping[str, Any], keys: bool) -> Table:
+def make_panel(
+    title: str, joints: Sequence[DrivenJoint], state: Mapping[str, Any], keys: bool
+) -> Table:
     """Return the panel: the desk's mode, and each joint's commands and motion.
 
     A commanded velocity is a bar; velocity and position are numbers.
@@ -155,7 +188,9 @@ def make_panel(title: str, joints: Sequence[DrivenJoint], state: Mapping[str, An
         keys: the terminal's keys are read.
     """
     mode, outer, table = Mode(state["mode"]), Table.grid(), Table.grid(padding=(0, 2))
-    head = Text.assemble(f"{title}  {state['t']:7.1f} s   ", (f" {mode.value} ", _COLORS.get(mode, "bold yellow")))
+    head = Text.assemble(
+        f"{title}  {state['t']:7.1f} s   ", (f" {mode.value} ", _COLORS.get(mode, "bold yellow"))
+    )
     assistance = state["assistance_unavailable"] or ("on" if state["assisted"] else "off")
     if state["braked"]:
         head.append("   brakes refused" if state["brakes_refused"] else "   brakes on")
@@ -168,10 +203,18 @@ def make_panel(title: str, joints: Sequence[DrivenJoint], state: Mapping[str, An
     scale = ""
     if keys and state["device"] == "keyboard":
         scale = f"   keys: {100.0 * state['speed_scale']:.0f} % of the speed"
-    below = f"swing {state['swing_deg']:.1f}°   assistance: {assistance}   device: {state['device']}{scale}"
+    below = (
+        f"swing {state['swing_deg']:.1f}°   assistance: {assistance}   device: "
+        f"{state['device']}{scale}"
+    )
     outer.add_row(escape(below))
     if keys:
-        outer.add_row(Text("space emergency stop · enter release · tab assistance · + - speed · q end", style="dim"))
+        outer.add_row(
+            Text(
+                "space emergency stop · enter release · tab assistance · + - speed · q end",
+                style="dim",
+            )
+        )
     return outer
 
 
@@ -181,7 +224,13 @@ def _format_joint(joint: DrivenJoint, i: int, state: Mapping[str, Any]) -> tuple
     velocity = _format_quantity(state["velocities"][i], joint.unit, "/s")
     position = _format_quantity(state["positions"][i], joint.unit)
     notes = {"at_soft_limit": "soft limit", "dragged": "dragged"}
-    return joint.name, bar, velocity, position, ", ".join(notes[key] for key in notes if joint.name in state[key])
+    return (
+        joint.name,
+        bar,
+        velocity,
+        position,
+        ", ".join(notes[key] for key in notes if joint.name in state[key]),
+    )
 
 
 def format_bar(fraction: float) -> str:
@@ -193,7 +242,10 @@ def format_bar(fraction: float) -> str:
 
 
 def _format_travel(joint: DrivenJoint) -> str:
-    low, high = (_format_quantity(end, joint.unit) if isfinite(end) else "-" for end in (joint.low, joint.high))
+    low, high = (
+        _format_quantity(end, joint.unit) if isfinite(end) else "-"
+        for end in (joint.low, joint.high)
+    )
     return "none" if joint.low == -inf and joint.high == inf else f"{low} .. {high}"
 
 

@@ -30,7 +30,9 @@ class PackageGroup(NamedTuple):
 
 GROUPS = {
     "plots": PackageGroup("figures: plot, report, identify", 80),
-    "bench": PackageGroup("pages of the laboratory: bench, soak, league, reproduce, docs, describe --sites", 82),
+    "bench": PackageGroup(
+        "pages of the laboratory: bench, soak, league, reproduce, docs, describe --sites", 82
+    ),
     "study": PackageGroup("studies: tune, clusters and sensitivity of sweep", 240),
     "gym": PackageGroup("environments of Gymnasium", 4),
     "docs": PackageGroup("the documentation site: docs --build, --serve", 45),
@@ -71,7 +73,9 @@ def _ask(names: Sequence[str]) -> None:
     question = f"crane: install the packages for {_describe(names)} ({size} MB)?"
     if not click.confirm(question, default=True, err=True):
         commands = " and ".join(how_to_install(name) for name in names)
-        raise SceneError(f"the packages for {_describe(names)} are not installed; {commands} installs them")
+        raise SceneError(
+            f"the packages for {_describe(names)} are not installed; {commands} installs them"
+        )
 
 
 def _install(names: Sequence[str]) -> None:
@@ -123,6 +127,7 @@ def install_packages(groups: tuple[str, ...]) -> None:
         raise SceneError(f"{sys.prefix}: not made by ./crane; {how} installs the packages")
     install_groups(*groups, ask=False)
     rows = (
-        (name, str(group.size), "yes" if _is_installed(name) else "no", group.purpose) for name, group in GROUPS.items()
+        (name, str(group.size), "yes" if _is_installed(name) else "no", group.purpose)
+        for name, group in GROUPS.items()
     )
     print_table(Console(), "", ("group", "MB", "installed", "for"), rows)

@@ -30,10 +30,12 @@ if TYPE_CHECKING:
     from crane_sim.simulation.rollout import Rollout
 
 _GROUPS = (
-    "wall_time compile_time real_time_factor steps_per_second rhs_evaluations deadline_misses unanswered_steps",
+    "wall_time compile_time real_time_factor steps_per_second rhs_evaluations deadline_misses "
+    "unanswered_steps",
     "peak_swing_deg residual_swing_deg peak_tilt_deg peak_skew_deg peak_trim_deg peak_list_deg "
     "peak_lateral_deflection_deg peak_vertical_deflection_deg peak_mast_x_deflection_deg "
-    "peak_mast_y_deflection_deg min_rope_tension max_rope_tension max_lead_line_tension max_drum_torque "
+    "peak_mast_y_deflection_deg min_rope_tension max_rope_tension max_lead_line_tension "
+    "max_drum_torque "
     "peak_contact_force saturated_steps energy_audit_error energy_audit_max",
     "tracking_mse tracking_mae tracking_peak peak_tip_acceleration",
     "peak_base_acceleration peak_base_angular_acceleration",
@@ -106,7 +108,11 @@ def progress(scene: "Scene", quiet: bool) -> Iterator[ProgressReporter]:
 
         def update(done: int, _: int) -> None:
             elapsed = bar.tasks[0].elapsed or 0.0
-            factor = f"{done * scene.period / elapsed:.1f} x real time" if elapsed > 0.0 and done else "starting"
+            factor = (
+                f"{done * scene.period / elapsed:.1f} x real time"
+                if elapsed > 0.0 and done
+                else "starting"
+            )
             bar.update(task, completed=done, factor=factor)
 
         def log(line: str) -> None:
@@ -122,7 +128,10 @@ def compile_time() -> float:
     return seconds()
 
 
-COMPILING = "compiling this kind of scene (once per kind, group and law: 1 to 10 s, on a busy machine a minute)"
+COMPILING = (
+    "compiling this kind of scene (once per kind, group and law: 1 to 10 s, on a busy machine a "
+    "minute)"
+)
 """What is said while something compiles."""
 
 
@@ -155,7 +164,10 @@ def print_summary(summary: dict[str, Any], scene: "Scene") -> None:
     console.print(_metrics_table(summary, path_unit_of_scene(scene)))
     _print_joints(console, summary, scene)
     if steps := summary.get("negative_tension_steps", 0):
-        periods, most = f"{steps} of {summary.get('steps')} periods", _format_number(-summary["min_rope_tension"])
+        periods, most = (
+            f"{steps} of {summary.get('steps')} periods",
+            _format_number(-summary["min_rope_tension"]),
+        )
         what = f"the cable was under compression of up to {most} N in {periods}"
         print_line(console, f"warning: {what}; a rope cannot push")
     if violation := summary.get("real_time_violation"):
@@ -233,7 +245,11 @@ def _print_files(console: Console, summary: dict[str, Any]) -> None:
     for key in ("recording", "mcap"):
         if summary.get(key):
             print_line(console, f"{key:<13} {summary[key]}")
-    for key, title in (("parts", "part"), ("bag_parts", "bag part"), ("before_reset", "before reset")):
+    for key, title in (
+        ("parts", "part"),
+        ("bag_parts", "bag part"),
+        ("before_reset", "before reset"),
+    ):
         for path in summary.get(key, ()):
             print_line(console, f"{title:<13} {path}")
     if summary.get("recording"):
@@ -264,7 +280,10 @@ def _message_rows(summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
         yield "setpoints", f"{demands['received']} received, {demands['late']} late, {held}"
     for key, title in _COMPUTE_TIMES.items():
         if key in summary:
-            yield title, ", ".join(f"{name} {value:.0f}" for name, value in summary[key].items()) + " µs"
+            yield (
+                title,
+                ", ".join(f"{name} {value:.0f}" for name, value in summary[key].items()) + " µs",
+            )
     if summary.get("recording"):
         yield "recorded", f"{summary['recorded_steps']} steps, {summary['lost_steps']} lost"
     if restarts := summary.get("restarts"):
@@ -272,11 +291,19 @@ def _message_rows(summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _print_joints(console: Console, summary: dict[str, Any], scene: "Scene") -> None:
-    margins, times, peaks = (summary.get(name, {}) for name in ("limit_margin", "settling_time", "peak_effort"))
+    margins, times, peaks = (
+        summary.get(name, {}) for name in ("limit_margin", "settling_time", "peak_effort")
+    )
     names = [name for name in scene.joint_names if name in margins or name in peaks]
     if not names:
         return
-    head = ("joint", "final error", "joint settled after [s]", "peak effort", *["limit margin"] * bool(margins))
+    head = (
+        "joint",
+        "final error",
+        "joint settled after [s]",
+        "peak effort",
+        *["limit margin"] * bool(margins),
+    )
     units = dict(zip(scene.joint_names, scene.joint_units, strict=True))
     effort_units = dict(zip(scene.actuated, scene.effort_units, strict=True))
     rows = [

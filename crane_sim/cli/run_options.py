@@ -60,35 +60,50 @@ _OPTIONS = {
         help="lockstep | realtime (default lockstep).",
     ),
     "rate": click.option(
-        "--rate", type=FiniteRange(0.0, min_open=True), help="realtime: simulated seconds per second."
+        "--rate",
+        type=FiniteRange(0.0, min_open=True),
+        help="realtime: simulated seconds per second.",
     ),
-    "record": click.option("--record", type=_PATH, help="File of the recording (default: runs/SCENE-TIME.rrd)."),
+    "record": click.option(
+        "--record", type=_PATH, help="File of the recording (default: runs/SCENE-TIME.rrd)."
+    ),
     "no_record": click.option("--no-record", is_flag=True, help="Write no recording."),
     "mcap": click.option("--mcap", type=_PATH, help="Also write the ROS messages to FILE.mcap."),
     "live": click.option(
-        "--live", is_flag=True, help="Stream to Rerun viewers on this machine; best with --mode realtime."
+        "--live",
+        is_flag=True,
+        help="Stream to Rerun viewers on this machine; best with --mode realtime.",
     ),
     "domain_id": click.option(
         "--domain-id", type=click.IntRange(0, 232), help="ROS domain id; a free one when left out."
     ),
-    "no_controller": click.option("--no-controller", is_flag=True, help="Your own node commands the crane."),
+    "no_controller": click.option(
+        "--no-controller", is_flag=True, help="Your own node commands the crane."
+    ),
     "wait": click.option(
         "--wait",
         type=FiniteRange(0.0),
-        help="With --no-controller, in lockstep: seconds that the plant waits for a command of your node until the run "
-        "ends (default 120; 0: no limit). The node has at least 120 s to connect, also in real time.",
+        help="With --no-controller, in lockstep: seconds that the plant waits for a command of "
+        "your node until the run "
+        "ends (default 120; 0: no limit). The node has at least 120 s to connect, also in real "
+        "time.",
     ),
-    "restart": click.option("--restart", is_flag=True, help="Replace a controller, tracker or recorder that dies."),
+    "restart": click.option(
+        "--restart", is_flag=True, help="Replace a controller, tracker or recorder that dies."
+    ),
     "on_silence": click.option(
         "--on-silence",
         type=_choice(COMMAND_TIMEOUT_ACTIONS),
-        help=f"realtime: action when no command arrives in time: {' | '.join(COMMAND_TIMEOUT_ACTIONS)}.",
+        help="realtime: action when no command arrives in time: "
+        f"{' | '.join(COMMAND_TIMEOUT_ACTIONS)}.",
     ),
     "command_stamps": click.option(
         "--command-stamps",
         type=_choice(COMMAND_STAMPS),
-        help="With --no-controller: stamp that a command must have: that of the state that it answers, ROS time (in "
-        f"lockstep /clock then leads by one period), or any: {' | '.join(COMMAND_STAMPS)} (default state).",
+        help="With --no-controller: stamp that a command must have: that of the state that it "
+        "answers, ROS time (in "
+        f"lockstep /clock then leads by one period), or any: {' | '.join(COMMAND_STAMPS)} (default "
+        "state).",
     ),
     "tf": click.option(
         "--tf",
@@ -110,8 +125,12 @@ _OPTIONS = {
         type=_Name(f"{_WORD}(,{_WORD})*", "west"),
         help="lockstep: namespaces of other cranes on the same clock, separated by commas.",
     ),
-    "no_clock": click.option("--no-clock", is_flag=True, help="Do not publish /clock: another crane does."),
-    "paused": click.option("--paused", is_flag=True, help="Begin paused, until resumed by a service call."),
+    "no_clock": click.option(
+        "--no-clock", is_flag=True, help="Do not publish /clock: another crane does."
+    ),
+    "paused": click.option(
+        "--paused", is_flag=True, help="Begin paused, until resumed by a service call."
+    ),
     "fifo": click.option(
         "--fifo",
         type=click.IntRange(0, 99),
@@ -153,13 +172,24 @@ class RunOptions(NamedTuple):
     def check(self) -> None:
         """Raise a one-line SceneError for an impossible combination, or a missing package."""
         for name in ("rate", "on_silence", "fifo"):
-            self._require(name, "--mode realtime, lockstep does not follow the clock", self.mode == "realtime")
+            self._require(
+                name, "--mode realtime, lockstep does not follow the clock", self.mode == "realtime"
+            )
         for name in ("wait", "command_stamps"):
-            self._require(name, "--no-controller, which lets a node of yours command", self.no_controller)
-        self._require("beside", "lockstep, in real time the wall clock is shared by all", self.mode == "lockstep")
+            self._require(
+                name, "--no-controller, which lets a node of yours command", self.no_controller
+            )
+        self._require(
+            "beside",
+            "lockstep, in real time the wall clock is shared by all",
+            self.mode == "lockstep",
+        )
         self._check_clock()
         if self.restart and self.no_controller and self.no_record and self.mcap is None:
-            raise SceneError("--restart: with --no-controller and --no-record there is nothing that it could replace")
+            raise SceneError(
+                "--restart: with --no-controller and --no-record there is nothing that it could "
+                "replace"
+            )
         self._check_files()
         require("rclpy", "a run over ROS")  # else the nodes would each end with a traceback
         if not self.no_record:
@@ -175,21 +205,30 @@ class RunOptions(NamedTuple):
         if self.command_stamps != CommandStamps.ROS or self.mode != "lockstep":
             return
         if self.beside is not None:
-            raise SceneError(f"--beside = {self.beside}: not with --command-stamps ros; possible: state, any")
+            raise SceneError(
+                f"--beside = {self.beside}: not with --command-stamps ros; possible: state, any"
+            )
         if self.no_clock:
-            raise SceneError("--no-clock: not with --command-stamps ros, which is led by the clock in lockstep")
+            raise SceneError(
+                "--no-clock: not with --command-stamps ros, which is led by the clock in lockstep"
+            )
 
     def check_scene(self, scene: "Scene") -> None:
         """Raise SceneError for an option that has no effect on the scene."""
         if self.beside is not None and not scene.sampled:
             possible = "possible: scenes with a sampled law"
-            raise SceneError(f"--beside = {self.beside}: {scene.name} takes no commands; {possible}")
+            raise SceneError(
+                f"--beside = {self.beside}: {scene.name} takes no commands; {possible}"
+            )
 
     def _check_files(self) -> None:
         if self.record is not None and self.no_record:
             raise SceneError("--record and --no-record: only one of the two is possible")
         if self.live and self.no_record:
-            raise SceneError("--live and --no-record: only one of the two is possible, --live streams the recording")
+            raise SceneError(
+                "--live and --no-record: only one of the two is possible, --live streams the "
+                "recording"
+            )
         if self.mcap is not None:
             _check_mcap(self.mcap)
             if self.record is not None and self.mcap.resolve() == self.record.resolve():
@@ -247,9 +286,13 @@ def _check_mcap(path: Path) -> None:
     partial_file = unfinished_name(path)
     if not partial_file.exists():
         return
-    with lock_file(partial_file) as acquired:  # a killed run's file is recovered when this one begins
+    with lock_file(
+        partial_file
+    ) as acquired:  # a killed run's file is recovered when this one begins
         if not acquired:
-            raise SceneError(f"--mcap {path}: {partial_file} is in the way, another run is writing it")
+            raise SceneError(
+                f"--mcap {path}: {partial_file} is in the way, another run is writing it"
+            )
 
 
 def ensure_writable_folder(folder: str | None) -> None:
@@ -264,7 +307,9 @@ def ensure_writable_file(option: str, path: Path) -> None:
         raise SceneError(f"{option} {path}: is a folder")
     if path.exists() and not path.is_file():
         raise SceneError(f"{option} {path}: is not a regular file")
-    _try_to_write(path.parent, f"{option} {path}")  # not the file itself: an existing one stays until the run ends
+    _try_to_write(
+        path.parent, f"{option} {path}"
+    )  # not the file itself: an existing one stays until the run ends
 
 
 def _try_to_write(folder: Path, what: str) -> None:

@@ -18,10 +18,12 @@ def print_scene(scene: "Scene") -> None:
     """Print a scene: what it is, a row per joint, what commands and integrates it, and notes."""
     console = Console()
     law = f"law {scene.law_name}" if scene.law_name else "open loop"
+    groups = [key for key, value in scene.document.items() if isinstance(value, dict)]
     lines = [
         f"{scene.name}: {' '.join(scene.description.split())}",
-        f"crane {scene.crane}, {scene.duration:g} s in {scene.steps} steps of {scene.period:g} s, {law}",
-        f"groups: {', '.join(key for key, value in scene.document.items() if isinstance(value, dict))}",
+        f"crane {scene.crane}, {scene.duration:g} s in {scene.steps} steps of "
+        f"{scene.period:g} s, {law}",
+        f"groups: {', '.join(groups)}",
         f"integrator: {scene.method}",
     ]
     for line in lines:
@@ -36,7 +38,9 @@ def _joint_rows(scene: "Scene") -> Iterator[tuple[str, ...]]:
     units = dict(zip(scene.actuated, scene.command_units, strict=True))
     kinds = dict(zip(scene.actuated, scene.commands, strict=True))
     travels = {limit.joint: f"{limit.low:g} .. {limit.high:g}" for limit in scene.limits}
-    for name, unit, start in zip(scene.joint_names, scene.joint_units, scene.initial_q, strict=True):
+    for name, unit, start in zip(
+        scene.joint_names, scene.joint_units, scene.initial_q, strict=True
+    ):
         target = f"{targets[name]:.4g}" if name in targets else ""
         command = f"{kinds[name]} [{units[name]}]" if name in kinds else ""
         yield name, unit, f"{start:.4g}", target, travels.get(name, ""), command

@@ -12,12 +12,24 @@ from crane_sim.files.errors import SceneError, shorten
 from crane_sim.files.yaml_text import YAML_ERRORS, parse_yaml
 
 DEFAULT_SCENE = "knuckle_setpoint"
-as_json_option = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, logs on stderr.")
+as_json_option = click.option(
+    "--json", "as_json", is_flag=True, help="One JSON object on stdout, logs on stderr."
+)
 _CHANGES = (
     click.option("--duration", type=float, help="Simulated seconds (default: the scene's)."),
-    click.option("--law", help="Another law, a name or FILE.py:FUNCTION; the settings of the scene's own are dropped."),
+    click.option(
+        "--law",
+        help="Another law, a name or FILE.py:FUNCTION; the settings of the scene's own are "
+        "dropped.",
+    ),
     click.option("--seed", type=int, help="Seed of all random numbers."),
-    click.option("--set", "settings", multiple=True, metavar="GROUP.KEY=VALUE", help="Override a value of the scene."),
+    click.option(
+        "--set",
+        "settings",
+        multiple=True,
+        metavar="GROUP.KEY=VALUE",
+        help="Override a value of the scene.",
+    ),
 )
 
 
@@ -54,7 +66,8 @@ def load_scene_with_options(
     for key in options:
         if key in changes:
             raise SceneError(
-                f"--set {key}: --{key.removeprefix('control.')} sets the same key; leave out one of the two"
+                f"--set {key}: --{key.removeprefix('control.')} sets the same key; leave out one "
+                "of the two"
             )
     with compiling(quiet=True):  # the design of a law
         return load_scene(scene, changes | options)

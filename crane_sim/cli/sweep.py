@@ -14,7 +14,14 @@ import click
 import numpy as np
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 from rich.table import Table
 
 from crane_sim.cli import report
@@ -33,13 +40,31 @@ WIDE = 200
 
 @click.command()
 @click.argument("study", type=click.Path(path_type=Path), metavar="STUDY.yaml")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder of the table (default: runs/NAME).")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="Folder of the table (default: runs/NAME).",
+)
 @click.option("--workers", type=IntAtLeast(1), help="Processes (default: one for each core).")
-@click.option("--scheduler", metavar="ADDRESS", help="Workers of a Dask scheduler (tcp://…); local: a cluster here.")
-@click.option("--copy-to", metavar="URL", help="Also copy the finished study there (fsspec: s3://…, file:///…).")
+@click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Workers of a Dask scheduler (tcp://…); local: a cluster here.",
+)
+@click.option(
+    "--copy-to",
+    metavar="URL",
+    help="Also copy the finished study there (fsspec: s3://…, file:///…).",
+)
 @as_json_option
 def sweep(
-    study: Path, output: Path | None, workers: int | None, scheduler: str | None, copy_to: str | None, as_json: bool
+    study: Path,
+    output: Path | None,
+    workers: int | None,
+    scheduler: str | None,
+    copy_to: str | None,
+    as_json: bool,
 ) -> None:
     """Run a study, many runs of a scene that differ in parameters, laws or seeds, as one table.
 
@@ -79,9 +104,21 @@ def show_progress(counted: str, quiet: bool) -> Iterator[OnProgress]:
     """
     from crane_sim.tracing.compile_time import watch_compiling
 
-    columns = TextColumn(counted), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()
+    columns = (
+        TextColumn(counted),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
     with Progress(*columns, console=Console(stderr=True), disable=quiet) as bar:
-        line = partial(bar.console.print, f"crane: {report.COMPILING}", highlight=False, markup=False, soft_wrap=True)
+        line = partial(
+            bar.console.print,
+            f"crane: {report.COMPILING}",
+            highlight=False,
+            markup=False,
+            soft_wrap=True,
+        )
         task = bar.add_task(counted, total=None)
         with watch_compiling(cache(line)):
             yield lambda done, count: bar.update(task, completed=done, total=count)
@@ -95,12 +132,18 @@ def print_result(result: StudyResult, console: Console) -> None:
     for variant, count in summary["failures"].items():
         if count:
             samples = summary["runs"] // len(summary["failures"])
-            console.print(f"{escape(variant)}: {count} of {samples} runs failed", style="bold red", highlight=False)
+            console.print(
+                f"{escape(variant)}: {count} of {samples} runs failed",
+                style="bold red",
+                highlight=False,
+            )
     for line in first_errors(result):
         print_line(console, line)
     for other, each in summary["failure_differences"].items():
         if each["first_only"] + each["second_only"]:
-            console.print(_failure_difference(next(iter(summary["failures"])), other, each), highlight=False)
+            console.print(
+                _failure_difference(next(iter(summary["failures"])), other, each), highlight=False
+            )
     console.print(_metrics_table(summary))
     if len(summary["failures"]) > 1:
         console.print(_differences(summary))
@@ -111,7 +154,10 @@ def print_result(result: StudyResult, console: Console) -> None:
 
 def _failure_difference(first: str, other: str, each: dict[str, Any]) -> str:
     """Return in how many samples only one of two variants fails, with McNemar's p, in one line."""
-    counts = f"only {first} in {each['first_only']}, only {other} in {each['second_only']}, both in {each['both']}"
+    counts = (
+        f"only {first} in {each['first_only']}, only {other} in {each['second_only']}, both in "
+        f"{each['both']}"
+    )
     return escape(f"failures by sample: {counts}; McNemar's p {each['p_value']:.2g}")
 
 
@@ -137,8 +183,12 @@ def _differences(summary: dict[str, Any]) -> Table:
             share = "" if np.isnan(each["share"]) else f"{each['share']:.0%}"
             p = "" if np.isnan(each["p_value"]) else f"{each['p_value']:.2g}"
             rows.append((name if not i else "", other, *numbers, share, p))
-    title = f"differences from {first} on the same samples: mean with its 95 % interval, Wilcoxon's p"
-    return make_table(title, ("metric", "variant"), rows, ("pairs", "mean", "from", "to", "smaller", "p"))
+    title = (
+        f"differences from {first} on the same samples: mean with its 95 % interval, Wilcoxon's p"
+    )
+    return make_table(
+        title, ("metric", "variant"), rows, ("pairs", "mean", "from", "to", "smaller", "p")
+    )
 
 
 def _sensitivities(metric: str, by_variant: dict[str, list[dict[str, Any]]], design: str) -> Table:
@@ -146,7 +196,11 @@ def _sensitivities(metric: str, by_variant: dict[str, list[dict[str, Any]]], des
     from crane_sim.study.sensitivity import COLUMN_HEADINGS
 
     rows = [
-        (variant, row["parameter"], *(format_cell(row[key]) for key in ("strength", "interval", "interaction")))
+        (
+            variant,
+            row["parameter"],
+            *(format_cell(row[key]) for key in ("strength", "interval", "interaction")),
+        )
         for variant, own in by_variant.items()
         for row in own
     ]

@@ -8,7 +8,9 @@ from rich.markup import escape
 from rich.table import Column, Table
 
 
-def make_table(title: str, head: Iterable[str], rows: Iterable[Sequence[str]], numbers: Sequence[str] = ()) -> Table:
+def make_table(
+    title: str, head: Iterable[str], rows: Iterable[Sequence[str]], numbers: Sequence[str] = ()
+) -> Table:
     """Return a table with a row of cells for each of `rows`; without a title where that is empty.
 
     `numbers`: headings of further columns, which have numbers.
@@ -22,7 +24,9 @@ def make_table(title: str, head: Iterable[str], rows: Iterable[Sequence[str]], n
     return table
 
 
-def print_table(console: Console, title: str, head: Iterable[str], rows: Iterable[Sequence[str]]) -> None:
+def print_table(
+    console: Console, title: str, head: Iterable[str], rows: Iterable[Sequence[str]]
+) -> None:
     """Print the table of `make_table`."""
     console.print(make_table(title, head, rows), highlight=False)
 

@@ -26,13 +26,28 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("study", type=click.Path(path_type=Path), metavar="STUDY.yaml")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder of the search (default: runs/NAME).")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="Folder of the search (default: runs/NAME).",
+)
 @click.option("--trials", type=IntAtLeast(1), help="Trials of the search (default: the file's).")
 @click.option("--workers", type=IntAtLeast(1), help="Processes (default: one for each core).")
-@click.option("--save", type=click.Path(path_type=Path), metavar="FILE.json", help="Also add the result to this file.")
+@click.option(
+    "--save",
+    type=click.Path(path_type=Path),
+    metavar="FILE.json",
+    help="Also add the result to this file.",
+)
 @as_json_option
 def tune(
-    study: Path, output: Path | None, trials: int | None, workers: int | None, save: Path | None, as_json: bool
+    study: Path,
+    output: Path | None,
+    trials: int | None,
+    workers: int | None,
+    save: Path | None,
+    as_json: bool,
 ) -> None:
     """Tune gains of a law: search them over a study's samples, and evaluate the best on others.
 
@@ -46,7 +61,9 @@ def tune(
         _read_summaries(save)
     install_groups("study")
     if trials is not None and definition.tune is not None:
-        definition = definition.model_copy(update={"tune": definition.tune.model_copy(update={"trials": trials})})
+        definition = definition.model_copy(
+            update={"tune": definition.tune.model_copy(update={"trials": trials})}
+        )
     folder = output or Path("runs") / (definition.name or study.stem)
     with show_progress("trials", quiet=as_json or not sys.stderr.isatty()) as on_progress:
         result = tuning.tune(definition, folder, workers, on_progress)
@@ -68,7 +85,9 @@ def _read_summaries(file: Path) -> dict[str, Any]:
     except (OSError, ValueError) as error:
         raise SceneError(f"--save {file}: {error}") from None
     if not isinstance(summaries, dict):
-        raise SceneError(f"--save {file}: holds no summaries of searches by the names of their studies")
+        raise SceneError(
+            f"--save {file}: holds no summaries of searches by the names of their studies"
+        )
     return summaries
 
 
@@ -76,10 +95,13 @@ def _json_lines(summaries: dict[str, Any]) -> str:
     return json.dumps(dict(sorted(summaries.items())), indent=1) + "\n"
 
 
-def print_result(result: TuningResult, summary: dict[str, Any], folder: Path, console: Console) -> None:
+def print_result(
+    result: TuningResult, summary: dict[str, Any], folder: Path, console: Console
+) -> None:
     """Print the chosen gains, and their held-out objectives compared with the baseline's."""
     counts = (
-        f"{summary['trials']} trials, {summary['infeasible']} of them infeasible; {len(result.front)} Pareto-optimal"
+        f"{summary['trials']} trials, {summary['infeasible']} of them infeasible; "
+        f"{len(result.front)} Pareto-optimal"
     )
     console.print(counts, highlight=False)
     chosen = summary["chosen"]
@@ -89,7 +111,10 @@ def print_result(result: TuningResult, summary: dict[str, Any], folder: Path, co
     ]
     print_table(console, "gains", ("gain", *chosen), gains)
     for objective, rows in summary["held_out"].items():
-        title = f"{objective} on {summary['samples']} held-out samples, and the difference from {summary['baseline']}"
+        title = (
+            f"{objective} on {summary['samples']} held-out samples, and the difference from "
+            f"{summary['baseline']}"
+        )
         head = ("gains", "runs", "mean", "difference", "from", "to", "")
         print_table(console, title, head, (_objective_row(*row) for row in rows.items()))
     print_line(console, f"{folder / 'gains.yaml'}: gains; {result.held_out.folder}: crane report")

@@ -28,8 +28,15 @@ _RUN = click.argument("run", required=False, type=click.Path(path_type=Path))
 def _picture_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add the options on what of a recording is drawn."""
     for option in (
-        click.option("--view", default="", metavar="TITLE", help="Only the view of this title, such as Crane."),
-        click.option("--tab", default="", metavar="NAME", help="Overview | Details | States | Summary."),
+        click.option(
+            "--view",
+            default="",
+            metavar="TITLE",
+            help="Only the view of this title, such as Crane.",
+        ),
+        click.option(
+            "--tab", default="", metavar="NAME", help="Overview | Details | States | Summary."
+        ),
     ):
         command = option(command)
     return command
@@ -37,13 +44,21 @@ def _picture_options(command: Callable[..., None]) -> Callable[..., None]:
 
 @click.command()
 @_RUN
-@click.option("--web", is_flag=True, help="Serve the viewer's page to a browser on this machine; print its address.")
-@click.option("--live", is_flag=True, help=f"Watch a run that was started with --live, on port {VIEWER_PORT}.")
+@click.option(
+    "--web",
+    is_flag=True,
+    help="Serve the viewer's page to a browser on this machine; print its address.",
+)
+@click.option(
+    "--live", is_flag=True, help=f"Watch a run that was started with --live, on port {VIEWER_PORT}."
+)
 @click.option("--port", type=click.IntRange(1, 65535), help="--live: the port that the run serves.")
 def view(run: Path | None, web: bool, live: bool, port: int | None) -> None:
     """Open a recording in the Rerun viewer: RUN, or the newest in runs/."""
     if run is not None and live:
-        raise SceneError(f"RUN and --live: only one of the two is possible, --live has no file yet ({run})")
+        raise SceneError(
+            f"RUN and --live: only one of the two is possible, --live has no file yet ({run})"
+        )
     if port is not None and not live:
         raise SceneError(f"--port = {port}: only with --live, whose run serves it")
     recording = None if live else find_recording(run)
@@ -67,8 +82,15 @@ def view(run: Path | None, web: bool, live: bool, port: int | None) -> None:
 
 @click.command()
 @_RUN
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="The PNG (default: the recording's name).")
-@click.option("--time", "at", type=FiniteRange(), help="Scene time in s (default: the end of the run).")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="The PNG (default: the recording's name).",
+)
+@click.option(
+    "--time", "at", type=FiniteRange(), help="Scene time in s (default: the end of the run)."
+)
 @_picture_options
 def shot(run: Path | None, output: Path | None, at: float | None, tab: str, view: str) -> None:
     """Draw a recording as the viewer does into a PNG, without a display.
@@ -86,9 +108,21 @@ def shot(run: Path | None, output: Path | None, at: float | None, tab: str, view
 
 @click.command()
 @_RUN
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="A .gif or .mp4 (default: the recording's name).")
-@click.option("--from", "begin", type=FiniteRange(), default=0.0, help="Scene time in s at which it begins.")
-@click.option("--to", "end", type=FiniteRange(), help="Scene time in s at which it ends (default: the end of the run).")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="A .gif or .mp4 (default: the recording's name).",
+)
+@click.option(
+    "--from", "begin", type=FiniteRange(), default=0.0, help="Scene time in s at which it begins."
+)
+@click.option(
+    "--to",
+    "end",
+    type=FiniteRange(),
+    help="Scene time in s at which it ends (default: the end of the run).",
+)
 @click.option(
     "--fps",
     "frames_per_second",
@@ -96,7 +130,9 @@ def shot(run: Path | None, output: Path | None, at: float | None, tab: str, view
     default=10.0,
     help="Pictures per second (default 10).",
 )
-@click.option("--speed", type=FiniteRange(1e-3, 1e3), default=1.0, help="Scene time by time of the clip (1).")
+@click.option(
+    "--speed", type=FiniteRange(1e-3, 1e3), default=1.0, help="Scene time by time of the clip (1)."
+)
 @click.option("--width", type=click.IntRange(64, 1920), default=960, help="In pixels (960).")
 @_picture_options
 def clip(run: Path | None, output: Path | None, tab: str, view: str, **cut: Any) -> None:
@@ -109,15 +145,26 @@ def clip(run: Path | None, output: Path | None, tab: str, view: str, **cut: Any)
     from crane_sim.recording.rerun.screenshot import Shown
 
     output = check_output(output, recording, ".gif", ".mp4")
-    with Progress(console=Console(stderr=True), disable=not sys.stderr.isatty(), transient=True) as bar:
+    with Progress(
+        console=Console(stderr=True), disable=not sys.stderr.isatty(), transient=True
+    ) as bar:
         task = bar.add_task("pictures")
-        write_clip(recording, output, Cut(**cut), Shown(tab, view), lambda k, n: bar.update(task, completed=k, total=n))
+        write_clip(
+            recording,
+            output,
+            Cut(**cut),
+            Shown(tab, view),
+            lambda k, n: bar.update(task, completed=k, total=n),
+        )
     print(output)
 
 
 @click.command()
 @_RUN
-@click.option("--law", help="Execute this law, a name or FILE.py:FUNCTION, where the run was driven without commands.")
+@click.option(
+    "--law",
+    help="Execute this law, a name or FILE.py:FUNCTION, where the run was driven without commands.",
+)
 @as_json_option
 def replay(run: Path | None, law: str | None, as_json: bool) -> None:
     """Integrate a recorded run, RUN or the newest, anew from its commands.
@@ -134,8 +181,14 @@ def replay(run: Path | None, law: str | None, as_json: bool) -> None:
     with report.compiling(quiet=as_json):
         outcome = replay_run(read_recording(recording), own)
     if as_json:
-        difference = outcome.difference and outcome.difference._asdict() | {"bit": outcome.difference.bit}
-        print(json.dumps({"steps": outcome.steps, "difference": difference, "changed": outcome.changed}))
+        difference = outcome.difference and outcome.difference._asdict() | {
+            "bit": outcome.difference.bit
+        }
+        print(
+            json.dumps(
+                {"steps": outcome.steps, "difference": difference, "changed": outcome.changed}
+            )
+        )
         raise SystemExit(int(outcome.difference is not None))
     if outcome.difference is None:
         print(f"{recording}: {outcome.steps} states agree bit for bit")
@@ -144,7 +197,10 @@ def replay(run: Path | None, law: str | None, as_json: bool) -> None:
     for name, (then, now) in outcome.changed.items():
         print(f"  {name} was {then}, is {now} now")
     if not outcome.changed:
-        print("  versions, processor and lock file are as they were: look for services that were called in the run")
+        print(
+            "  versions, processor and lock file are as they were: look for services that were "
+            "called in the run"
+        )
     raise SystemExit(1)
 
 
@@ -157,7 +213,9 @@ def find_recording(run: Path | None) -> Path:
     if run is not None and is_recording(run):
         return run
     if run is not None:
-        raise SceneError(f"RUN = {str(run)!r}: no such file; leave it out for the newest in {RUNS}/")
+        raise SceneError(
+            f"RUN = {str(run)!r}: no such file; leave it out for the newest in {RUNS}/"
+        )
     recordings = sorted(RUNS.glob("*.rrd"), key=lambda file: file.stat().st_mtime)
     if not recordings:
         raise SceneError(f"RUN: {RUNS}/ has no recording yet; crane run makes one")
@@ -193,7 +251,10 @@ def _source(recording: Path) -> str:
 
 
 def _require_display() -> None:
-    if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+    if sys.platform == "linux" and not (
+        os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    ):
         raise SceneError(
-            "crane view: there is no display here; --web serves the recording to a browser, crane shot draws a picture"
+            "crane view: there is no display here; --web serves the recording to a browser, crane "
+            "shot draws a picture"
         )

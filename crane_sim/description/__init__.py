@@ -1,8 +1,9 @@
 """The URDF of a crane: what robot_state_publisher and RViz draw, and recordings and pages.
 
-Frames follow REP-103: x forward, y left, z up, SI units and radians. The model's own frame is `base_link`. Below a base
-that rests it is fixed to the root, `world`; one that moves is the root itself, since no joint of a URDF may be a given
-motion: its place in the world is a transform (`description.transforms`), as for any vehicle (REP-105).
+Frames follow REP-103: x forward, y left, z up, SI units and radians. The model's own frame is
+`base_link`. Below a base that rests it is fixed to the root, `world`; one that moves is the root
+itself, since no joint of a URDF may be a given motion: its place in the world is a transform
+(`description.transforms`), as for any vehicle (REP-105).
 """
 
 from __future__ import annotations
@@ -16,9 +17,11 @@ from crane_sim.scenes.scene import Scene
 IMU = "imu_link"
 """The frame of an inertial measurement unit on the base."""
 ABOUT = (
-    "masses, centres and inertias are those that are simulated; links without an inertial have none, nor have motors",
+    "masses, centres and inertias are those that are simulated; links without an inertial have "
+    "none, nor have motors",
     "every visual is a drawing: its size, shape and position are not those of the simulated crane",
-    f"lengths and limits are the scene's; {UNBOUNDED:g} stands for no limit, since a URDF takes no infinity",
+    f"lengths and limits are the scene's; {UNBOUNDED:g} stands for no limit, since a URDF takes no "
+    "infinity",
 )
 
 

@@ -1,10 +1,10 @@
 """URDF joints of an overhead crane's cable, in the scene's coordinates: joint states place it.
 
-- Angles are absolute in the model, while a URDF joint is relative to its parent: the frame of every node is kept
-  level by a joint `level_k` that mimics the link's angle with the multiplier -1.
-- Components of the unit vector of link k are three prismatic joints `link_k_x, _y, _z`, to the frames `unit_k_*`; three
-  more, `reach_k_*`, to the frames `scaled_k_*`, mimic them and scale the vector to the link's length. There are no
-  angles, hence no singular posture.
+- Angles are absolute in the model, while a URDF joint is relative to its parent: the frame of every
+  node is kept level by a joint `level_k` that mimics the link's angle with the multiplier -1.
+- Components of the unit vector of link k are three prismatic joints `link_k_x, _y, _z`, to the
+  frames `unit_k_*`; three more, `reach_k_*`, to the frames `scaled_k_*`, mimic them and scale the
+  vector to the link's length. There are no angles, hence no singular posture.
 - Positions of the nodes are prismatic joints from the base.
 """
 
@@ -31,15 +31,23 @@ class SuspendedCable(NamedTuple):
 
     lengths: tuple[float, ...]  # (N,) m
     masses: tuple[float, ...]  # (N,) kg
-    inertias: tuple[float, ...] = ()  # (N,) kg m², about the swing axis, of links that rotate as rods; else empty
+    inertias: tuple[
+        float, ...
+    ] = ()  # (N,) kg m², about the swing axis, of links that rotate as rods; else empty
 
     @classmethod
     def from_scene(cls, scene: Scene) -> SuspendedCable:
         """Return the suspended cable of a scene."""
-        nodes, tip_index = world_points(scene.model, 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
+        nodes, tip_index = world_points(
+            scene.model, 0.0, np.array(scene.initial_q), np.array(scene.initial_v)
+        )
         lengths = np.linalg.norm(np.diff(nodes[tip_index:], axis=0), axis=1)
         file = validated_scene_file(scene)
-        inertias = fill_list(file.cable.inertia, len(lengths), "cable.inertia") if file.cable.inertia else ()
+        inertias = (
+            fill_list(file.cable.inertia, len(lengths), "cable.inertia")
+            if file.cable.inertia
+            else ()
+        )
         return cls(tuple(map(float, lengths)), file.parts.masses, inertias)
 
     @property
@@ -63,9 +71,13 @@ def add_cable(robot: Robot, joints: Sequence[str], cable: SuspendedCable, box: B
         _add_straight_cable(robot, cable, hoisted, box)
 
 
-def _add_revolute_chain(robot: Robot, cable: SuspendedCable, hoisted: bool, box: BoundingBox) -> None:
+def _add_revolute_chain(
+    robot: Robot, cable: SuspendedCable, hoisted: bool, box: BoundingBox
+) -> None:
     parent = "trolley_link"
-    for k, (end, length) in enumerate(zip(cable.end_link_names, cable.lengths, strict=True), start=1):
+    for k, (end, length) in enumerate(
+        zip(cable.end_link_names, cable.lengths, strict=True), start=1
+    ):
         link, at = f"link_{k}", (0.0, 0.0, -length)
         is_hoisted = hoisted and k == 1
         inertia = cable.inertias[k - 1] if cable.inertias else 0.0
@@ -82,7 +94,9 @@ def _add_revolute_chain(robot: Robot, cable: SuspendedCable, hoisted: bool, box:
         parent = end
 
 
-def _add_straight_cable(robot: Robot, cable: SuspendedCable, hoisted: bool, box: BoundingBox) -> None:
+def _add_straight_cable(
+    robot: Robot, cable: SuspendedCable, hoisted: bool, box: BoundingBox
+) -> None:
     """Add a cable that stays straight: all nodes are fixed to the only link."""
     parent, depths = "link_1", np.cumsum(cable.lengths)
     robot.link(parent, [] if hoisted else _cable_visual(float(depths[-1]), box))
@@ -106,8 +120,9 @@ def add_vector_links(
 
     Their numbers begin with `first`.
 
-    With a hoist the vector of the first link is a product of coordinates, its length and its unit vector, which a URDF
-    cannot express. The hoist then moves the link's lower end straight down, exact where the first link is vertical.
+    With a hoist the vector of the first link is a product of coordinates, its length and its unit
+    vector, which a URDF cannot express. The hoist then moves the link's lower end straight down,
+    exact where the first link is vertical.
     """
     ends = [*(f"node_{k}" for k in range(first, first + len(cable.lengths) - 1)), last]
     for k, (end, length) in enumerate(zip(ends, cable.lengths, strict=True), start=first):
@@ -117,7 +132,11 @@ def add_vector_links(
             parent = f"unit_{k}_{axis}"
         for axis, way in AXES.items():
             child = end if axis == "z" and not is_hoisted else f"scaled_{k}_{axis}"
-            scaled = {"limits": (-length, length), "mimic": f"link_{k}_{axis}", "multiplier": length - 1.0}
+            scaled = {
+                "limits": (-length, length),
+                "mimic": f"link_{k}_{axis}",
+                "multiplier": length - 1.0,
+            }
             robot.slide(f"reach_{k}_{axis}", parent, child, way, **scaled)
             parent = child
         if is_hoisted:

@@ -1,9 +1,10 @@
 """The URDF of cranes with a load on falls: the support, and the load, which moves freely.
 
-Of a gantry, a portal that travels with a trolley on it, the origin of `base_link` is the trolley's rail, where
-`trolley` and `bridge` are zero. Other supports are those of cranes with a rope. The falls are no joints: their
-ends follow from trolley and load. The load's attitude is a quaternion, which no joints of a URDF can be: its link keeps
-the axes of the base here, while a recording turns it.
+Of a gantry, a portal that travels with a trolley on it, the origin of `base_link` is the trolley's
+rail, where `trolley` and `bridge` are zero. Other supports are those of cranes with a rope. The
+falls are no joints: their ends follow from trolley and load. The load's attitude is a quaternion,
+which no joints of a URDF can be: its link keeps the axes of the base here, while a recording turns
+it.
 """
 
 from __future__ import annotations
@@ -15,7 +16,17 @@ from numpy.typing import NDArray
 
 from crane_sim.description.cables import AXES
 from crane_sim.description.robot import DOWN, Robot
-from crane_sim.description.solids import DARK, GREY, ORIGIN, RED, STEEL, YELLOW, Shape, point_mass, tube
+from crane_sim.description.solids import (
+    DARK,
+    GREY,
+    ORIGIN,
+    RED,
+    STEEL,
+    YELLOW,
+    Shape,
+    point_mass,
+    tube,
+)
 from crane_sim.description.suspended import (
     ATTITUDE_JOINT,
     add_axes,
@@ -58,15 +69,26 @@ def add_crane_on_falls(robot: Robot, scene: Scene) -> None:
 def _add_gantry(robot: Robot, scene: Scene) -> str:
     """Add portal and trolley; return the link of the trolley."""
     crane: FallsCrane = scene.model
-    robot.link("bridge_link", portal_visual(portal_of(scene)), point_mass(crane.support.structure.bridge.mass))
-    robot.link("trolley_link", _gantry_trolley(crane.falls), point_mass(crane.support.structure.trolley.mass))
+    robot.link(
+        "bridge_link",
+        portal_visual(portal_of(scene)),
+        point_mass(crane.support.structure.bridge.mass),
+    )
+    robot.link(
+        "trolley_link",
+        _gantry_trolley(crane.falls),
+        point_mass(crane.support.structure.trolley.mass),
+    )
     return add_axes(robot)
 
 
 def add_head(robot: Robot, falls: Falls, tip: str) -> None:
     """Add what holds the falls' upper ends at the tip, a plate that stays level."""
     low, high = falls.top.min(axis=0), falls.top.max(axis=0)
-    (x, y, z), (a, b, _) = (0.5 * (low + high)).tolist(), (high - low + 0.02 * falls.length).tolist()
+    (x, y, z), (a, b, _) = (
+        (0.5 * (low + high)).tolist(),
+        (high - low + 0.02 * falls.length).tolist(),
+    )
     robot.link("head_link", [Shape((a, b, 0.01 * falls.length), (x, y, z), STEEL)])
     robot.fix("head", tip, "head_link")
 
@@ -79,14 +101,19 @@ def add_load(robot: Robot, crane: FallsCrane) -> None:
         parent = f"payload_{axis}_link"
     robot.fix(ATTITUDE_JOINT, parent, "payload_link")
     slab = slab_below(crane)
-    shapes = spreader_visual(crane.load, crane.falls) if slab is None else slung_visual(slab, crane.falls)
+    shapes = (
+        spreader_visual(crane.load, crane.falls)
+        if slab is None
+        else slung_visual(slab, crane.falls)
+    )
     robot.link("payload_link", shapes, body_of(crane.load, ORIGIN))
 
 
 def slab_below(crane: FallsCrane) -> Shape | None:
     """Return the flat concrete load over the points that touch a surface, None if not flat.
 
-    The moments of a slab with its hook block high above it are those of a box much higher than it is.
+    The moments of a slab with its hook block high above it are those of a box much higher than it
+    is.
     """
     if crane.contact is None or crane.exchange is not None:
         return None
@@ -103,8 +130,12 @@ def slung_visual(slab: Shape, falls: Falls) -> list[Shape]:
     """Return a slab, four slings from its corners, and the hook block at which they meet."""
     (a, b, thick), (x, y, z) = slab.size, slab.at
     top, spread = falls.bottom.mean(axis=0), np.ptp(falls.bottom[:, :2], axis=0) + 0.2
-    hook = Shape((*spread.tolist(), 0.5), (float(top[0]), float(top[1]), float(top[2]) - 0.25), YELLOW)
-    corners = [(x + i * 0.45 * a, y + j * 0.45 * b, z + 0.5 * thick) for i in (1, -1) for j in (1, -1)]
+    hook = Shape(
+        (*spread.tolist(), 0.5), (float(top[0]), float(top[1]), float(top[2]) - 0.25), YELLOW
+    )
+    corners = [
+        (x + i * 0.45 * a, y + j * 0.45 * b, z + 0.5 * thick) for i in (1, -1) for j in (1, -1)
+    ]
     return [slab, hook, *(_sling(np.array(corner), top - (0.0, 0.0, 0.5)) for corner in corners)]
 
 
@@ -129,7 +160,8 @@ def container_edges(edges: tuple[float, float, float]) -> tuple[float, float, fl
 def spreader_visual(load: RigidLoad, falls: Falls) -> list[Shape]:
     """Return a box of even density with the load's moments, or a container, and what holds it.
 
-    That is a spreader, or where the falls' ends are in a line a lug below each; what is long hangs so as a boat does.
+    That is a spreader, or where the falls' ends are in a line a lug below each; what is long hangs
+    so as a boat does.
     """
     x, y, z = edges = container_edges(box_edges(load))
     top, (a, b) = float(falls.bottom[:, 2].mean()), np.ptp(falls.bottom[:, :2], axis=0) + 0.3
@@ -163,12 +195,18 @@ def _boat(edges: tuple[float, float, float], falls: Falls) -> list[Shape]:
 def _lugs(falls: Falls, top: float) -> list[Shape]:
     """Return a lug between the top of a load [m] and the lower end of each fall."""
     ends = [tuple(map(float, end)) for end in falls.bottom]
-    return [Shape((0.3, 0.3, max(abs(z - top), 0.2)), (x, y, 0.5 * (top + z)), YELLOW) for x, y, z in ends]
+    return [
+        Shape((0.3, 0.3, max(abs(z - top), 0.2)), (x, y, 0.5 * (top + z)), YELLOW)
+        for x, y, z in ends
+    ]
 
 
 def _gantry_trolley(falls: Falls) -> list[Shape]:
     a, b = (float(part) for part in np.ptp(falls.top[:, :2], axis=0) + 1.0)
-    return [Shape((a, b, 0.5), (0.0, 0.0, 0.4), DARK), Shape((0.6 * a, 0.5 * b, 0.8), (0.0, 0.0, 1.0), GREY)]
+    return [
+        Shape((a, b, 0.5), (0.0, 0.0, 0.4), DARK),
+        Shape((0.6 * a, 0.5 * b, 0.8), (0.0, 0.0, 1.0), GREY),
+    ]
 
 
 MAST = 0.38  # of the boom's length: height of the mast above the girders
@@ -205,7 +243,9 @@ class Portal(NamedTuple):
     @property
     def top(self) -> float:
         """Height [m] of the highest part."""
-        return self.leg_top + (0.0 if self.boom is None else MAST * abs(self.boom[1] - self.boom[0]))
+        return self.leg_top + (
+            0.0 if self.boom is None else MAST * abs(self.boom[1] - self.boom[0])
+        )
 
 
 def depth_of(scene: Scene) -> float:
@@ -224,8 +264,12 @@ def portal_of(scene: Scene) -> Portal:
     left, right = min(places) - beyond, max(places) + beyond
     unit = depth / 30.0
     if file.legs is None:
-        return Portal((left, right), (left + 2.0 * unit, right - 2.0 * unit), depth, 4.5 * unit, 4.5 * unit)
-    half_span = max(4.5 * unit, 0.75 * box_edges(scene.model.load)[1])  # so that the load passes between them
+        return Portal(
+            (left, right), (left + 2.0 * unit, right - 2.0 * unit), depth, 4.5 * unit, 4.5 * unit
+        )
+    half_span = max(
+        4.5 * unit, 0.75 * box_edges(scene.model.load)[1]
+    )  # so that the load passes between them
     return Portal((left, right), file.legs, depth, 4.5 * unit, half_span)
 
 
@@ -275,12 +319,25 @@ def _mast(portal: Portal, root: float, tip: float) -> list[Shape]:
     other, out = (far if root == near else near), 1.0 if tip > root else -1.0
     apex, beam = (root, portal.top), 1.0 + 0.8 * unit
     feet = [*((root + share * (tip - root), beam) for share in STAYED), (other, portal.leg_top)]
-    shapes = [Shape((0.8 * unit, 2.0 * portal.half_gauge + unit, 0.8 * unit), (root, 0.0, portal.top), YELLOW)]
+    shapes = [
+        Shape(
+            (0.8 * unit, 2.0 * portal.half_gauge + unit, 0.8 * unit),
+            (root, 0.0, portal.top),
+            YELLOW,
+        )
+    ]
     for y in (portal.half_gauge, -portal.half_gauge):
         stays = [tube(apex, foot, 0.18 * unit, STEEL) for foot in feet]
         post = Shape(
-            (unit, 0.8 * unit, portal.top - portal.leg_top), (root, 0.0, 0.5 * (portal.top + portal.leg_top)), YELLOW
+            (unit, 0.8 * unit, portal.top - portal.leg_top),
+            (root, 0.0, 0.5 * (portal.top + portal.leg_top)),
+            YELLOW,
         )
         shapes += [shape._replace(at=(shape.at[0], y, shape.at[2])) for shape in (*stays, post)]
     house = (0.35 * (far - near), 1.6 * portal.half_gauge, 4.0 * unit)
-    return [*shapes, Shape(house, (other + 0.1 * out * (far - near), 0.0, portal.leg_top + 0.5 * house[2]), GREY)]
+    return [
+        *shapes,
+        Shape(
+            house, (other + 0.1 * out * (far - near), 0.0, portal.leg_top + 0.5 * house[2]), GREY
+        ),
+    ]

@@ -1,6 +1,7 @@
 """Motions of a crane's frames in the world, along its URDF: pose, velocity, angular velocity.
 
-A child frame at the offset d in a parent frame with rotation matrix R, velocity v and angular velocity w has
+A child frame at the offset d in a parent frame with rotation matrix R, velocity v and angular
+velocity w has
 
     v_c = v + w × R d + R d',    w_c = w + R w_rel,
 
@@ -16,13 +17,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crane_sim.description.rotations import rotation_matrices
-from crane_sim.description.transforms import BASE, WORLD, RelativeMotion, TransformTree, base_transform
+from crane_sim.description.transforms import (
+    BASE,
+    WORLD,
+    RelativeMotion,
+    TransformTree,
+    base_transform,
+)
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.base_state import base_state
 
 Array = NDArray[np.float64]
 
-DIFFERENCE_STEP = 1e-4  # s, of central differences: truncation errors are of its square, 1e-8, and rounding is 1e-11
+# s, of central differences: truncation errors are of its square, 1e-8, and rounding is 1e-11
+DIFFERENCE_STEP = 1e-4
 
 
 class FrameMotion(NamedTuple):
@@ -50,13 +58,20 @@ def frame_motions(
         base = base_state(scene, t)
         rotation = base.rotation
         relative.append(
-            RelativeMotion(base_transform(base), rotation @ base.velocity, rotation @ base.angular_velocity)
+            RelativeMotion(
+                base_transform(base), rotation @ base.velocity, rotation @ base.angular_velocity
+            )
         )
     return _chain_motions(relative, WORLD)
 
 
 def frame_accelerations(
-    scene: Scene, tree: TransformTree, t: float, q: Sequence[float], v: Sequence[float], a: Sequence[float]
+    scene: Scene,
+    tree: TransformTree,
+    t: float,
+    q: Sequence[float],
+    v: Sequence[float],
+    a: Sequence[float],
 ) -> dict[str, FrameAcceleration]:
     """Return the accelerations of all frames but `world`, by central differences of velocities.
 
@@ -71,7 +86,9 @@ def frame_accelerations(
 
     def motions_after(h: float) -> dict[str, FrameMotion]:
         moved = position + h * (velocity + 0.5 * h * acceleration)
-        return frame_motions(scene, tree, t + h, moved.tolist(), (velocity + h * acceleration).tolist())
+        return frame_motions(
+            scene, tree, t + h, moved.tolist(), (velocity + h * acceleration).tolist()
+        )
 
     before, after = motions_after(-s), motions_after(s)
     return {
@@ -83,7 +100,9 @@ def frame_accelerations(
     }
 
 
-def frame_motions_in_base(tree: TransformTree, q: Sequence[float], v: Sequence[float]) -> dict[str, FrameMotion]:
+def frame_motions_in_base(
+    tree: TransformTree, q: Sequence[float], v: Sequence[float]
+) -> dict[str, FrameMotion]:
     """Return the motions of all frames relative to the base, in its axes.
 
     The joint positions q and velocities v are (nq,).
@@ -93,7 +112,9 @@ def frame_motions_in_base(tree: TransformTree, q: Sequence[float], v: Sequence[f
 
 def _chain_motions(relative: Sequence[RelativeMotion], root: str) -> dict[str, FrameMotion]:
     """Return the motions of all frames below `root`, relative to it and in its axes."""
-    above = {motion.transform.child: motion for motion in relative if motion.transform.child != root}
+    above = {
+        motion.transform.child: motion for motion in relative if motion.transform.child != root
+    }
     found = {root: FrameMotion(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3))}
 
     for frame in above:

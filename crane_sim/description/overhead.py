@@ -1,8 +1,8 @@
 """The URDF of an overhead crane: a trolley below a rail along x, a bridge along y, and a cable.
 
-`base_link` has its origin on the rail's line, at the height of the cable's upper end. Frames `node_1` .. `node_<N-1>`
-and `payload_link` are the nodes of the cable. All masses are point masses, those of the scene; only the cable's links
-have moments of inertia.
+`base_link` has its origin on the rail's line, at the height of the cable's upper end. Frames
+`node_1` .. `node_<N-1>` and `payload_link` are the nodes of the cable. All masses are point masses,
+those of the scene; only the cable's links have moments of inertia.
 """
 
 from __future__ import annotations
@@ -44,7 +44,9 @@ def add_overhead_crane(robot: Robot, scene: Scene) -> None:
     _add_nodes(robot, cable, box)
     if config.hoist is not None and config.hoist.inertia:
         drum = f"hoist.inertia = {config.hoist.inertia:g} kg, reflected mass of the drum"
-        robot.comment(f"{drum}: adds to this joint only, to no link", "hoist")  # as no link can have it
+        robot.comment(
+            f"{drum}: adds to this joint only, to no link", "hoist"
+        )  # as no link can have it
 
 
 def _add_nodes(robot: Robot, cable: SuspendedCable, box: BoundingBox) -> None:
@@ -89,9 +91,20 @@ def trolley(box: BoundingBox) -> list[Shape]:
     unit = box.unit
     shapes = [Shape((0.13 * unit, 0.3 * unit), ORIGIN, STEEL, RPY_ALONG_Y)]
     for side in (1.0, -1.0):
-        shapes.append(Shape((0.9 * unit, 0.05 * unit, 0.5 * unit), (0.0, side * 0.23 * unit, 0.2 * unit), GREY))
+        shapes.append(
+            Shape(
+                (0.9 * unit, 0.05 * unit, 0.5 * unit), (0.0, side * 0.23 * unit, 0.2 * unit), GREY
+            )
+        )
         for x in (0.28 * unit, -0.28 * unit):
-            shapes.append(Shape((0.11 * unit, 0.09 * unit), (x, side * 0.13 * unit, 0.365 * unit), STEEL, RPY_ALONG_Y))
+            shapes.append(
+                Shape(
+                    (0.11 * unit, 0.09 * unit),
+                    (x, side * 0.13 * unit, 0.365 * unit),
+                    STEEL,
+                    RPY_ALONG_Y,
+                )
+            )
     return [*shapes, Shape((0.7 * unit, 0.5 * unit, 0.08 * unit), (0.0, 0.0, 0.1 * unit), DARK)]
 
 
@@ -107,7 +120,11 @@ def payload(mass: float, box: BoundingBox) -> list[Shape]:
 
 def node_radius(mass: float, link: float, box: BoundingBox) -> float:
     """Return the radius [m] of a node's ball below a link [m]: a steel ball's, kept visible."""
-    return min(max(cbrt(0.75 * mass / (3.1416 * NODE_DENSITY)), 0.008 * box.depth), 0.02 * box.depth, 0.3 * link)
+    return min(
+        max(cbrt(0.75 * mass / (3.1416 * NODE_DENSITY)), 0.008 * box.depth),
+        0.02 * box.depth,
+        0.3 * link,
+    )
 
 
 def node(radius: float) -> Shape:
@@ -143,7 +160,9 @@ def _trestle(x: float, top: float, floor: float, unit: float) -> list[Shape]:
     for side in (1.0, -1.0):
         lean = (side * atan2(spread, height), 0.0, 0.0)
         shapes.append(Shape(leg, (x, side * 0.5 * (foot + head), 0.5 * (top + floor)), GREY, lean))
-        shapes.append(Shape((0.5 * unit, 0.4 * unit, 0.1 * unit), (x, side * foot, floor + 0.05 * unit), DARK))
+        shapes.append(
+            Shape((0.5 * unit, 0.4 * unit, 0.1 * unit), (x, side * foot, floor + 0.05 * unit), DARK)
+        )
     return shapes
 
 
@@ -152,9 +171,17 @@ def _runways(box: BoundingBox) -> list[Shape]:
     top, length = -0.13 * unit, far - near + 1.6 * unit
     shapes = []
     for x in box.rail(0):
-        shapes.append(Shape((0.24 * unit, length, 0.4 * unit), (x, 0.5 * (near + far), top - 0.2 * unit), GREY))
+        shapes.append(
+            Shape(
+                (0.24 * unit, length, 0.4 * unit), (x, 0.5 * (near + far), top - 0.2 * unit), GREY
+            )
+        )
         for y in (near, far):
             height = top - 0.4 * unit - box.floor
-            shapes.append(Shape((0.24 * unit, 0.24 * unit, height), (x, y, box.floor + 0.5 * height), GREY))
-            shapes.append(Shape((0.6 * unit, 0.6 * unit, 0.1 * unit), (x, y, box.floor + 0.05 * unit), DARK))
+            shapes.append(
+                Shape((0.24 * unit, 0.24 * unit, height), (x, y, box.floor + 0.5 * height), GREY)
+            )
+            shapes.append(
+                Shape((0.6 * unit, 0.6 * unit, 0.1 * unit), (x, y, box.floor + 0.05 * unit), DARK)
+            )
     return shapes

@@ -1,7 +1,7 @@
 """The URDF of a payload below a driven suspension point: sliding joints, the rope's direction.
 
-`base_link` is the frame of the base. The suspension point is drawn as the head of a boom that the model does not have:
-it has no mass, since its motion is given.
+`base_link` is the frame of the base. The suspension point is drawn as the head of a boom that the
+model does not have: it has no mass, since its motion is given.
 """
 
 from __future__ import annotations
@@ -9,7 +9,16 @@ from __future__ import annotations
 from crane_sim.description.cables import AXES, SuspendedCable, add_vector_links
 from crane_sim.description.falls import add_head, add_load
 from crane_sim.description.robot import Robot
-from crane_sim.description.solids import DARK, ORIGIN, RPY_ALONG_Y, STEEL, YELLOW, Shape, payload_box, point_mass
+from crane_sim.description.solids import (
+    DARK,
+    ORIGIN,
+    RPY_ALONG_Y,
+    STEEL,
+    YELLOW,
+    Shape,
+    payload_box,
+    point_mass,
+)
 from crane_sim.description.suspended import add_nodes, add_payload, hung_length
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
@@ -29,7 +38,14 @@ def add_pendulum(robot: Robot, scene: Scene) -> None:
         add_load(robot, crane)
     elif isinstance(crane, SuspendedCrane):
         masses, last = add_nodes(robot, crane, 0.03 * length)
-        add_vector_links(robot, SuspendedCable(tuple(crane.cable.lengths.tolist()), masses), False, above, 1, last)
+        add_vector_links(
+            robot,
+            SuspendedCable(tuple(crane.cable.lengths.tolist()), masses),
+            False,
+            above,
+            1,
+            last,
+        )
         add_payload(robot, crane, last, length)
     else:
         mass = float(crane.load.mass)

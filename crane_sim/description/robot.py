@@ -21,7 +21,8 @@ LEFT: Vector = (0.0, 1.0, 0.0)
 RIGHT: Vector = (0.0, -1.0, 0.0)  # a positive turn about it lifts the x axis
 MOMENTS, PRODUCTS = ("ixx", "iyy", "izz"), ("ixy", "ixz", "iyz")
 UNBOUNDED = 1e12
-"""Stands for no limit [m, rad, rad/s, N, ...]: the format takes no infinity, and no scene file a larger number."""
+"""Stands for no limit [m, rad, rad/s, N, ...]: the format takes no infinity, and no scene file a
+larger number."""
 NONNEGATIVE_JOINTS = ("rope", "hoist")  # joints that are never below zero
 
 
@@ -36,7 +37,11 @@ class Robot:
 
     def comment(self, text: str, joint: str = "") -> None:
         """Add a comment, to a joint where one is named."""
-        place = self._root if not joint else next(j for j in self._root.iter("joint") if j.get("name") == joint)
+        place = (
+            self._root
+            if not joint
+            else next(j for j in self._root.iter("joint") if j.get("name") == joint)
+        )
         place.append(ElementTree.Comment(f" {text} "))
 
     def link(self, name: str, shapes: Sequence[Shape] = (), body: Body | None = None) -> None:
@@ -44,16 +49,23 @@ class Robot:
         link = ElementTree.SubElement(self._root, "link", name=name)
         if body is not None:
             inertial = ElementTree.SubElement(link, "inertial")
-            ElementTree.SubElement(inertial, "origin", xyz=_numbers(*body.centre), rpy=_numbers(*ORIGIN))
+            ElementTree.SubElement(
+                inertial, "origin", xyz=_numbers(*body.centre), rpy=_numbers(*ORIGIN)
+            )
             ElementTree.SubElement(inertial, "mass", value=_numbers(body.mass))
-            moments = {name: _numbers(value) for name, value in zip(MOMENTS, body.inertia, strict=True)}
+            moments = {
+                name: _numbers(value) for name, value in zip(MOMENTS, body.inertia, strict=True)
+            }
             products = {
-                key: _numbers(value) if value else "0" for key, value in zip(PRODUCTS, body.products, strict=True)
+                key: _numbers(value) if value else "0"
+                for key, value in zip(PRODUCTS, body.products, strict=True)
             }
             ElementTree.SubElement(inertial, "inertia", moments | products)
         for number, shape in enumerate(shapes):
             visual = ElementTree.SubElement(link, "visual", name=f"{name}_{number}")
-            ElementTree.SubElement(visual, "origin", xyz=_numbers(*shape.at), rpy=_numbers(*shape.rpy))
+            ElementTree.SubElement(
+                visual, "origin", xyz=_numbers(*shape.at), rpy=_numbers(*shape.rpy)
+            )
             _add_solid(ElementTree.SubElement(visual, "geometry"), shape.size)
             material = ElementTree.SubElement(visual, "material", name=f"{name}_{number}")
             ElementTree.SubElement(material, "color", rgba=shape.color)
@@ -92,7 +104,9 @@ class Robot:
             _limit(joint, limits, inf, inf)
         self._mimic(joint, mimic, multiplier)
 
-    def level(self, joint: str, parent: str, axis: Vector, name: str = "", at: Vector = ORIGIN) -> str:
+    def level(
+        self, joint: str, parent: str, axis: Vector, name: str = "", at: Vector = ORIGIN
+    ) -> str:
         """Add a frame that undoes the turn of a joint about its axis; return its link."""
         name = name or f"level_{joint}"
         self.turn(name, parent, f"{name}_link", axis, at, mimic=joint)
@@ -123,14 +137,18 @@ class Robot:
 
     def _mimic(self, joint: ElementTree.Element, mimic: str, multiplier: float) -> None:
         if mimic:
-            ElementTree.SubElement(joint, "mimic", joint=mimic, multiplier=_numbers(multiplier), offset="0")
+            ElementTree.SubElement(
+                joint, "mimic", joint=mimic, multiplier=_numbers(multiplier), offset="0"
+            )
 
 
 def _add_solid(geometry: ElementTree.Element, size: Sequence[float]) -> None:
     if len(size) == 3:
         ElementTree.SubElement(geometry, "box", size=_numbers(*size))
     elif len(size) == 2:
-        ElementTree.SubElement(geometry, "cylinder", radius=_numbers(size[0]), length=_numbers(size[1]))
+        ElementTree.SubElement(
+            geometry, "cylinder", radius=_numbers(size[0]), length=_numbers(size[1])
+        )
     else:
         ElementTree.SubElement(geometry, "sphere", radius=_numbers(*size))
 
@@ -146,7 +164,10 @@ def _add_limit(joint: ElementTree.Element, scene: Scene) -> None:
     effort = speed = inf
     if scene.hardware is not None and name in scene.actuated:
         index = scene.actuated.index(name)
-        if scene.effort_units[index] in ("N", "N m"):  # the efforts of a URDF are forces and torques
+        if scene.effort_units[index] in (
+            "N",
+            "N m",
+        ):  # the efforts of a URDF are forces and torques
             drive = scene.hardware.drives[index]
             effort = float(max(abs(drive.low), abs(drive.high)))
         if scene.hardware.servos is not None:
@@ -159,9 +180,15 @@ def _add_limit(joint: ElementTree.Element, scene: Scene) -> None:
         _limit(joint, None, effort, speed)
 
 
-def _limit(joint: ElementTree.Element, ends: tuple[float, float] | None, effort: float, velocity: float) -> None:
+def _limit(
+    joint: ElementTree.Element, ends: tuple[float, float] | None, effort: float, velocity: float
+) -> None:
     """Add a joint's limit: ends [rad or m], if any, effort [N m or N], velocity [rad/s or m/s]."""
-    limit = {} if ends is None else {"lower": max(ends[0], -UNBOUNDED), "upper": min(ends[1], UNBOUNDED)}
+    limit = (
+        {}
+        if ends is None
+        else {"lower": max(ends[0], -UNBOUNDED), "upper": min(ends[1], UNBOUNDED)}
+    )
     limit |= {"effort": min(effort, UNBOUNDED), "velocity": min(velocity, UNBOUNDED)}
     ElementTree.SubElement(joint, "limit", {key: _numbers(value) for key, value in limit.items()})
 

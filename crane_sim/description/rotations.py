@@ -1,6 +1,7 @@
 """Unit quaternions (x, y, z, w) and rotation matrices.
 
-Those of many instants at once are arrays: scipy's would take a seventh of a recorder's start to import.
+Those of many instants at once are arrays: scipy's would take a seventh of a recorder's start to
+import.
 """
 
 from __future__ import annotations
@@ -57,7 +58,9 @@ def quaternions_of(roll: Array, pitch: Array, yaw: Array) -> Array:
         pitch: (K,) rad, about y.
         yaw: (K,) rad, about z.
     """
-    (cr, cp, cy), (sr, sp, sy) = ([f(0.5 * angle) for angle in (roll, pitch, yaw)] for f in (np.cos, np.sin))
+    (cr, cp, cy), (sr, sp, sy) = (
+        [f(0.5 * angle) for angle in (roll, pitch, yaw)] for f in (np.cos, np.sin)
+    )
     x = cy * cp * sr - sy * sp * cr
     y = cy * sp * cr + sy * cp * sr
     z = sy * cp * cr - cy * sp * sr
@@ -70,7 +73,9 @@ def rotation_matrices(quaternions: Array) -> Array:
     n, w = quaternions[:, :3], quaternions[:, 3, None, None]
     zero = np.zeros(len(n))
     x, y, z = n.T
-    cross = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)  # of n with a vector
+    cross = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(
+        2, 0, 1
+    )  # of n with a vector
     outer, square = n[:, :, None] * n[:, None, :], np.sum(n * n, axis=1)[:, None, None]
     return ((w * w - square) * np.eye(3) + 2.0 * (outer + w * cross)) / (w * w + square)
 

@@ -8,7 +8,11 @@ from typing import NamedTuple
 
 Vector = tuple[float, float, float]
 ORIGIN: Vector = (0.0, 0.0, 0.0)
-RPY_ALONG_Y: Vector = (pi / 2, 0.0, 0.0)  # roll, pitch, yaw of a cylinder, by default along z, along y
+RPY_ALONG_Y: Vector = (
+    pi / 2,
+    0.0,
+    0.0,
+)  # roll, pitch, yaw of a cylinder, by default along z, along y
 
 YELLOW = "0.95 0.66 0.08 1"
 DARK = "0.20 0.23 0.27 1"
@@ -21,7 +25,8 @@ GLASS = "0.35 0.60 0.75 1"
 class Shape(NamedTuple):
     """A solid of one colour, in the frame of its link.
 
-    Its size gives its kind: three edge lengths of a box, radius and length of a cylinder along z, radius of a sphere.
+    Its size gives its kind: three edge lengths of a box, radius and length of a cylinder along z,
+    radius of a sphere.
     """
 
     size: Sequence[float]  # m
@@ -46,7 +51,9 @@ def tube(start: Sequence[float], end: Sequence[float], radius: float, color: str
     return Shape((radius, hypot(*along)), middle, color, (0.0, atan2(*along), 0.0))
 
 
-def hydraulic_cylinder(foot: Sequence[float], rod_end: Sequence[float], radius: float) -> list[Shape]:
+def hydraulic_cylinder(
+    foot: Sequence[float], rod_end: Sequence[float], radius: float
+) -> list[Shape]:
     """Return barrel and rod from foot to rod end (x, z) [m], which are drawn, not simulated."""
     barrel_end = tuple(a + 0.6 * (b - a) for a, b in zip(foot, rod_end, strict=True))
     return [tube(foot, barrel_end, radius, DARK), tube(barrel_end, rod_end, 0.55 * radius, STEEL)]

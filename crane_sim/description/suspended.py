@@ -2,10 +2,11 @@
 
 The support's part is that of cranes with falls as well.
 
-The origin of `base_link` is the model's: at the height of the jib's underside on the tower's axis, on the slewing axis
-of a mobile crane, or on the trolley's rail. Further links are unit vectors in the axes of the base, so joints `level_*`
-undo the turns of rope and slew. A payload's attitude is four components of a quaternion, which no joints of a URDF can
-be: its link keeps the axes of the base here, while a recording turns it.
+The origin of `base_link` is the model's: at the height of the jib's underside on the tower's axis,
+on the slewing axis of a mobile crane, or on the trolley's rail. Further links are unit vectors in
+the axes of the base, so joints `level_*` undo the turns of rope and slew. A payload's attitude is
+four components of a quaternion, which no joints of a URDF can be: its link keeps the axes of the
+base here, while a recording turns it.
 """
 
 from __future__ import annotations
@@ -79,7 +80,9 @@ def contact_height(scene: Scene) -> float | None:
     contact = getattr(scene.model, "contact", None)
     if contact is None:
         return None
-    return float(contact.surface.height if contact.changes is None else contact.changes.heights.min())
+    return float(
+        contact.surface.height if contact.changes is None else contact.changes.heights.min()
+    )
 
 
 def ground_height(scene: Scene) -> float:
@@ -123,7 +126,12 @@ def _add_rigging(robot: Robot, crane: SuspendedCrane, joints: Sequence[str], siz
     """Add the rope's length, further links and the payload."""
     end = "rope_end_link"
     robot.slide("rope", "rope_link", end, DOWN)
-    turns = {"swing_radial": RIGHT, "swing_tangential": FORWARD, "lateral_deflection": UP, "slew": UP}
+    turns = {
+        "swing_radial": RIGHT,
+        "swing_tangential": FORWARD,
+        "lateral_deflection": UP,
+        "slew": UP,
+    }
     for joint in (name for name in turns if name in joints):
         end = robot.level(joint, end, turns[joint])
     masses, last = add_nodes(robot, crane, 0.012 * size)
@@ -165,7 +173,12 @@ def add_drives(robot: Robot, scene: Scene) -> None:
     units = dict(zip(scene.joint_names, scene.joint_units, strict=True))
     for name in (name for name in scene.joint_names if "_drive_" in name):
         add = robot.slide if units[name] == "m" else robot.turn
-        add(name, "base_link", f"{name}_link", {"bridge": LEFT, "slew": UP}.get(name.partition("_")[0], FORWARD))
+        add(
+            name,
+            "base_link",
+            f"{name}_link",
+            {"bridge": LEFT, "slew": UP}.get(name.partition("_")[0], FORWARD),
+        )
 
 
 def add_axes(robot: Robot) -> str:
@@ -185,7 +198,10 @@ def body_of(load: RigidLoad, centre: tuple[float, float, float]) -> Body:
 def box_edges(load: RigidLoad) -> tuple[float, float, float]:
     """Return the edges [m] of the box of even density that has a load's moments of inertia."""
     moments = np.diag(np.array(load.inertia))
-    x, y, z = (float(edge) for edge in np.sqrt(np.maximum(12.0 * (0.5 * moments.sum() - moments) / load.mass, 1e-6)))
+    x, y, z = (
+        float(edge)
+        for edge in np.sqrt(np.maximum(12.0 * (0.5 * moments.sum() - moments) / load.mass, 1e-6))
+    )
     return x, y, z
 
 
@@ -201,7 +217,9 @@ def _foot(unit: float, ground: float) -> Shape:
     return Shape((5.0 * unit, 5.0 * unit, unit), (0.0, 0.0, ground + 0.5 * unit), GREY)
 
 
-def _add_tower(robot: Robot, support: TowerCrane, bends: FlexibleSupport | None, size: float, ground: float) -> str:
+def _add_tower(
+    robot: Robot, support: TowerCrane, bends: FlexibleSupport | None, size: float, ground: float
+) -> str:
     """Add mast, jib and trolley; return the link where the rope begins.
 
     `bends`: what bends, None of a rigid crane.
@@ -229,19 +247,32 @@ def _add_swaying_tower(robot: Robot, tower: SwayingTower, size: float, ground: f
 
     Its axes are level.
     """
-    unit, h, masses, places = 0.02 * size, tower.height, np.array(tower.masses), np.array(tower.places)
-    below = Shape((1.6 * unit, 1.6 * unit, max(-ground - h, unit)), (0.0, 0.0, 0.5 * (ground - h)), YELLOW)
+    unit, h, masses, places = (
+        0.02 * size,
+        tower.height,
+        np.array(tower.masses),
+        np.array(tower.places),
+    )
+    below = Shape(
+        (1.6 * unit, 1.6 * unit, max(-ground - h, unit)), (0.0, 0.0, 0.5 * (ground - h)), YELLOW
+    )
     robot.link("base_link", [_foot(unit, ground), below])
     robot.link("mast_link", [Shape((1.6 * unit, 1.6 * unit, h), (0.0, 0.0, 0.5 * h), YELLOW)])
     centre = float(masses @ places / masses.sum())
     turning = float(masses @ (places - centre) ** 2)
     jib = [_truss(-COUNTER_JIB * size, size, unit), *_tower_head(size, unit)]
-    robot.link("slew_link", jib, Body(float(masses.sum()), (centre, 0.0, 0.0), (0.0, turning, turning)))
+    robot.link(
+        "slew_link", jib, Body(float(masses.sum()), (centre, 0.0, 0.0), (0.0, turning, turning))
+    )
     robot.turn("mast_x_deflection", "base_link", "mast_joint_link", FORWARD, (0.0, 0.0, -h))
     robot.turn("mast_y_deflection", "mast_joint_link", "mast_link", LEFT)
     robot.turn("slew", "mast_link", "slew_link", UP, (0.0, 0.0, h))
     last = _add_jib_trolley(robot, "slew_link", tower.support.trolley.mass, unit)
-    undone = [("slew", UP, -1.0), ("mast_y_deflection", LEFT, -1.0), ("mast_x_deflection", FORWARD, -1.0)]
+    undone = [
+        ("slew", UP, -1.0),
+        ("mast_y_deflection", LEFT, -1.0),
+        ("mast_x_deflection", FORWARD, -1.0),
+    ]
     for k, (joint, axis, sign) in enumerate([*undone, ("slew", UP, 1.0)]):
         robot.turn(f"level_mast_{k}", last, f"level_{k}_link", axis, mimic=joint, multiplier=sign)
         last = f"level_{k}_link"
@@ -255,7 +286,9 @@ def _add_bent_jib(robot: Robot, bends: FlexibleSupport, size: float, unit: float
     robot.link("slew_link", counter, Body(section.mass, (section.centre, 0.0, 0.0), ORIGIN))
     robot.link("jib_link", [_truss(0.0, size, unit)], _thin(rod.mass, rod.centre, rod.inertia))
     _add_bending(robot, bends, "slew_link", "jib_link")
-    return _level_bending(robot, bends, _add_jib_trolley(robot, "jib_link", bends.outer.telescope.mass, unit))
+    return _level_bending(
+        robot, bends, _add_jib_trolley(robot, "jib_link", bends.outer.telescope.mass, unit)
+    )
 
 
 def _thin(mass: float, centre: float, inertia: float) -> Body:
@@ -315,8 +348,12 @@ def _add_bridge(robot: Robot, support: Bridge, scene: Scene, size: float) -> str
     """Add bridge and trolley; return the link of the trolley."""
     unit = 0.03 * size
     left, right = bridge_reach(scene, size)
-    girder = Shape((right - left, unit, 1.6 * unit), (0.5 * (left + right), 0.0, 1.6 * unit), YELLOW)
-    carriages = [Shape((unit, 6.0 * unit, unit), (end, 0.0, 1.2 * unit), DARK) for end in (left, right)]
+    girder = Shape(
+        (right - left, unit, 1.6 * unit), (0.5 * (left + right), 0.0, 1.6 * unit), YELLOW
+    )
+    carriages = [
+        Shape((unit, 6.0 * unit, unit), (end, 0.0, 1.2 * unit), DARK) for end in (left, right)
+    ]
     robot.link("base_link", _runway(scene, (left, right), unit, ground_height(scene)))
     robot.link("bridge_link", [girder, *carriages], point_mass(support.axes[1].mass))
     robot.link("trolley_link", _jib_trolley(unit), point_mass(support.trolley.mass))
@@ -337,7 +374,9 @@ def _runway(scene: Scene, ends: tuple[float, float], unit: float, ground: float)
     return beams + columns
 
 
-def _add_boom(robot: Robot, support: TelescopicBoom, bends: FlexibleSupport | None, size: float, length: float) -> str:
+def _add_boom(
+    robot: Robot, support: TelescopicBoom, bends: FlexibleSupport | None, size: float, length: float
+) -> str:
     """Add carrier, superstructure and boom; return the boom's tip link, with level axes."""
     unit, parts, (ahead, above) = 0.02 * size, support.superstructure, support.superstructure.foot
     first, second, foot = support.base_section, support.telescope, (ahead, 0.0, above)
@@ -364,7 +403,15 @@ def _add_bent_boom(robot: Robot, bends: FlexibleSupport, foot: tuple[float, floa
     parent = "boom_link"
     if bends.lateral is not None:
         robot.turn("lateral_deflection", "slew_link", "bent_slew_link", UP)
-        robot.turn("bent_boom", "bent_slew_link", "bent_boom_link", RIGHT, foot, mimic="boom", multiplier=1.0)
+        robot.turn(
+            "bent_boom",
+            "bent_slew_link",
+            "bent_boom_link",
+            RIGHT,
+            foot,
+            mimic="boom",
+            multiplier=1.0,
+        )
         parent = "bent_boom_link"
     if bends.vertical is None:
         return parent
@@ -389,7 +436,12 @@ def _boom_section(length: float, start: float, width: float) -> list[Shape]:
 def _carrier(size: float, unit: float) -> list[Shape]:
     height, ground = 3.0 * unit, -FOOT_HEIGHT * size
     axles = [
-        Shape((0.9 * unit, 0.7 * unit), (x * unit, side * 1.6 * unit, ground + 0.9 * unit), DARK, RPY_ALONG_Y)
+        Shape(
+            (0.9 * unit, 0.7 * unit),
+            (x * unit, side * 1.6 * unit, ground + 0.9 * unit),
+            DARK,
+            RPY_ALONG_Y,
+        )
         for x in (-4.5, -2.2, 2.2, 4.5)
         for side in (1.0, -1.0)
     ]

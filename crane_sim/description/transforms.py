@@ -1,7 +1,8 @@
 """Transforms between a crane's frames, from its URDF and joint positions, as a tree holds them.
 
-Those of fixed joints never change. The others are one for each joint that moves, `world` to `base_link` where the base
-moves, and the payload's turn where its attitude is part of the state: no joint of a URDF can be a quaternion.
+Those of fixed joints never change. The others are one for each joint that moves, `world` to
+`base_link` where the base moves, and the payload's turn where its attitude is part of the state: no
+joint of a URDF can be a quaternion.
 """
 
 from __future__ import annotations
@@ -56,9 +57,13 @@ class MovingJoint(NamedTuple):
         """Return the child's frame at the scene's joint positions q (nq,) [m or rad]."""
         position, (x, y, z), (a, b, c) = self.multiplier * q[self.source], self.origin, self.axis
         if self.slides:
-            return Transform(self.parent, self.child, (x + position * a, y + position * b, z + position * c))
+            return Transform(
+                self.parent, self.child, (x + position * a, y + position * b, z + position * c)
+            )
         s = sin(0.5 * position)
-        return Transform(self.parent, self.child, self.origin, (s * a, s * b, s * c, cos(0.5 * position)))
+        return Transform(
+            self.parent, self.child, self.origin, (s * a, s * b, s * c, cos(0.5 * position))
+        )
 
     def motion(self, q: Sequence[float], v: Sequence[float]) -> RelativeMotion:
         """Return the child's frame and its velocities at the scene's positions and rates (nq,)."""
@@ -80,7 +85,11 @@ class TransformTree:
         self.fixed: list[Transform] = []
         self._moving: list[MovingJoint] = []
         for joint in ElementTree.fromstring(document).findall("joint"):
-            parent, child, origin = _link(joint, "parent"), _link(joint, "child"), _vector(joint, "origin")
+            parent, child, origin = (
+                _link(joint, "parent"),
+                _link(joint, "child"),
+                _vector(joint, "origin"),
+            )
             if joint.attrib["type"] != "fixed":
                 self._moving.append(_moving_joint(joint, joints))
             elif joint.attrib["name"] == ATTITUDE_JOINT and self._attitude:
@@ -94,7 +103,9 @@ class TransformTree:
         if self._turned is not None:
             w, x, y, z = (q[i] for i in self._attitude)
             size = sqrt(w * w + x * x + y * y + z * z)
-            transforms.append(self._turned._replace(rotation=(x / size, y / size, z / size, w / size)))
+            transforms.append(
+                self._turned._replace(rotation=(x / size, y / size, z / size, w / size))
+            )
         return transforms
 
     def motions(self, q: Sequence[float], v: Sequence[float]) -> list[RelativeMotion]:
@@ -104,7 +115,10 @@ class TransformTree:
         motions += [joint.motion(q, v) for joint in self._moving]
         if self._turned is not None:
             (w, *axis), (w_rate, *rates) = ([x[i] for i in self._attitude] for x in (q, v))
-            n, n_rate = np.array(axis), np.array(rates)  # twice the vector part of q' q*, of a quaternion of any size
+            n, n_rate = (
+                np.array(axis),
+                np.array(rates),
+            )  # twice the vector part of q' q*, of a quaternion of any size
             turning = 2.0 * (w * n_rate - w_rate * n + np.cross(n, n_rate)) / (w * w + n @ n)
             motions.append(RelativeMotion(self.moving(q)[-1], rest, turning))
         return motions

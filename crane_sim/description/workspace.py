@@ -40,7 +40,9 @@ class BoundingBox(NamedTuple):
     @property
     def depth(self) -> float:
         """Return the depth of the box below the rail, to which all visuals are scaled."""
-        return max(-self.low[2], self.shortest, 1e-3)  # a payload above the rail would hang as deep as that
+        return max(
+            -self.low[2], self.shortest, 1e-3
+        )  # a payload above the rail would hang as deep as that
 
     @property
     def unit(self) -> float:
@@ -60,7 +62,10 @@ class BoundingBox(NamedTuple):
     def contains(self, low: Array, high: Array) -> bool:
         """Return whether another box is within this one, extended by its rails' overhang."""
         overhang = RAIL_OVERHANG * self.depth
-        return bool(np.all(low > np.array(self.low) - overhang) and np.all(high < np.array(self.high) + overhang))
+        return bool(
+            np.all(low > np.array(self.low) - overhang)
+            and np.all(high < np.array(self.high) + overhang)
+        )
 
 
 def make_bounding_box(low: Array, high: Array, shortest: float, spatial: bool) -> BoundingBox:
@@ -77,7 +82,9 @@ def validated_scene_file(scene: Scene) -> OverheadFile:
 def estimate_bounding_box(scene: Scene) -> BoundingBox:
     """Return the bounding box before a run: initial state, target, and the swing about both."""
     file = validated_scene_file(scene)
-    nodes, tip_index = world_points(_at_rest(scene.model), 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
+    nodes, tip_index = world_points(
+        _at_rest(scene.model), 0.0, np.array(scene.initial_q), np.array(scene.initial_v)
+    )
     links = np.linalg.norm(np.diff(nodes[tip_index:], axis=0), axis=1)
     hoist = file.hoist.profile if file.hoist else None
     first_lengths = [
@@ -87,12 +94,17 @@ def estimate_bounding_box(scene: Scene) -> BoundingBox:
     ]
     lower_length = float(links[1:].sum())
     offsets = nodes - nodes[tip_index]
-    offsets = np.vstack([offsets, offsets * (-1.0, -1.0, 1.0), (0.0, 0.0, -max(first_lengths) - lower_length)])
+    offsets = np.vstack(
+        [offsets, offsets * (-1.0, -1.0, 1.0), (0.0, 0.0, -max(first_lengths) - lower_length)]
+    )
     trolleys = [nodes[tip_index]]
     for axis, joint in enumerate(("trolley", "bridge")[: 2 if is_spatial(scene) else 1]):
         for position in axis_positions(scene, joint):
             trolleys.append(np.where(np.arange(3) == axis, position, nodes[tip_index]))
-    low, high = np.min(trolleys, axis=0) + offsets.min(axis=0), np.max(trolleys, axis=0) + offsets.max(axis=0)
+    low, high = (
+        np.min(trolleys, axis=0) + offsets.min(axis=0),
+        np.max(trolleys, axis=0) + offsets.max(axis=0),
+    )
     return make_bounding_box(low, high, min(first_lengths) + lower_length, is_spatial(scene))
 
 

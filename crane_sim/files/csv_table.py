@@ -26,7 +26,9 @@ def read_table(file: Path) -> tuple[list[str], list[Row]]:
         check_regular(file)
         with file.open(newline="", encoding="utf-8-sig") as stream:
             reader = csv.reader(stream)
-            lines = [(reader.line_num, line) for line in reader if any(cell.strip() for cell in line)]
+            lines = [
+                (reader.line_num, line) for line in reader if any(cell.strip() for cell in line)
+            ]
     except OSError as error:
         raise ValueError(f"cannot be read: {error.strerror or error}") from None
     except (UnicodeDecodeError, csv.Error) as error:
@@ -41,9 +43,12 @@ def read_table(file: Path) -> tuple[list[str], list[Row]]:
 def _read_numbers(row: int, line: list[str], header: list[str]) -> tuple[float, ...]:
     """Return the numbers of a row, as many as there are columns."""
     if len(line) != len(header):
-        raise ValueError(f"row {row} has {len(line)} values, the header names {len(header)} columns")
+        raise ValueError(
+            f"row {row} has {len(line)} values, the header names {len(header)} columns"
+        )
     return tuple(
-        _read_number(f"row {row}, {name} = {shorten(cell)}", cell) for name, cell in zip(header, line, strict=True)
+        _read_number(f"row {row}, {name} = {shorten(cell)}", cell)
+        for name, cell in zip(header, line, strict=True)
     )
 
 

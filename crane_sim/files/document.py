@@ -19,7 +19,8 @@ REAL = (
 )
 """Groups that the nominal scene omits, unless `control.nominal` has them.
 
-A load on falls keeps `flexibility`: its place is among the joints, and below a bent structure is another one.
+A load on falls keeps `flexibility`: its place is among the joints, and below a bent structure is
+another one.
 """
 
 
@@ -69,14 +70,21 @@ def _unknown_scene(source: str) -> str:
     """Return the line on a source that is neither a name of the catalogue nor a file."""
     is_path = os.sep in source or source.endswith((".yaml", ".yml"))
     name = Path(source).stem if is_path else source
-    what = f"scene file {one_word(source)}: there is no such file" if is_path else f"unknown scene {one_word(source)!r}"
+    what = (
+        f"scene file {one_word(source)}: there is no such file"
+        if is_path
+        else f"unknown scene {one_word(source)!r}"
+    )
     return f"{what}{did_you_mean(name, scene_files())} (`crane scenes` lists the catalogue)"
 
 
 def _resolve_paths(document: dict[str, Any], folder: Path) -> None:
     """Make paths of files in a scene, relative to its folder, absolute: it is read elsewhere."""
     reference, control = document.get("reference"), document.get("control")
-    for group in (document.get("base_motion"), reference.get("path") if isinstance(reference, dict) else None):
+    for group in (
+        document.get("base_motion"),
+        reference.get("path") if isinstance(reference, dict) else None,
+    ):
         if isinstance(group, dict) and isinstance(group.get("file"), str):
             group["file"] = str(folder / group["file"])
     if not isinstance(control, dict):
@@ -99,7 +107,8 @@ def function_from(name: str, folder: Path) -> str:
 def plain_copy(value: Any, copies: dict[int, tuple[Any, Any]] | None = None) -> Any:
     """Return a copy of groups, lists and numbers as YAML has them, of Python's own types.
 
-    `copies`, by identity, are (value, copy) of what was met before: what is shared stays shared. Other values stay.
+    `copies`, by identity, are (value, copy) of what was met before: what is shared stays shared.
+    Other values stay.
     """
     copies = {} if copies is None else copies
     if id(value) in copies:
@@ -120,7 +129,8 @@ def plain_copy(value: Any, copies: dict[int, tuple[Any, Any]] | None = None) -> 
 def set_value(document: dict[str, Any], key: str, value: Any) -> None:
     """Set the value at a dotted key, such as "payload.mass" or "links.0.length"; null means absent.
 
-    The groups on its way are copied: those that share them, such as by an anchor of the file, keep their values.
+    The groups on its way are copied: those that share them, such as by an anchor of the file, keep
+    their values.
 
     Raises:
         SceneError: a part of the key is not a group, or not an index of its list.
@@ -177,7 +187,9 @@ def without_nulls(group: Mapping[str, Any]) -> dict[str, Any]:
     deeper = {key: value for key, value in group.items() if isinstance(value, dict | Mapping)}
     groups = {key: without_nulls(value) for key, value in deeper.items() if key != "control"}
     if "control" in deeper:
-        groups["control"] = {key: value for key, value in deeper["control"].items() if value is not None}
+        groups["control"] = {
+            key: value for key, value in deeper["control"].items() if value is not None
+        }
     return {key: groups.get(key, value) for key, value in group.items() if value is not None}
 
 
@@ -190,4 +202,6 @@ def nominal(document: dict[str, Any], overrides: Mapping[str, Any]) -> dict[str,
         return {**base, **{key: merge(base.get(key), value) for key, value in over.items()}}
 
     omitted = set(REAL) - ({"flexibility"} if document.get("falls") is not None else set())
-    return merge({key: value for key, value in document.items() if key not in omitted}, dict(overrides))
+    return merge(
+        {key: value for key, value in document.items() if key not in omitted}, dict(overrides)
+    )

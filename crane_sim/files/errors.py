@@ -9,7 +9,8 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 _KINDS = ("float", "int", "str", "bool", "tuple", "none")
-"""Names of plain types in the locations of pydantic's errors, where a value may be of several types."""
+"""Names of plain types in the locations of pydantic's errors, where a value may be of several
+types."""
 _PHRASES = {
     ", unable to parse string as a number": "",
     ", unable to parse string as an integer": "",
@@ -24,10 +25,18 @@ _PHRASES = {
 }
 """Phrases of pydantic, and those that replace them."""
 _FOREIGN = ("extra_forbidden", "unexpected_keyword_argument")
-_NO_GROUP = ("model_type", "dict_type", "model_attributes_type", "named_tuple_type", "dataclass_type", "mapping_type")
+_NO_GROUP = (
+    "model_type",
+    "dict_type",
+    "model_attributes_type",
+    "named_tuple_type",
+    "dataclass_type",
+    "mapping_type",
+)
 
 
-PATH = 300  # characters of a file's path, or of an error of another package, that a message has at most
+# characters of a file's path, or of an error of another package, that a message has at most
+PATH = 300
 _NEAR = 0.65  # of difflib: least similarity of a word to a suggestion; "cable" and "crane" have 0.6
 
 
@@ -48,7 +57,9 @@ def unknown_key(key: str, known: Iterable[str], what: str = "key", of: str = "")
 
 def nearest(word: str, words: Iterable[Any]) -> str | None:
     """Return the most similar of the words, None without a similar one."""
-    return next(iter(difflib.get_close_matches(word, list(map(str, words)), n=1, cutoff=_NEAR)), None)
+    return next(
+        iter(difflib.get_close_matches(word, list(map(str, words)), n=1, cutoff=_NEAR)), None
+    )
 
 
 def did_you_mean(word: str, words: Iterable[str]) -> str:
@@ -81,13 +92,20 @@ def one_line(error: ValidationError, kind: type, group: tuple[str, ...] = ()) ->
     if first["type"] in _FOREIGN:
         return _at(where[:-1], unknown_key(str(where[-1]), fields_at(kind, inside[:-1])))
     if first["type"] == "missing" and isinstance(where[-1], int):
-        return _at(where[:-1], f"has {len(first['input'])} values, too few: {shorten(first['input'])}")
+        return _at(
+            where[:-1], f"has {len(first['input'])} values, too few: {shorten(first['input'])}"
+        )
     if first["type"] == "missing":
         return _missing(first, where, fields_at(kind, inside[:-1]))
     if first["type"] == "too_long":
         context = first.get("ctx", {})
-        return _at(where, f"has {context['actual_length']} values, at most {context['max_length']} are possible")
-    if first["type"] == "value_error" and (message.startswith("unknown key") or isinstance(first["input"], dict)):
+        return _at(
+            where,
+            f"has {context['actual_length']} values, at most {context['max_length']} are possible",
+        )
+    if first["type"] == "value_error" and (
+        message.startswith("unknown key") or isinstance(first["input"], dict)
+    ):
         return _at(where, message)
     if first["type"] in _NO_GROUP:
         message = no_group(fields_at(kind, inside))
@@ -99,7 +117,9 @@ def _missing(first: Any, where: Sequence[int | str], fields: Sequence[str]) -> s
     keys = getattr(first["input"], "kwargs", first["input"])
     unknown_keys = [key for key in keys if key not in fields] if isinstance(keys, Mapping) else []
     suggestion = nearest(str(where[-1]), unknown_keys)
-    return _at(where[:-1], unknown_key(suggestion, fields)) if suggestion else _at(where, "is missing")
+    return (
+        _at(where[:-1], unknown_key(suggestion, fields)) if suggestion else _at(where, "is missing")
+    )
 
 
 def about_keys(error: ValidationError) -> bool:
@@ -114,7 +134,9 @@ def no_group(keys: Iterable[str] = ()) -> str:
 
 def _readable_location(where: Sequence[int | str]) -> tuple[int | str, ...]:
     """Return the location without pydantic's names of the kinds that a value may have."""
-    return tuple(part for part in where if isinstance(part, int) or not ("[" in part or part in _KINDS))
+    return tuple(
+        part for part in where if isinstance(part, int) or not ("[" in part or part in _KINDS)
+    )
 
 
 def _deepest(errors: Sequence[Any]) -> tuple[Any, str]:
@@ -125,9 +147,13 @@ def _deepest(errors: Sequence[Any]) -> tuple[Any, str]:
     location = _readable_location(errors[0]["loc"])
     same = [e for e in errors if _readable_location(e["loc"])[: len(location)] == location]
     same = [
-        e for e in same if len(_readable_location(e["loc"])) == max(len(_readable_location(e["loc"])) for e in same)
+        e
+        for e in same
+        if len(_readable_location(e["loc"])) == max(len(_readable_location(e["loc"])) for e in same)
     ]
-    same = [e for e in same if not e["type"].endswith(("_type", "_parsing", "literal_error"))] or same
+    same = [
+        e for e in same if not e["type"].endswith(("_type", "_parsing", "literal_error"))
+    ] or same
     if len(same[0]["loc"]) == len(_readable_location(same[0]["loc"])):
         same = same[:1]
     words = [_expected_words(e) for e in same]
@@ -147,13 +173,19 @@ def _expected_words(error: Any) -> str:
 
 
 def _at(where: Sequence[int | str], message: str, joint: str = ": ") -> str:
-    path = "".join(f"[{part}]" if isinstance(part, int) else f".{one_word(part)}" for part in where).lstrip(".")
+    path = "".join(
+        f"[{part}]" if isinstance(part, int) else f".{one_word(part)}" for part in where
+    ).lstrip(".")
     return f"{path}{joint}{message}" if path else message
 
 
 def one_word(name: Any, most: int = 60) -> str:
     """Return a name as it is, or shortened if longer than `most` characters or over a line."""
-    return name if isinstance(name, str) and name.isprintable() and len(name) <= most else shorten(name, most)
+    return (
+        name
+        if isinstance(name, str) and name.isprintable() and len(name) <= most
+        else shorten(name, most)
+    )
 
 
 def join_lines(error: object) -> str:
@@ -165,7 +197,10 @@ def shorten(value: Any, most: int = 60) -> str:
     """Return a value as a text of at most `most` characters for a message, without line breaks."""
     try:
         text = re.sub(r"\s*\n\s*", " ", repr(value))
-    except (ValueError, RecursionError) as error:  # an integer of thousands of digits; groups in groups in groups
+    except (
+        ValueError,
+        RecursionError,
+    ) as error:  # an integer of thousands of digits; groups in groups in groups
         return f"{type(value).__name__} ({error})"
     return _cut(text, most)
 
@@ -184,7 +219,11 @@ def fields_at(kind: Any, where: Sequence[int | str]) -> Sequence[str]:
         elif get_origin(kind) is dict:
             kind = get_args(kind)[1]
         else:
-            kind = fields[part].annotation if part in fields else getattr(kind, "__annotations__", {}).get(part)
+            kind = (
+                fields[part].annotation
+                if part in fields
+                else getattr(kind, "__annotations__", {}).get(part)
+            )
         while get_origin(kind) in (Annotated, Union, types.UnionType):
             kind = next(k for k in get_args(kind) if k is not type(None))
     return tuple(getattr(kind, "model_fields", getattr(kind, "_fields", ())))

@@ -1,8 +1,9 @@
 """What is found by name: laws, commands and views that installed packages declare.
 
-A layer asks for a name; which function that is, a package's `setup.py` says, this one's or one of your own. Groups:
-`crane_sim.laws` (`crane_sim.laws`), `crane_sim.commands` (of `crane`; click commands) and `crane_sim.views`
-(functions of a run: `record`, `plot` and `show` are what these methods of a run call).
+A layer asks for a name; which function that is, a package's `setup.py` says, this one's or one of
+your own. Groups: `crane_sim.laws` (`crane_sim.laws`), `crane_sim.commands` (of `crane`; click
+commands) and `crane_sim.views` (functions of a run: `record`, `plot` and `show` are what these
+methods of a run call).
 """
 
 import sys
@@ -30,4 +31,6 @@ def find_view(name: str) -> Callable[..., Any]:
     for entry in find_extensions("crane_sim.views"):
         if entry.name == name:
             return entry.load()
-    raise SceneError(f"{name}: no package that is installed here shows a run so; install crane_sim again")
+    raise SceneError(
+        f"{name}: no package that is installed here shows a run so; install crane_sim again"
+    )

@@ -28,7 +28,9 @@ def load_function(key: str, name: str) -> Callable[..., Any]:
     place, _, function = name.rpartition(":")
     if not (place and function):
         raise SceneError(f"{key} = {shorten(name)}: must be FILE.py:FUNCTION or MODULE:FUNCTION")
-    module = _execute_file(key, Path(place)) if place.endswith(".py") else _import_module(name, place)
+    module = (
+        _execute_file(key, Path(place)) if place.endswith(".py") else _import_module(name, place)
+    )
     found = getattr(module, function, None)
     if not callable(found):
         raise SceneError(f"{key} = {shorten(name, PATH)}: has no function {shorten(function)}")
@@ -41,7 +43,9 @@ def source_of(name: str) -> Path | None:
     if not place.endswith(".py"):
         try:
             spec = find_spec(place)
-        except Exception:  # of a package that the module is in, which is executed: told where it is loaded
+        except (
+            Exception
+        ):  # of a package that the module is in, which is executed: told where it is loaded
             return None
         place = "" if spec is None or spec.origin is None else spec.origin
     return Path(place) if Path(place).is_file() else None
@@ -67,7 +71,9 @@ def _reload(module: ModuleType) -> None:
 
 def _import_module(name: str, place: str) -> ModuleType:
     """Return a module, executed anew where its source has been edited since it was executed."""
-    imported = place in sys.modules  # asked first: the search for a source imports the package that it is in
+    imported = (
+        place in sys.modules
+    )  # asked first: the search for a source imports the package that it is in
     digest, source = hash_source(name), source_of(name)
     module = import_module(place)
     edited = imported and source is not None and source.stat().st_mtime > _STARTED
@@ -91,7 +97,8 @@ class _SourceLoader(SourceFileLoader):
 
 def _execute_file(key: str, path: Path) -> ModuleType:
     """Return the module of a file, executed anew."""
-    name = f"_{path.stem}_{hashlib.sha256(bytes(path.absolute())).hexdigest()[:16]}"  # no other module's
+    # no other module's
+    name = f"_{path.stem}_{hashlib.sha256(bytes(path.absolute())).hexdigest()[:16]}"
     spec = spec_from_file_location(name, path, loader=_SourceLoader(name, str(path)))
     if spec is None or spec.loader is None or not path.is_file():
         raise SceneError(f"{key}: there is no file {one_word(str(path), PATH)}")

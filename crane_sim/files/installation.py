@@ -1,7 +1,7 @@
 """The environment that the simulator runs in, and the optional packages that it may lack.
 
-A source tree has an environment of its own, which the script `crane` makes; elsewhere pip installs this package with
-the extras that a user wants.
+A source tree has an environment of its own, which the script `crane` makes; elsewhere pip installs
+this package with the extras that a user wants.
 """
 
 import sys
@@ -19,7 +19,9 @@ class OptionalPackage(NamedTuple):
 
     name: str  # as pip knows it
     extra: str  # of this package, which brings it
-    group: str = ""  # of `./crane install`, which brings it; empty: ./crane installs it from the start
+    group: str = (
+        ""  # of `./crane install`, which brings it; empty: ./crane installs it from the start
+    )
 
 
 _RERUN, _ROS = OptionalPackage("rerun-sdk", "rerun"), OptionalPackage("rclpy", "ros")
@@ -56,7 +58,11 @@ def is_of_this_tree() -> bool:
 
 def how_to_install(group: str, extra: str = "") -> str:
     """Return the command that installs a group of packages, elsewhere by pip with an `extra`."""
-    return f"./crane install {group}" if is_of_this_tree() else f"pip install 'crane_sim[{extra or group}]'"
+    return (
+        f"./crane install {group}"
+        if is_of_this_tree()
+        else f"pip install 'crane_sim[{extra or group}]'"
+    )
 
 
 def import_optional(module: str, purpose: str) -> Any:

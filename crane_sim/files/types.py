@@ -44,7 +44,9 @@ def check_unitless_angle(largest: float, turn: str) -> Callable[[Any], Any]:
         bare = to_radians(value) if match and not match[2] else value
         if isinstance(bare, int | float) and largest < abs(bare) < inf:
             meant = f"{bare:g}" if abs(bare) < 1e9 else "45"
-            raise ValueError(f"as radians more than {turn}; did you mean '{meant} deg'? (or '{meant} rad')")
+            raise ValueError(
+                f"as radians more than {turn}; did you mean '{meant} deg'? (or '{meant} rad')"
+            )
         return value
 
     return check
@@ -92,15 +94,21 @@ Name = Annotated[str, AfterValidator(check_single_line)]
 Real = Annotated[float, BeforeValidator(reject_bool), Field(allow_inf_nan=False)]
 Positive = Annotated[float, BeforeValidator(reject_bool), Field(gt=0.0, allow_inf_nan=False)]
 NonNegative = Annotated[float, BeforeValidator(reject_bool), Field(ge=0.0, allow_inf_nan=False)]
-Fraction = Annotated[float, BeforeValidator(reject_bool), Field(ge=0.0, le=1.0, allow_inf_nan=False)]
+Fraction = Annotated[
+    float, BeforeValidator(reject_bool), Field(ge=0.0, le=1.0, allow_inf_nan=False)
+]
 Seed = Annotated[int, BeforeValidator(reject_bool), Field(ge=0, le=2**63 - 1)]
-Coordinate = Annotated[float, BeforeValidator(to_radians), BeforeValidator(reject_bool), Field(allow_inf_nan=False)]
+Coordinate = Annotated[
+    float, BeforeValidator(to_radians), BeforeValidator(reject_bool), Field(allow_inf_nan=False)
+]
 """A position of a joint or a point: metres, or an angle as radians or text."""
 TURN, HALF_TURN, EIGHTH_TURN = 6.29, 3.15, 0.79  # rad, with room for rounding
 Angle = Annotated[Coordinate, BeforeValidator(check_unitless_angle(TURN, "a turn"))]
 Tilt = Annotated[Coordinate, BeforeValidator(check_unitless_angle(HALF_TURN, "half a turn"))]
 """An angle from the vertical or the horizontal."""
-Heel = Annotated[Coordinate, BeforeValidator(check_unitless_angle(EIGHTH_TURN, "an eighth of a turn"))]
+Heel = Annotated[
+    Coordinate, BeforeValidator(check_unitless_angle(EIGHTH_TURN, "an eighth of a turn"))
+]
 """An angle by which a vessel leans."""
 Range = Annotated[tuple[Real, Real], AfterValidator(check_increasing)]
 AngleRange = Annotated[tuple[Angle, Angle], AfterValidator(check_increasing)]

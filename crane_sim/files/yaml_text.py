@@ -11,7 +11,8 @@ import yaml
 from crane_sim.files.errors import shorten
 
 YAML_ERRORS = (OSError, ValueError, AttributeError, LookupError, RecursionError, yaml.YAMLError)
-"""Errors of reading YAML: its own, and those of its converters of dates and numbers, which check little."""
+"""Errors of reading YAML: its own, and those of its converters of dates and numbers, which check
+little."""
 LARGEST_FILE = 1_000_000  # bytes, which take some seconds to read; measured tables are CSV files
 MOST_VALUES = 1_000_000  # keys and values, those of an alias counted wherever it stands
 DEEPEST = 100  # groups and lists in each other
@@ -69,7 +70,9 @@ class _BoundedLoader(yaml.SafeLoader):
         keys = [key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode)]
         if len(set(keys)) < len(keys):
             key = next(key for key in keys if keys.count(key) > 1)
-            raise yaml.constructor.ConstructorError(None, None, f"key {shorten(key)} stands twice", node.start_mark)
+            raise yaml.constructor.ConstructorError(
+                None, None, f"key {shorten(key)} stands twice", node.start_mark
+            )
         return node
 
 
@@ -85,11 +88,19 @@ def _measure(node: Any, measured: dict[int, tuple[float, float]]) -> tuple[float
         return 1, 0
     if id(node) not in measured:
         measured[id(node)] = inf, inf  # until its own are known
-        inner = node.value if isinstance(node, yaml.SequenceNode) else chain.from_iterable(node.value)
+        inner = (
+            node.value if isinstance(node, yaml.SequenceNode) else chain.from_iterable(node.value)
+        )
         sizes = [_measure(each, measured) for each in inner]
-        values, depth = 1 + sum(size for size, _ in sizes), 1 + max((below for _, below in sizes), default=0)
+        values, depth = (
+            1 + sum(size for size, _ in sizes),
+            1 + max((below for _, below in sizes), default=0),
+        )
         if values > MOST_VALUES or depth > DEEPEST:
-            line = f"has more than {MOST_VALUES} values, or {DEEPEST} groups in each other, with aliases expanded"
+            line = (
+                f"has more than {MOST_VALUES} values, or {DEEPEST} groups in each other, with "
+                "aliases expanded"
+            )
             raise yaml.constructor.ConstructorError(None, None, line, node.start_mark)
         measured[id(node)] = values, depth
     return measured[id(node)]

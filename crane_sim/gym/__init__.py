@@ -4,8 +4,8 @@
     env = gymnasium.make("crane_sim/Overhead-v0", scene="overhead_bench")
     envs = gymnasium.make_vec("crane_sim/Overhead-v0", num_envs=64)
 
-Importing this registers the environments: one for each kind of crane of `DEFAULT_SCENES`, which differ in the scene
-that they have where none is given.
+Importing this registers the environments: one for each kind of crane of `DEFAULT_SCENES`, which
+differ in the scene that they have where none is given.
 """
 
 from crane_sim.files.installation import MissingPackage, missing_package

@@ -2,10 +2,11 @@
 
 One step is one control period: the same commands move the crane as in `simulate`, bit for bit.
 
-The reward is the league's metric of how far the payload is from its goal, so that the sum over an episode is its
-negative `mae`: e_k is the distance [m] at instant k of the N + 1 instants of a run of N periods, in the axes of the
-base; step k from 0 on is rewarded by -e_{k+1} / (N + 1), and the first one by -e_0 / (N + 1) more. A run that fails is
-charged the largest distance that it had for every instant that it lacks, so that it does not pay to fail.
+The reward is the league's metric of how far the payload is from its goal, so that the sum over an
+episode is its negative `mae`: e_k is the distance [m] at instant k of the N + 1 instants of a run
+of N periods, in the axes of the base; step k from 0 on is rewarded by -e_{k+1} / (N + 1), and the
+first one by -e_0 / (N + 1) more. A run that fails is charged the largest distance that it had for
+every instant that it lacks, so that it does not pay to fail.
 """
 
 from collections.abc import Sequence
@@ -52,14 +53,18 @@ class CraneEnv(gymnasium.Env[Array, Array]):
     metadata: dict[str, Any] = {"render_modes": []}
 
     def __init__(
-        self, scene: SceneSource | None = None, max_effort: MaxEffort | None = None, crane: str = "overhead"
+        self,
+        scene: SceneSource | None = None,
+        max_effort: MaxEffort | None = None,
+        crane: str = "overhead",
     ) -> None:
         """Prepare the crane of a scene.
 
         Args:
-            scene: a name of the catalogue, a file, a dict or a Scene; None: the one of `DEFAULT_SCENES` for `crane`.
-            max_effort: bound of the commands that the scene does not bound, one or one for each actuated joint, in
-                the units of the commands.
+            scene: a name of the catalogue, a file, a dict or a Scene; None: the one of
+                `DEFAULT_SCENES` for `crane`.
+            max_effort: bound of the commands that the scene does not bound, one or one for each
+                actuated joint, in the units of the commands.
             crane: kind of crane, see `scene`.
 
         Raises:
@@ -74,11 +79,14 @@ class CraneEnv(gymnasium.Env[Array, Array]):
         self.plant = Plant(self.scene, picklable=True)
         self._ended = True
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Array, dict[str, Any]]:
         """Begin an episode.
 
         Args:
-            seed: the scene's seed, of uncertain parameters, seas, gusts and noise; None: drawn from the last one given.
+            seed: the scene's seed, of uncertain parameters, seas, gusts and noise; None: drawn from
+                the last one given.
             options: "q", "v": the initial state, the scene's own where left out.
 
         Raises:
@@ -89,7 +97,9 @@ class CraneEnv(gymnasium.Env[Array, Array]):
             if name not in _OPTIONS:
                 raise SceneError(unknown_key(name, _OPTIONS, "option of reset"))
         self._ended = True  # until the crane is in its state
-        self.scene = with_seed(self.scene, int(self.np_random.integers(SEEDS)) if seed is None else seed)
+        self.scene = with_seed(
+            self.scene, int(self.np_random.integers(SEEDS)) if seed is None else seed
+        )
         if self.scene.model is not self._drawn.model:
             self._drawn, self._goal = self.scene, goal_of(self.scene)
         self.plant = Plant(self.scene, picklable=True)
@@ -99,26 +109,36 @@ class CraneEnv(gymnasium.Env[Array, Array]):
         self._owed = self._largest = info["error"]
         return self._observe(), info
 
-    def step(self, action: Array | Sequence[float]) -> tuple[Array, float, bool, bool, dict[str, Any]]:
+    def step(
+        self, action: Array | Sequence[float]
+    ) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Hold a command (nu,) for one control period.
 
         Returns:
-            (observation, reward, whether the run failed, whether its time is over, info): `error` [m] and `swing` [rad]
-            of the payload, and the `reason` of a failure.
+            (observation, reward, whether the run failed, whether its time is over, info): `error`
+            [m] and `swing` [rad] of the payload, and the `reason` of a failure.
 
         Raises:
             ValueError: the action is not one number for each actuated joint.
             ResetNeeded: the episode has ended, or none has begun.
         """
         if self._ended:
-            raise ResetNeeded("there is no episode: it has ended, or none has begun; reset the environment")
+            raise ResetNeeded(
+                "there is no episode: it has ended, or none has begun; reset the environment"
+            )
         command, instants = self._checked(action), self.scene.steps + 1
         try:
             self.plant.advance(command)
         except SimulationError as error:
             self._ended, lacking = True, instants - 1 - self.plant.k
             charged = self._owed + lacking * self._largest
-            return self._observe(), -charged / instants, True, False, self._measure() | {"reason": str(error)}
+            return (
+                self._observe(),
+                -charged / instants,
+                True,
+                False,
+                self._measure() | {"reason": str(error)},
+            )
         info = self._measure()
         reward = -(self._owed + info["error"]) / instants
         self._owed, self._largest = 0.0, max(self._largest, info["error"])
@@ -127,7 +147,10 @@ class CraneEnv(gymnasium.Env[Array, Array]):
 
     def _checked(self, action: Array | Sequence[float]) -> tuple[float, ...]:
         """Return the action as a command."""
-        line = f"action = {shorten(action)}: must be a number for each of {', '.join(self.action_names)}"
+        line = (
+            f"action = {shorten(action)}: must be a number for each of "
+            f"{', '.join(self.action_names)}"
+        )
         try:
             values = np.asarray(action, dtype=np.float64)
         except (TypeError, ValueError):
@@ -146,4 +169,7 @@ class CraneEnv(gymnasium.Env[Array, Array]):
         points, tip = world_points(plant.model, plant.t, np.array(plant.q), np.array(plant.v))
         payload = express_in_base(plant.model, np.array([plant.t]), points[-1:])
         distance = distance_from(goal.position[None, goal.row(plant.k)], payload)
-        return {"error": float(distance[0]), "swing": float(swing_angles(points[None, tip], points[-1:])[0])}
+        return {
+            "error": float(distance[0]),
+            "swing": float(swing_angles(points[None, tip], points[-1:])[0]),
+        }

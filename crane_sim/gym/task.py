@@ -21,14 +21,26 @@ DEFAULT_SCENES: dict[str, tuple[str, dict[str, Any]]] = {
         "bridge_speed_drive",
         {"control": None, "reference.q": [0.0, 3.0, 5.0], "actuators.rope.limit": 0.2},
     ),
-    "knuckle": ("knuckle_setpoint", {"actuators.all.limit": 400.0, "actuators.rope.limit": [-50.0, 0.0]}),
+    "knuckle": (
+        "knuckle_setpoint",
+        {"actuators.all.limit": 400.0, "actuators.rope.limit": [-50.0, 0.0]},
+    ),
     "pendulum": ("offshore_resonant", {"actuators.all.limit": 2.0}),
     "tower": ("tower_gust", {}),
 }
-"""Scenes of the catalogue by kind of crane, with the changes that give every command a bound and the payload a goal."""
-SHIFTS = ("noise", "bias", "quantum")  # of a sensor's record: what may show a joint beyond its travel limits
+"""Scenes of the catalogue by kind of crane, with the changes that give every command a bound and
+the payload a goal."""
+SHIFTS = (
+    "noise",
+    "bias",
+    "quantum",
+)  # of a sensor's record: what may show a joint beyond its travel limits
 CLOCK = ("duration", "control.period")  # keys that are the same in all episodes
-SEEDED = ("uncertain", "wind", "base_motion")  # groups that the seed changes; the rest is noise, drawn while running
+SEEDED = (
+    "uncertain",
+    "wind",
+    "base_motion",
+)  # groups that the seed changes; the rest is noise, drawn while running
 MaxEffort = float | Sequence[float]
 
 
@@ -50,13 +62,16 @@ def task_scene(scene: SceneSource | None, crane: str) -> Scene:
     """Return the scene, by default the crane's own, that takes its commands from outside.
 
     Raises:
-        SceneError: the scene is invalid, takes no commands, or says nowhere where the payload should be.
+        SceneError: the scene is invalid, takes no commands, or says nowhere where the payload
+            should be.
     """
     source, changes = DEFAULT_SCENES[crane] if scene is None else (scene, None)
     loaded = load_scene(source, changes, own_law=False).with_external_commands()
     drawn = loaded.document.get("uncertain") or {}
     if clock := next((key for key in CLOCK if key in drawn), None):
-        raise SceneError(f"scene {loaded.name}: uncertain.{clock}: all episodes of an environment have one time")
+        raise SceneError(
+            f"scene {loaded.name}: uncertain.{clock}: all episodes of an environment have one time"
+        )
     if not loaded.actuated:
         raise SceneError(f"scene {loaded.name}: has no joint that takes commands")
     if loaded.reference is None and not follows_path(loaded):
@@ -71,7 +86,8 @@ def with_seed(scene: Scene, seed: int) -> Scene:
     It is faster where the seed draws nothing but noise.
 
     Raises:
-        SceneError: the seed draws a crane with other joints, which has no place in an environment's spaces.
+        SceneError: the seed draws a crane with other joints, which has no place in an environment's
+            spaces.
     """
     if seed == scene.seed:
         return scene
@@ -79,7 +95,10 @@ def with_seed(scene: Scene, seed: int) -> Scene:
         other = load_scene(scene, {"seed": seed}, own_law=False).with_external_commands()
         if other.joint_names != scene.joint_names:
             joints = f"{len(other.joint_names)} joints ({shorten(', '.join(other.joint_names))})"
-            line = f"seed = {seed}: draws a crane of {joints}, that of the environment has {len(scene.joint_names)}"
+            line = (
+                f"seed = {seed}: draws a crane of {joints}, that of the environment has "
+                f"{len(scene.joint_names)}"
+            )
             raise SceneError(f"{line}; give the scene one model, such as cable.model")
         return other
     return replace(scene, seed=seed, document={**scene.document, "seed": seed})
@@ -114,8 +133,15 @@ def observation_names(scene: Scene) -> tuple[tuple[str, ...], tuple[str, ...]]:
     names = (*scene.joint_names, *(f"{name} velocity" for name in scene.joint_names))
     if follows_path(scene):
         axes = "xyz"[: goal_of(scene).position.shape[1]]
-        shown, units = (*(f"path {a}" for a in axes), *(f"path {a} velocity" for a in axes)), ("m", "m/s")
-        return (*names, *shown), (*scene.joint_units, *rates, *(unit for unit in units for _ in axes))
+        shown, units = (
+            (*(f"path {a}" for a in axes), *(f"path {a} velocity" for a in axes)),
+            ("m", "m/s"),
+        )
+        return (*names, *shown), (
+            *scene.joint_units,
+            *rates,
+            *(unit for unit in units for _ in axes),
+        )
     own = dict(zip(scene.joint_names, scene.joint_units, strict=True))
     targets = tuple(f"target {name}" for name in scene.actuated)
     return (*names, *targets), (*scene.joint_units, *rates, *(own[name] for name in scene.actuated))
@@ -144,10 +170,17 @@ def action_space(scene: Scene, max_effort: MaxEffort | None) -> Space[Array]:
     """
     low, high = command_bounds(scene)
     unbounded = ~(np.isfinite(low) & np.isfinite(high))
-    names = ", ".join(name for name, missing in zip(scene.actuated, unbounded, strict=True) if missing)
+    names = ", ".join(
+        name for name, missing in zip(scene.actuated, unbounded, strict=True) if missing
+    )
     if max_effort is None and names:
-        remedy = "give one bound, or one for each joint, in the units of the commands, or actuators.JOINT.limit"
-        raise SceneError(f"max_effort: is missing, scene {scene.name} bounds no commands of {names}; {remedy}")
+        remedy = (
+            "give one bound, or one for each joint, in the units of the commands, or "
+            "actuators.JOINT.limit"
+        )
+        raise SceneError(
+            f"max_effort: is missing, scene {scene.name} bounds no commands of {names}; {remedy}"
+        )
     if max_effort is not None:
         bound = _checked_bound(scene, max_effort)
         low, high = np.where(unbounded, -bound, low), np.where(unbounded, bound, high)
@@ -161,7 +194,9 @@ def _checked_bound(scene: Scene, max_effort: MaxEffort) -> Array:
         bound = np.array(max_effort, dtype=np.float64)
     except (TypeError, ValueError):
         raise SceneError(f"{line}, or one for each of {', '.join(scene.actuated)}") from None
-    if bound.shape not in ((), (len(scene.actuated),)) or not np.all(np.isfinite(bound) & (bound > 0.0)):
+    if bound.shape not in ((), (len(scene.actuated),)) or not np.all(
+        np.isfinite(bound) & (bound > 0.0)
+    ):
         raise SceneError(f"{line}, or one for each of {', '.join(scene.actuated)}")
     return np.broadcast_to(bound, len(scene.actuated))
 
@@ -169,8 +204,8 @@ def _checked_bound(scene: Scene, max_effort: MaxEffort) -> Array:
 def command_bounds(scene: Scene) -> tuple[Array, Array]:
     """Return the scene's bounds of the commands (nu,), infinite where it has none.
 
-    They are the limit of an effort and the largest effort of its motor, the largest speed of a drive by speed, and the
-    travel limits of a drive by position.
+    They are the limit of an effort and the largest effort of its motor, the largest speed of a
+    drive by speed, and the travel limits of a drive by position.
     """
     low, high = np.full(len(scene.actuated), -inf), np.full(len(scene.actuated), inf)
     if scene.hardware is None:

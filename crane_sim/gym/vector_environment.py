@@ -44,8 +44,13 @@ from crane_sim.trajectories.trajectory import sample_trajectories
 Flags = npt.NDArray[np.bool_]
 Seeds = int | Sequence[int | None] | None
 Step = tuple[Array, Array, Flags, Flags, dict[str, Any]]
-ONE_CRANE = f"{ONE_KIND}, path (of as many pieces), drives and sensors; give the scene an integrator.method and a "
-ONE_CRANE += "cable.model, and draw nothing that changes the rest, such as limits of the path and delays"
+ONE_CRANE = (
+    f"{ONE_KIND}, path (of as many pieces), drives and sensors; give the scene an "
+    "integrator.method and a "
+)
+ONE_CRANE += (
+    "cable.model, and draw nothing that changes the rest, such as limits of the path and delays"
+)
 WORTH_A_THREAD = 64
 """Cranes, from which on another thread is worth its hand-over of some 20 µs."""
 
@@ -76,7 +81,8 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         Args:
             num_envs, scene, max_effort, crane: of all cranes.
             threads: None: as many as there are cores and as are worth it.
-            autoreset_mode: NEXT_STEP or SAME_STEP: where a crane whose episode ended begins the next one.
+            autoreset_mode: NEXT_STEP or SAME_STEP: where a crane whose episode ended begins the
+                next one.
 
         Raises:
             SceneError: as of `CraneEnv`, or there is no crane, no thread, or another mode.
@@ -85,7 +91,10 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
             if value is not None and value < 1:
                 raise SceneError(f"{name} = {value}: must be at least 1")
         own, mode = task_scene(scene, crane), _checked_mode(autoreset_mode)
-        self.metadata, self._restarts = {"render_modes": [], "autoreset_mode": mode}, mode is AutoresetMode.SAME_STEP
+        self.metadata, self._restarts = (
+            {"render_modes": [], "autoreset_mode": mode},
+            mode is AutoresetMode.SAME_STEP,
+        )
         self.num_envs, self.scenes = num_envs, [own] * num_envs
         self.single_action_space = action_space(own, max_effort)
         self.single_observation_space = observation_space(own)
@@ -94,7 +103,11 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.observation_names, self.observation_units = observation_names(own)
         self.action_names, self.action_units = own.actuated, own.command_units
         self._paths = stack_columns([own.trajectory] * num_envs) if follows_path(own) else None
-        self._targets = None if follows_path(own) else Goal(*(part.repeat(num_envs, axis=0) for part in goal_of(own)))
+        self._targets = (
+            None
+            if follows_path(own)
+            else Goal(*(part.repeat(num_envs, axis=0) for part in goal_of(own)))
+        )
         self._generators = [seeding.np_random()[0] for _ in range(num_envs)]
         self._arrays = _allocate(own, num_envs)
         self._kind = _kind(own), kind_of(_equipment(make_initial(own)[-1]))
@@ -107,7 +120,9 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
     def _start_threads(self, count: int) -> None:
         """Start threads, which share the cranes; none where one is enough."""
         self._pool = ThreadPoolExecutor(count) if count > 1 else None
-        self._shares = [(self.num_envs * j // count, self.num_envs * (j + 1) // count) for j in range(count)]
+        self._shares = [
+            (self.num_envs * j // count, self.num_envs * (j + 1) // count) for j in range(count)
+        ]
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the attributes without the threads, which no copy can have."""
@@ -118,12 +133,16 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         vars(self).update(attributes)
         self._start_threads(len(self._shares))
 
-    def reset(self, *, seed: Seeds = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
+    def reset(
+        self, *, seed: Seeds = None, options: dict[str, Any] | None = None
+    ) -> tuple[Array, dict[str, Any]]:
         """Begin an episode of every crane; crane i of an integer seed takes seed + i.
 
         Raises:
-            ValueError: there is not one seed for each crane, or there are options: episodes begin as the scene says.
-            SceneError: a seed draws a crane of another kind; `step`, which begins episodes too, raises it as well.
+            ValueError: there is not one seed for each crane, or there are options: episodes begin
+                as the scene says.
+            SceneError: a seed draws a crane of another kind; `step`, which begins episodes too,
+                raises it as well.
         """
         if options:
             raise ValueError(f"options = {shorten(options)}: a vector environment takes none")
@@ -137,8 +156,8 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
     def step(self, actions: Array) -> Step:
         """Hold a command for each crane (n, nu) for one control period; see `CraneEnv.step`.
 
-        A crane whose episode ended at the step before begins a new one instead, with reward 0; in the mode SAME_STEP it
-        has begun already, and `final_obs`, `final_info` are those of the end.
+        A crane whose episode ended at the step before begins a new one instead, with reward 0; in
+        the mode SAME_STEP it has begun already, and `final_obs`, `final_info` are those of the end.
 
         Raises:
             ValueError: the actions are not one number for each actuated joint of each crane.
@@ -168,7 +187,10 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         if self._cranes is None:
             raise ResetNeeded("there is no episode yet: reset the environment")
         commands = np.ascontiguousarray(actions, dtype=np.float64)
-        if commands.shape != (self.num_envs, len(self.action_names)) or not np.isfinite(commands).all():
+        if (
+            commands.shape != (self.num_envs, len(self.action_names))
+            or not np.isfinite(commands).all()
+        ):
             shape = f"a number for each of {', '.join(self.action_names)} of {self.num_envs} cranes"
             raise ValueError(f"actions = {shorten(actions)}: must be {shape}")
         return commands
@@ -221,7 +243,12 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         now = self._measure()
         self._note_start(ended, now["error"])
         self._ended = np.zeros_like(ended)
-        return now | {"final_obs": final, "_final_obs": ended, "final_info": last, "_final_info": ended.copy()}
+        return now | {
+            "final_obs": final,
+            "_final_obs": ended,
+            "final_info": last,
+            "_final_info": ended.copy(),
+        }
 
     def _advance(self, commands: Array) -> None:
         """Advance all cranes by one period."""
@@ -248,7 +275,9 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         """Return the rewards (n,) of the last period, 0 of episodes that are `fresh`."""
         steps, failed = self.scenes[0].steps, self._arrays.failed
         lacking = (steps - self._arrays.periods) * self._largest
-        rewards = np.where(fresh, 0.0, -(self._owed + np.where(failed, lacking, error)) / (steps + 1))
+        rewards = np.where(
+            fresh, 0.0, -(self._owed + np.where(failed, lacking, error)) / (steps + 1)
+        )
         self._owed[:], self._largest = 0.0, np.maximum(self._largest, error)
         self._note_start(fresh, error)
         return rewards

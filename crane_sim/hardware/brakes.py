@@ -1,14 +1,14 @@
 """Brakes: friction that sticks by a spring and slips at its capacity, one on every actuated joint.
 
-The effort of a brake is that of a spring to an anchor and a damper, both together at most its capacity; where
-the spring alone would be stronger, the anchor slips along (elastoplastic friction). It slips at the ends of periods
-only: within one the capacity acts on the joint as long as it is exceeded. Such an
-effort is that of a potential, |effort| <= capacity, plus a damper, and moving the anchor only lowers that potential: a
-brake never supplies more energy than its spring has stored.
+The effort of a brake is that of a spring to an anchor and a damper, both together at most its
+capacity; where the spring alone would be stronger, the anchor slips along (elastoplastic friction).
+It slips at the ends of periods only: within one the capacity acts on the joint as long as it is
+exceeded. Such an effort is that of a potential, |effort| <= capacity, plus a damper, and moving the
+anchor only lowers that potential: a brake never supplies more energy than its spring has stored.
 
-Where an effort is no force the same element serves: it is an acceleration for a drive that imposes accelerations; a
-winch with `drive: rate` gets zero; a drive by position gets the anchor's position as its setpoint (`position_drive` is
-1).
+Where an effort is no force the same element serves: it is an acceleration for a drive that imposes
+accelerations; a winch with `drive: rate` gets zero; a drive by position gets the anchor's position
+as its setpoint (`position_drive` is 1).
 """
 
 

@@ -1,12 +1,14 @@
 """Actuators: the effort that a drive applies to its joint for a command, within the equations.
 
-A demand is delayed, passes a dead band, is limited, and is then followed by u' = (demand - u) / lag, within the rate
-limit. A demand that is held for a period gives that equation a solution in closed form: a ramp while the rate
-limit binds, then an exponential. The effort is that function of time, not a staircase. A motor's largest effort is a
-function of its joint's speed on top: a line from its base speed to the one at no load, in all four quadrants.
+A demand is delayed, passes a dead band, is limited, and is then followed by u' = (demand - u) /
+lag, within the rate limit. A demand that is held for a period gives that equation a solution in
+closed form: a ramp while the rate limit binds, then an exponential. The effort is that function of
+time, not a staircase. A motor's largest effort is a function of its joint's speed on top: a line
+from its base speed to the one at no load, in all four quadrants.
 
-Commands are held. Open-loop inputs are read at every evaluation of the equations, but for drives with a state of their
-own (a lag, a rate limit, a servo's loops), whose demand is their value at the start of the period.
+Commands are held. Open-loop inputs are read at every evaluation of the equations, but for drives
+with a state of their own (a lag, a rate limit, a servo's loops), whose demand is their value at the
+start of the period.
 """
 
 from math import exp, inf
@@ -109,7 +111,9 @@ def drive_efforts(u, p, t, x):
     read_inputs(u.inputs, p, drives, t, x)
     for i in range(len(drives)):
         drive = drives[i]
-        approached = effort_at(drive, t - u.begin) if holds_demand(u.inputs, drive) else drive.target
+        approached = (
+            effort_at(drive, t - u.begin) if holds_demand(u.inputs, drive) else drive.target
+        )
         demanded = demanded_effort(u.servos, drive, i, t, approached)
         effort = motor_effort(drive, drive.effort_fraction * demanded)
         drive.effort = compute_brake_effort(drive) if drive.engaged else effort
@@ -137,7 +141,9 @@ def accept_command(p, u, x, queue, k, command):
         drive = drives[i]
         saturated = saturated or drive.target != drive.effort
         if k == 0:
-            drive.delivered_effort = demanded_effort(u.servos, drive, i, u.begin, effort_at(drive, 0.0))
+            drive.delivered_effort = demanded_effort(
+                u.servos, drive, i, u.begin, effort_at(drive, 0.0)
+            )
     return saturated
 
 
@@ -146,7 +152,9 @@ def next_breakpoint(u, t, end):
     least = 1e-9 * (end - u.begin)  # s: a breakpoint closer to either end is rounding, and ignored
     for i in range(len(u.records)):
         drive = u.records[i]
-        break_time = u.begin + ramp_time(abs(drive.target - drive.start_effort), drive.rate_limit, drive.lag)
+        break_time = u.begin + ramp_time(
+            abs(drive.target - drive.start_effort), drive.rate_limit, drive.lag
+        )
         if not drive.engaged and t + least < break_time < end - least:
             end = break_time
     return enter_phases(u.servos, t, end, least)

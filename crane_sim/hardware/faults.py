@@ -33,7 +33,8 @@ class FaultLog(NamedTuple):
 def update_active(faults, overrides, active, log, t, slack):
     """Fill `active` (n,) with 1 for faults active at time t [s], else 0, and log the changes.
 
-    A fault is active in every period that begins at or after its time; `slack` [s] is the tolerance for rounding of t.
+    A fault is active in every period that begins at or after its time; `slack` [s] is the tolerance
+    for rounding of t.
     """
     for i in range(len(active)):
         scheduled = faults.begin[i] <= t + slack < faults.end[i]
@@ -68,7 +69,8 @@ def apply_to_drives(faults, active, drives, braking):
 
     The drives' records have their positions.
 
-    A drive whose limit switch has tripped is off, and its brake engaged. Losses of effort at one joint multiply.
+    A drive whose limit switch has tripped is off, and its brake engaged. Losses of effort at one
+    joint multiply.
 
     Returns:
         whether that changes a drive or a brake

@@ -1,8 +1,9 @@
 """Ideal servo drives, of infinite gain: efforts with which joints follow references exactly.
 
-Accelerations are affine in the efforts: a = a_0 + B u. The efforts u of these joints solve B u = a_r - a_0, with a_r
-the references' accelerations, B from one evaluation of the equations for each joint. A second pass with the remainder
-removes the rounding of B, whose entries are differences. The references begin with the joints' motion.
+Accelerations are affine in the efforts: a = a_0 + B u. The efforts u of these joints solve B u =
+a_r - a_0, with a_r the references' accelerations, B from one evaluation of the equations for each
+joint. A second pass with the remainder removes the rounding of B, whose entries are differences.
+The references begin with the joints' motion.
 """
 
 from typing import Any, NamedTuple

@@ -1,7 +1,7 @@
 """Instruments that measure more than joints: when they take samples, and their errors.
 
-A sample is a function of the seed and of the number of the control period in which it is taken (`random`), so it does
-not depend on subscribers.
+A sample is a function of the seed and of the number of the control period in which it is taken
+(`random`), so it does not depend on subscribers.
 """
 
 from typing import NamedTuple

@@ -14,7 +14,8 @@ def apply_payload_fault(fault, p, mass):
 
     Scenes without faults of the payload have p itself.
 
-    All masses of scheduled changes become this one: scenes with faults of the payload have no events that change it.
+    All masses of scheduled changes become this one: scenes with faults of the payload have no
+    events that change it.
     """
     if fault is None:
         return p

@@ -1,7 +1,8 @@
 """Random numbers without a state: each is a function of a seed, a stream and a counter.
 
-So a draw does not depend on what was drawn before it, and is the same after a restart. The mixing function is that of
-SplitMix64 (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators", OOPSLA 2014).
+So a draw does not depend on what was drawn before it, and is the same after a restart. The mixing
+function is that of SplitMix64 (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number
+Generators", OOPSLA 2014).
 """
 
 from math import cos, log, pi, sqrt
@@ -9,7 +10,11 @@ from math import cos, log, pi, sqrt
 import numpy as np
 
 UINT64_RANGE = 2**64
-_STEP, _FIRST, _SECOND = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
+_STEP, _FIRST, _SECOND = (
+    np.uint64(0x9E3779B97F4A7C15),
+    np.uint64(0xBF58476D1CE4E5B9),
+    np.uint64(0x94D049BB133111EB),
+)
 _30, _27, _31, _11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)
 _UNIT = 2.0**-53
 

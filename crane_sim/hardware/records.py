@@ -1,6 +1,7 @@
 """State and parameters of a run's hardware as structured arrays, a record per drive and sensor.
 
-Compiled functions take an array, or one of its records as an object with these attributes, and change them in place.
+Compiled functions take an array, or one of its records as an object with these attributes, and
+change them in place.
 """
 
 from typing import Any
@@ -34,9 +35,15 @@ DRIVE = np.dtype(
         ("has_state", np.bool_),  # a lag, a rate limit or a servo's loops
         ("initial_demand", float),  # before t = 0; not a number: what holds the joint there
         ("start_effort", float),  # at the start of the period, of lag and rate limit
-        ("delivered_effort", float),  # at the end of the last period, on the joint: what a brake takes over
+        (
+            "delivered_effort",
+            float,
+        ),  # at the end of the last period, on the joint: what a brake takes over
         ("target", float),  # effort that is approached
-        ("effort_fraction", float),  # of the effort, acts on the joint: below 1 by a fault (`effort_loss`)
+        (
+            "effort_fraction",
+            float,
+        ),  # of the effort, acts on the joint: below 1 by a fault (`effort_loss`)
         # at the last evaluation
         ("effort", float),
         ("position", float),
@@ -51,8 +58,14 @@ SERVO = np.dtype(
         ("gain", float),  # effort for a deviation of the speed
         ("stiffness", float),  # gain over integral time: effort for a deviation of the position
         ("position_gain", float),  # 1/s, speed for a deviation of the position
-        ("ideal", np.bool_),  # the gain is infinite: the effort makes the joint follow its reference
-        ("offset", float),  # m or rad, between reference and spring's end at the start of the period
+        (
+            "ideal",
+            np.bool_,
+        ),  # the gain is infinite: the effort makes the joint follow its reference
+        (
+            "offset",
+            float,
+        ),  # m or rad, between reference and spring's end at the start of the period
         ("correction", float),  # m/s or rad/s, of the position loop in this period
         ("integral", float),  # effort of the integral at the start of the period
         ("begin", float),  # s, of the period
@@ -100,7 +113,8 @@ TOTALS = np.dtype(
         ("payload_energy", float),  # J, brought by changes of the payload
     ]
 )
-"""Totals of a run, and the two states that belong to no drive or sensor: engaged brakes and the payload's mass."""
+"""Totals of a run, and the two states that belong to no drive or sensor: engaged brakes and the
+payload's mass."""
 
 
 def make_records(kind: Any, count: int) -> Any:
@@ -111,7 +125,12 @@ def make_records(kind: Any, count: int) -> Any:
 def ideal_drives(nu: int) -> Any:
     """Return records of drives without any effect (nu,)."""
     drives = make_records(DRIVE, nu)
-    drives.effort_fraction, drives.rate_limit, drives.low, drives.high = 1.0, np.inf, -np.inf, np.inf
+    drives.effort_fraction, drives.rate_limit, drives.low, drives.high = (
+        1.0,
+        np.inf,
+        -np.inf,
+        np.inf,
+    )
     drives.switch_low, drives.switch_high = -np.inf, np.inf
     drives.peak, drives.no_load_speed, drives.initial_demand = np.inf, np.inf, np.nan
     return drives

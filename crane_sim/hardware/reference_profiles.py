@@ -1,10 +1,11 @@
 """Reference profiles of servo drives in closed form: ramps of speed, motions to a position.
 
-A profile is a sequence of phases of constant jerk, each (duration [s], velocity, acceleration, jerk at its start), the
-last one without end. A ramp changes the velocity in the least time within the largest acceleration and jerk and ends
-without acceleration: the acceleration grows, holds, and fades (Biagiotti and Melchiorri, Trajectory Planning for
-Automatic Machines and Robots, Springer 2008, section 3.4). A motion to a position is a ramp to a cruise speed, the
-cruise, and a ramp to rest; the cruise speed is a root of the distance, found by bisection. From rest, or from motion
+A profile is a sequence of phases of constant jerk, each (duration [s], velocity, acceleration, jerk
+at its start), the last one without end. A ramp changes the velocity in the least time within the
+largest acceleration and jerk and ends without acceleration: the acceleration grows, holds, and
+fades (Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots, Springer
+2008, section 3.4). A motion to a position is a ramp to a cruise speed, the cruise, and a ramp to
+rest; the cruise speed is a root of the distance, found by bisection. From rest, or from motion
 towards the target, that takes the least time.
 """
 
@@ -47,7 +48,10 @@ def plan_ramp(v, a, target, bounds):
     change, initial = sign * (target - v), sign * a
     peak, hold = sqrt(max(0.0, jerk * change + 0.5 * initial * initial)), 0.0
     if peak > largest:
-        peak, hold = largest, (change - (largest * largest - 0.5 * initial * initial) / jerk) / largest
+        peak, hold = (
+            largest,
+            (change - (largest * largest - 0.5 * initial * initial) / jerk) / largest,
+        )
     return Ramp(max(0.0, peak - initial) / jerk, hold, peak / jerk, sign * peak, sign * jerk)
 
 
@@ -71,7 +75,9 @@ def ramp_distance(v, a, target, bounds):
     ramp = plan_ramp(v, a, target, bounds)
     rise = phase_distance(ramp.rise, v, a, ramp.jerk)
     hold = phase_distance(ramp.hold, hold_velocity(ramp, v, a), ramp.peak, 0.0)
-    return rise + hold + phase_distance(ramp.fall, fall_velocity(ramp, target), ramp.peak, -ramp.jerk)
+    return (
+        rise + hold + phase_distance(ramp.fall, fall_velocity(ramp, target), ramp.peak, -ramp.jerk)
+    )
 
 
 def motion_distance(v, a, cruise, bounds):

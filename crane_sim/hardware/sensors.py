@@ -1,8 +1,8 @@
 """Sensors: measured joint positions and velocities, for laws and topics.
 
-At a period whose number is a multiple of `every` a sensor takes a sample: the truth plus bias and noise, rounded to its
-step; some samples are lost, and the last one is held. The output is `delay` periods old. Random numbers are functions
-of the period's number (`random`).
+At a period whose number is a multiple of `every` a sensor takes a sample: the truth plus bias and
+noise, rounded to its step; some samples are lost, and the last one is held. The output is `delay`
+periods old. Random numbers are functions of the period's number (`random`).
 """
 
 from math import floor

@@ -1,26 +1,34 @@
 """Servo drives: joints that follow a speed or a position, as frequency converters drive them.
 
-A reference generator (`reference_profiles`) turns the command, held for a period, into a reference x_r, v_r. The speed
-loop is a PI controller with gain K and integral time T:
+A reference generator (`reference_profiles`) turns the command, held for a period, into a reference
+x_r, v_r. The speed loop is a PI controller with gain K and integral time T:
 
     effort = K (v_r - v) + K/T integral of (v_r - v) dt = K (v_r - v) + K/T (x_r + c - x)
 
-The integral of a speed is a position, so the loop is a damper and a spring to the moving reference and has no state
-of its own within a period; the offset c holds the integral at the start of the period. The effort is then limited as
-that of any drive. Anti-windup is clamping (Astrom and Hagglund, Advanced PID Control, ISA 2006, section 3.5): where the
-effort is limited at the end of a period, an integral that has grown in the direction of the limit is put back to
-that at the start of the period.
+The integral of a speed is a position, so the loop is a damper and a spring to the moving reference
+and has no state of its own within a period; the offset c holds the integral at the start of the
+period. The effort is then limited as that of any drive. Anti-windup is clamping (Astrom and
+Hagglund, Advanced PID Control, ISA 2006, section 3.5): where the effort is limited at the end of a
+period, an integral that has grown in the direction of the limit is put back to that at the start of
+the period.
 
 A position loop adds the speed k_x (x_r - x), which it samples once a period, to v_r: a cascade.
 
-With an infinite gain the effort is that which makes the joint's acceleration the reference's (`ideal_servos`).
+With an infinite gain the effort is that which makes the joint's acceleration the reference's
+(`ideal_servos`).
 """
 
 from typing import Any, NamedTuple
 
 from crane_sim import system
 from crane_sim.hardware.brakes import clip
-from crane_sim.hardware.reference_profiles import PHASES, Bounds, phase_distance, plan_position, plan_velocity
+from crane_sim.hardware.reference_profiles import (
+    PHASES,
+    Bounds,
+    phase_distance,
+    plan_position,
+    plan_velocity,
+)
 from crane_sim.numerics.jit import routine
 
 COMMANDS = ("effort", "velocity", "position")
@@ -52,7 +60,9 @@ def loop_effort(loop, drive, t):
     """
     x, v, _ = reference_at(loop, t)
     offset = loop.offset + loop.correction * (t - loop.begin)
-    return loop.gain * (v + loop.correction - drive.velocity) + loop.stiffness * (x + offset - drive.position)
+    return loop.gain * (v + loop.correction - drive.velocity) + loop.stiffness * (
+        x + offset - drive.position
+    )
 
 
 def demanded_effort(servos, drive, i, t, effort):
@@ -89,9 +99,13 @@ def plan_references(servos, drives, p, t, x, first):
             enter_phase(loop, servos.phases, i, t, 0.0)
             loop.begin, loop.restarts = t, False
             if loop.kind == POSITION:
-                loop.correction = clip(loop.position_gain * (reference_at(loop, t)[0] - q[i]), loop.max_speed)
+                loop.correction = clip(
+                    loop.position_gain * (reference_at(loop, t)[0] - q[i]), loop.max_speed
+                )
             drive.position, drive.velocity = q[i], v[i]
-            limited = limited or not (loop.ideal or drive.low <= loop_effort(loop, drive, t) <= drive.high)
+            limited = limited or not (
+                loop.ideal or drive.low <= loop_effort(loop, drive, t) <= drive.high
+            )
             drive.effort, drive.target = 0.0, 0.0
     return limited
 
@@ -127,7 +141,11 @@ def enter_phase(loop, phases, i, t, least):
         s, v, a, jerk = phases[i, k, 0], phases[i, k, 1], phases[i, k, 2], phases[i, k, 3]
         begin, x, k = begin + s, x + phase_distance(s, v, a, jerk), k + 1
     loop.phase_begin, loop.phase_position, loop.phase_velocity = begin, x, phases[i, k, 1]
-    loop.phase_acceleration, loop.phase_jerk, loop.phase_end = phases[i, k, 2], phases[i, k, 3], begin + phases[i, k, 0]
+    loop.phase_acceleration, loop.phase_jerk, loop.phase_end = (
+        phases[i, k, 2],
+        phases[i, k, 3],
+        begin + phases[i, k, 0],
+    )
 
 
 def enter_phases(servos, t, end, least):
@@ -150,7 +168,8 @@ def enter_phases(servos, t, end, least):
 def latch_servos(servos, drives, t):
     """Move servo integrals to the end of a period, t [s], at which `drives` were evaluated.
 
-    The transfer between brake and drive is bumpless: a drive begins with the brake's effort, and the other way round.
+    The transfer between brake and drive is bumpless: a drive begins with the brake's effort, and
+    the other way round.
     """
     if servos is None:
         return
@@ -168,7 +187,9 @@ def latch_integral(loop, drive, t):
     offset = loop.offset + loop.correction * (t - loop.begin)
     integral = loop.stiffness * (x + offset - drive.position)
     demand, increment = loop_effort(loop, drive, t), integral - loop.integral
-    shortfall = demand * drive.effort_fraction - drive.effort if drive.effort_fraction > 0.0 else demand
+    shortfall = (
+        demand * drive.effort_fraction - drive.effort if drive.effort_fraction > 0.0 else demand
+    )
     if loop.stiffness > 0.0 and shortfall * increment > 0.0:
         offset = drive.position + loop.integral / loop.stiffness - x
     else:

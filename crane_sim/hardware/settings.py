@@ -48,4 +48,6 @@ class HardwareConfig(NamedTuple):
 def ideal_hardware(nq: int, nu: int) -> HardwareConfig:
     """Return the configuration of ideal drives and sensors, with brakes."""
     nothing = np.empty(0)
-    return HardwareConfig(ideal_drives(nu), ideal_sensors(nq), Faults(nothing, nothing, nothing, nothing, nothing))
+    return HardwareConfig(
+        ideal_drives(nu), ideal_sensors(nq), Faults(nothing, nothing, nothing, nothing, nothing)
+    )

@@ -1,8 +1,9 @@
 """Soft limits: a joint's largest speed from which its drive can still stop it within its travel.
 
-The reference of a drive by speed follows a command by ramps of limited acceleration and jerk (`reference_profiles`), so
-where it would come to rest is known in closed form: the way with the command held for a while, and the ramp to rest. A
-speed is permitted where that place is within the travel; the largest such speed is found by bisection.
+The reference of a drive by speed follows a command by ramps of limited acceleration and jerk
+(`reference_profiles`), so where it would come to rest is known in closed form: the way with the
+command held for a while, and the ramp to rest. A speed is permitted where that place is within the
+travel; the largest such speed is found by bisection.
 """
 
 from typing import NamedTuple
@@ -29,7 +30,9 @@ class ReferenceMotion(NamedTuple):
 
 def motion_in_phase(s, x, v, a, jerk):
     """Return the motion after s seconds of constant jerk."""
-    return ReferenceMotion(x + phase_distance(s, v, a, jerk), v + s * (a + 0.5 * s * jerk), a + s * jerk)
+    return ReferenceMotion(
+        x + phase_distance(s, v, a, jerk), v + s * (a + 0.5 * s * jerk), a + s * jerk
+    )
 
 
 @routine
@@ -39,10 +42,18 @@ def motion_after(motion, command, bounds, s):
     x, v, a = motion.position, motion.velocity, motion.acceleration
     if s < ramp.rise:
         return motion_in_phase(s, x, v, a, ramp.jerk)
-    x, v, s = x + phase_distance(ramp.rise, v, a, ramp.jerk), hold_velocity(ramp, v, a), s - ramp.rise
+    x, v, s = (
+        x + phase_distance(ramp.rise, v, a, ramp.jerk),
+        hold_velocity(ramp, v, a),
+        s - ramp.rise,
+    )
     if s < ramp.hold:
         return motion_in_phase(s, x, v, ramp.peak, 0.0)
-    x, v, s = x + phase_distance(ramp.hold, v, ramp.peak, 0.0), fall_velocity(ramp, command), s - ramp.hold
+    x, v, s = (
+        x + phase_distance(ramp.hold, v, ramp.peak, 0.0),
+        fall_velocity(ramp, command),
+        s - ramp.hold,
+    )
     if s < ramp.fall:
         return motion_in_phase(s, x, v, ramp.peak, -ramp.jerk)
     x, s = x + phase_distance(ramp.fall, v, ramp.peak, -ramp.jerk), s - ramp.fall

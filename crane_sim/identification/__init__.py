@@ -4,11 +4,17 @@
     result = identify("overhead_energy", data, ["cable.lengths.0", "trolley.mass"])
     result.estimates, result.correlation, result.warnings
 
-`measurements` reads positions and commands, `shooting` predicts them with their sensitivities, `estimation` fits.
+`measurements` reads positions and commands, `shooting` predicts them with their sensitivities,
+`estimation` fits.
 """
 
 from crane_sim.identification.estimation import Estimate, Identification, identify
-from crane_sim.identification.measurements import Measurements, from_recording, from_rollout, read_measurements
+from crane_sim.identification.measurements import (
+    Measurements,
+    from_recording,
+    from_rollout,
+    read_measurements,
+)
 
 __all__ = [
     "Estimate",

@@ -32,7 +32,9 @@ class Bag(NamedTuple):
     commands: Track  # in what the drives are commanded
 
 
-def read_bag(path: Path, joints: tuple[str, ...], driven: tuple[str, ...], kinds: tuple[str, ...]) -> Bag:
+def read_bag(
+    path: Path, joints: tuple[str, ...], driven: tuple[str, ...], kinds: tuple[str, ...]
+) -> Bag:
     """Return the positions and the commands in a bag: FILE.mcap, or a folder of rosbag2.
 
     It needs the package rosbags.
@@ -51,17 +53,27 @@ def read_bag(path: Path, joints: tuple[str, ...], driven: tuple[str, ...], kinds
     if not path.exists():
         raise SceneError(f"{path}: there is no such file")
     if len(set(kinds)) > 1:
-        raise SceneError(f"{path}: drives of several kinds, {', '.join(sorted(set(kinds)))}, cannot be read from a bag")
+        raise SceneError(
+            f"{path}: drives of several kinds, {', '.join(sorted(set(kinds)))}, cannot be read "
+            "from a bag"
+        )
     try:
         contents = read_messages(path, (STATES, COMMANDS))
     except UnreadableBag as error:
         raise SceneError(f"{path}: {error}") from None
-    topics = {name: [each for each in contents.messages if each.topic == name] for name in (STATES, COMMANDS)}
+    topics = {
+        name: [each for each in contents.messages if each.topic == name]
+        for name in (STATES, COMMANDS)
+    }
     if contents.damage:
-        logging.getLogger(__name__).warning("%s is damaged: %s; what is whole of it is used", path, contents.damage)
+        logging.getLogger(__name__).warning(
+            "%s is damaged: %s; what is whole of it is used", path, contents.damage
+        )
     stamped = all(any(message.stamp for message in messages) for messages in topics.values())
     states = _track(path, topics[STATES], "position", joints, stamped)
-    field = kinds[0] if kinds else "effort"  # what a drive is commanded is the name of the message's field, too
+    field = (
+        kinds[0] if kinds else "effort"
+    )  # what a drive is commanded is the name of the message's field, too
     commands = _track(path, topics[COMMANDS], field, driven, stamped)
     if contents.damage or contents.malformed:
         _check_gaps(path, commands, states.nanoseconds[0])
@@ -78,20 +90,31 @@ def _check_gaps(path: Path, commands: Track, start: int) -> None:
     steps = np.diff(commands.nanoseconds)
     if steps.size and (wide := np.flatnonzero(steps > _WIDE * np.median(steps))).size:
         at = 1e-9 * (commands.nanoseconds[wide[0]] - start)
-        raise SceneError(f"{path}: is damaged: commands after t = {at:g} s are missing, and what was held is not known")
+        raise SceneError(
+            f"{path}: is damaged: commands after t = {at:g} s are missing, and what was held is "
+            "not known"
+        )
 
 
-def _track(path: Path, messages: list[Message], field: str, wanted: tuple[str, ...], stamped: bool) -> Track:
+def _track(
+    path: Path, messages: list[Message], field: str, wanted: tuple[str, ...], stamped: bool
+) -> Track:
     """Return the values of wanted joints that are in the messages."""
     nanoseconds = np.array([each.stamp if stamped else each.received for each in messages])
     steps = np.diff(nanoseconds)
     if (back := np.flatnonzero(steps < 0)).size:
         at = 1e-9 * nanoseconds[back[0]]
         raise SceneError(f"{path}: times go back after {at:g} s: give one pass, without a reset")
-    fresh = np.concatenate([[True], steps > 0])  # of messages with the same stamp the first one counts
+    fresh = np.concatenate(
+        [[True], steps > 0]
+    )  # of messages with the same stamp the first one counts
     present = {name for each in messages for name in each.content.name}
     names = tuple(name for name in wanted if name in present)
-    rows = [_values(path, each.content, field, names) for each, new in zip(messages, fresh, strict=True) if new]
+    rows = [
+        _values(path, each.content, field, names)
+        for each, new in zip(messages, fresh, strict=True)
+        if new
+    ]
     return Track(nanoseconds[fresh], names, np.array(rows).reshape(len(rows), len(names)))
 
 
@@ -99,5 +122,9 @@ def _values(path: Path, content: Any, field: str, names: tuple[str, ...]) -> lis
     """Return the values of some joints in a message, in any order; NaN for a missing one."""
     values, present = getattr(content, field), list(content.name)
     if len(values) != len(present):
-        raise SceneError(f"{path}: a message has {len(values)} values of {field} for {', '.join(present)}")
-    return [float(values[present.index(name)]) if name in present else float("nan") for name in names]
+        raise SceneError(
+            f"{path}: a message has {len(values)} values of {field} for {', '.join(present)}"
+        )
+    return [
+        float(values[present.index(name)]) if name in present else float("nan") for name in names
+    ]

@@ -1,7 +1,8 @@
 """Derivatives of smooth predictions by forward mode: one integration has those by several unknowns.
 
-A prediction is smooth where nothing switches the equations and drives apply their commands. Steps are differentiated
-as they were taken, so these are the derivatives of the numbers that the simulation gives, to rounding.
+A prediction is smooth where nothing switches the equations and drives apply their commands. Steps
+are differentiated as they were taken, so these are the derivatives of the numbers that the
+simulation gives, to rounding.
 """
 
 from __future__ import annotations
@@ -76,7 +77,12 @@ def _slopes(columns: Any, weights: Array, unknowns: int) -> Any:
 
 
 def fill_derivatives(
-    method: Any, model: Any, of_model: Any, excitations: Sequence[Excitation], starts: Sequence[Start], out: Array
+    method: Any,
+    model: Any,
+    of_model: Any,
+    excitations: Sequence[Excitation],
+    starts: Sequence[Start],
+    out: Array,
 ) -> None:
     """Fill `out` (n, nq, unknowns) with derivatives of joint positions at segments' instants.
 
@@ -91,7 +97,9 @@ def fill_derivatives(
     for first in range(0, unknowns, DIRECTIONS):
         slopes, own = np.full((n, nq, DIRECTIONS), np.nan), _directions(of_model, first)
         for excitation, (*start, of_q, of_v) in zip(excitations, starts, strict=True):
-            q, v = map(np.ascontiguousarray, start)  # as derivatives demand; they may be columns of a larger array
+            q, v = map(
+                np.ascontiguousarray, start
+            )  # as derivatives demand; they may be columns of a larger array
             directions = (own, *(_directions(each, first) for each in (of_q, of_v)), slopes)
             differentiate_held(method, model, excitation, q, v, positions, directions)
         out[..., first : first + DIRECTIONS] = slopes

@@ -20,19 +20,32 @@ from crane_sim.identification.least_squares import (
     minimise,
     refine,
 )
-from crane_sim.identification.measurements import Measurements, Source, choose_joints, measurements_of
+from crane_sim.identification.measurements import (
+    Measurements,
+    Source,
+    choose_joints,
+    measurements_of,
+)
 from crane_sim.identification.shooting import ORDER_6, Shooting, Unknowns
 from crane_sim.scenes.scene import Scene, SceneSource, load_scene
 
 Array = npt.NDArray[np.float64]
 SEGMENT = 5.0  # s
 LEVEL = 0.95  # of the intervals
-RUNGS = (16.0, 4.0, 2.0, 1.0)  # by which segments are shorter than asked, in fits that lead to its first guess
+RUNGS = (
+    16.0,
+    4.0,
+    2.0,
+    1.0,
+)  # by which segments are shorter than asked, in fits that lead to its first guess
 ROUGHLY = 1e-3  # relative decrease of the cost that ends those
-ILL_CONDITIONED = 1e8  # condition number of the sensitivities from which the information matrix counts as singular
+# condition number of the sensitivities from which the information matrix counts as singular
+ILL_CONDITIONED = 1e8
 INVOLVED = 0.1  # least entry of its null vector, of the largest one, of a parameter that is named
 SILENT = 12.0  # range of a joint by its noise up to which it rests: that of 10^8 samples of noise
-UNDETERMINED = 1.0  # standard deviation of a parameter by its value from which it counts as without influence
+UNDETERMINED = (
+    1.0  # standard deviation of a parameter by its value from which it counts as without influence
+)
 ROUNDING = 1e-12  # of a value: what is smaller is rounding of the simulation, not of the data
 CORRELATED = 0.2  # of successive residuals, from which they are not noise
 
@@ -53,7 +66,9 @@ class Identification:
     """The parameters with which a scene repeats a measured run best."""
 
     guess: Scene  # the one with the first guess
-    estimates: tuple[Estimate, ...]  # (p,) key, start, value, deviation, low, high of each parameter
+    estimates: tuple[
+        Estimate, ...
+    ]  # (p,) key, start, value, deviation, low, high of each parameter
     covariance: Array  # (p, p) of the values
     correlation: Array  # (p, p) -
     condition: float  # condition number of the sensitivities, their columns scaled to length 1
@@ -62,7 +77,9 @@ class Identification:
     iterations: int  # of the last fit
     data: Measurements  # what was fitted
     fit: Array  # (K, m) m or rad, the positions with the estimated parameters
-    segments: tuple[int, ...]  # first samples of the segments, each with an initial state of its own
+    segments: tuple[
+        int, ...
+    ]  # first samples of the segments, each with an initial state of its own
 
     def overrides(self) -> dict[str, float]:
         """Return the estimates as changes of the scene, by dotted key."""
@@ -110,24 +127,29 @@ def identify(
 
     Args:
         scene: the crane, whose values are the first guess; what `load_scene` reads.
-        data: the run: a recording FILE.rrd, a ROS bag FILE.mcap, what `read_recording` or `simulate` returns, or
-            `crane_sim.identification.Measurements`. Only positions and commands count.
-        parameters: dotted keys (p,) of numbers in the scene, such as `cable.lengths.0`; each keeps its sign.
+        data: the run: a recording FILE.rrd, a ROS bag FILE.mcap, what `read_recording` or
+            `simulate` returns, or `crane_sim.identification.Measurements`. Only positions and
+            commands count.
+        parameters: dotted keys (p,) of numbers in the scene, such as `cable.lengths.0`; each keeps
+            its sign.
         joints: whose positions count, all measured ones when empty.
         segment: longest part [s] of the run that begins with an unknown state of its own.
 
     Returns:
-        `estimates` with `key`, `value`, `deviation`, `low`, `high`; `overrides()` for `load_scene`; `warnings`.
+        `estimates` with `key`, `value`, `deviation`, `low`, `high`; `overrides()` for `load_scene`;
+        `warnings`.
 
     Raises:
-        SceneError: a key, a joint or the run is invalid, the scene cannot repeat the run at all, or the run does
-            not determine a parameter.
+        SceneError: a key, a joint or the run is invalid, the scene cannot repeat the run at all, or
+            the run does not determine a parameter.
     """
     for what, names in (("parameters", parameters), ("joints", joints)):
         if isinstance(names, str):
             raise SceneError(f"{what} = {names!r}: must be a list, as [{names!r}]")
     if not parameters or len(set(parameters)) < len(parameters):
-        raise SceneError(f"parameters = {list(parameters)}: must be one key of the scene or more, each once")
+        raise SceneError(
+            f"parameters = {list(parameters)}: must be one key of the scene or more, each once"
+        )
     if not segment > 0.0:
         raise SceneError(f"segment = {segment}: must be greater than 0")
     guess = load_scene(scene)
@@ -144,7 +166,10 @@ def _check_motion(data: Measurements) -> None:
     """Raise a SceneError where no joint moves beyond its noise, as nothing is identifiable."""
     moved = np.nanmax(data.q, axis=0) - np.nanmin(data.q, axis=0)
     if np.all(moved <= SILENT * estimate_noise(data.q)):
-        raise SceneError(f"run: {', '.join(data.joints)}: no motion stands out of the noise, nothing is identifiable")
+        raise SceneError(
+            f"run: {', '.join(data.joints)}: no motion stands out of the noise, nothing is "
+            "identifiable"
+        )
 
 
 def _fit(scene: Scene, data: Measurements, parameters: Sequence[str], segment: float) -> Minimum:
@@ -152,9 +177,9 @@ def _fit(scene: Scene, data: Measurements, parameters: Sequence[str], segment: f
 
     Without such a length the segments are the longest possible.
 
-    A long segment forgives no wrong parameter: over it the simulation may fail, or end in a minimum far from the data.
-    Each length begins with the states of the shorter one, and where the cost is least: at the scene's values, or at
-    those that shorter segments led to.
+    A long segment forgives no wrong parameter: over it the simulation may fail, or end in a minimum
+    far from the data. Each length begins with the states of the shorter one, and where the cost is
+    least: at the scene's values, or at those that shorter segments led to.
 
     Raises:
         SceneError: the run is too short, or the simulation fails over every length.
@@ -167,7 +192,9 @@ def _fit(scene: Scene, data: Measurements, parameters: Sequence[str], segment: f
             starts = [Unknowns(guess, shooting.start.deviations) for guess in guesses]
             costs = [evaluate_cost(shooting, deviation, start) for start in starts]
             point, _ = minimise(shooting, deviation, starts[int(np.argmin(costs))], ROUGHLY)
-        except SceneError as error:  # segments are too short for their samples, or too long for the first guess
+        except (
+            SceneError
+        ) as error:  # segments are too short for their samples, or too long for the first guess
             failure = error
             continue
         found, states = Minimum(length, shooting, deviation, point), shooting.states(point)
@@ -177,7 +204,9 @@ def _fit(scene: Scene, data: Measurements, parameters: Sequence[str], segment: f
     return found
 
 
-def _judge(guess: Scene, found: Minimum, counts: Sequence[int], notes: Sequence[str]) -> Identification:
+def _judge(
+    guess: Scene, found: Minimum, counts: Sequence[int], notes: Sequence[str]
+) -> Identification:
     """Return the result at the point of least cost.
 
     The covariance is from the sensitivities without the states' share.
@@ -188,9 +217,20 @@ def _judge(guess: Scene, found: Minimum, counts: Sequence[int], notes: Sequence[
     values = shooting.values(point.logarithms)
     covariance = relative * np.outer(values, values)
     deviations = np.sqrt(np.diag(covariance))
-    reach = np.maximum(float(scipy.stats.t.ppf(0.5 + LEVEL / 2.0, freedom)) * deviations, ROUNDING * np.abs(values))
-    columns = (shooting.parameters, shooting.nominal, values, deviations, values - reach, values + reach)
-    estimates = tuple(Estimate(key, *map(float, numbers)) for key, *numbers in zip(*columns, strict=True))
+    reach = np.maximum(
+        float(scipy.stats.t.ppf(0.5 + LEVEL / 2.0, freedom)) * deviations, ROUNDING * np.abs(values)
+    )
+    columns = (
+        shooting.parameters,
+        shooting.nominal,
+        values,
+        deviations,
+        values - reach,
+        values + reach,
+    )
+    estimates = tuple(
+        Estimate(key, *map(float, numbers)) for key, *numbers in zip(*columns, strict=True)
+    )
     error, there = linear.residual * deviation, np.isfinite(shooting.data.q)
     errors = np.sqrt(np.sum(error**2, axis=0) / there.sum(axis=0))
     return Identification(
@@ -200,7 +240,12 @@ def _judge(guess: Scene, found: Minimum, counts: Sequence[int], notes: Sequence[
         correlation=covariance / np.outer(deviations, deviations),
         condition=condition,
         residual=dict(zip(shooting.data.joints, errors.tolist(), strict=True)),
-        warnings=(*notes, *_weak(estimates), *_correlated(shooting, linear.residual, errors), *_unfinished(counts)),
+        warnings=(
+            *notes,
+            *_weak(estimates),
+            *_correlated(shooting, linear.residual, errors),
+            *_unfinished(counts),
+        ),
         iterations=sum(counts),
         data=shooting.data,
         fit=shooting.predict(point),
@@ -214,13 +259,16 @@ def _covariance(linear: Linear, shooting: Shooting) -> tuple[Array, int, float]:
     The condition number is that of the sensitivities.
 
     Raises:
-        SceneError: the information matrix is singular, a parameter has no influence, or a run near the estimates fails.
+        SceneError: the information matrix is singular, a parameter has no influence, or a run near
+            the estimates fails.
     """
     if not linear.finite:
         raise SceneError("run: near the estimates the simulation fails; give a shorter segment")
     reduced, rank, squares = _reduce(linear, shooting)
     norms = np.linalg.norm(reduced, axis=0)
-    _, singular, rotation = np.linalg.svd(reduced / np.where(norms > 0.0, norms, 1.0), full_matrices=False)
+    _, singular, rotation = np.linalg.svd(
+        reduced / np.where(norms > 0.0, norms, 1.0), full_matrices=False
+    )
     if not singular[-1] * ILL_CONDITIONED > singular[0]:
         weights = np.abs(rotation[-1])
         _refuse(shooting, weights > INVOLVED * weights.max())
@@ -250,7 +298,9 @@ def _reduce(linear: Linear, shooting: Shooting) -> tuple[Array, int, float]:
     """
     rows, rank, squares = [], 0, 0.0
     for r, p, x in linear.parts(shooting):
-        left, singular, _ = np.linalg.svd(x / np.maximum(np.linalg.norm(x, axis=0), 1e-9), full_matrices=False)
+        left, singular, _ = np.linalg.svd(
+            x / np.maximum(np.linalg.norm(x, axis=0), 1e-9), full_matrices=False
+        )
         left = left[:, singular > 1e-10 * singular[0]]
         rows.append(p - left @ (left.T @ p))
         rank, squares = rank + left.shape[1], squares + float(r @ r)
@@ -272,12 +322,15 @@ def _correlated(shooting: Shooting, residual: Array, errors: Array) -> list[str]
     `errors` (m,) are their root mean squares.
     """
     lines, ranges = [], np.nanmax(shooting.data.q, axis=0) - np.nanmin(shooting.data.q, axis=0)
-    for name, column, error, travel in zip(shooting.data.joints, residual.T, errors, ranges, strict=True):
+    for name, column, error, travel in zip(
+        shooting.data.joints, residual.T, errors, ranges, strict=True
+    ):
         power = float(column @ column)  # 0 stands where nothing was measured
         correlation = float(column[1:] @ column[:-1]) / power if error > ROUNDING * travel else 0.0
         if correlation > CORRELATED:
             lines.append(
-                f"{name}: residuals are correlated ({correlation:.2f}): something is not in the model, "
+                f"{name}: residuals are correlated ({correlation:.2f}): something is not in the "
+                "model, "
                 "and the intervals are too narrow"
             )
     return lines
@@ -289,5 +342,8 @@ def _unfinished(counts: Sequence[int]) -> list[str]:
 
 def _shortened(length: float, asked: float) -> list[str]:
     """Return the line on segments that had to be shorter than asked."""
-    line = f"over segments of {asked:g} s the simulation fails: those that were fitted have {length:g} s"
+    line = (
+        f"over segments of {asked:g} s the simulation fails: those that were fitted have "
+        f"{length:g} s"
+    )
     return [line] if length < asked else []

@@ -52,7 +52,9 @@ def estimate_noise(q: Array) -> Array:
     Third differences of noise have 20 times its variance.
     """
     columns = [column[np.isfinite(column)] for column in q.T]
-    return np.maximum([np.std(np.diff(column, 3)) / 20.0**0.5 for column in columns], _least_deviation(q))
+    return np.maximum(
+        [np.std(np.diff(column, 3)) / 20.0**0.5 for column in columns], _least_deviation(q)
+    )
 
 
 def _least_deviation(q: Array) -> Array:
@@ -72,7 +74,10 @@ def estimate_deviation(shooting: Shooting, point: Unknowns) -> Array:
     """Return the standard deviations (m,) of residuals, corrected for the share of unknowns."""
     q = shooting.data.q
     unknowns = (len(point.logarithms) + point.deviations.size) / q.shape[1]
-    squares, counts = np.sum(subtract_prediction(shooting, point) ** 2, axis=0), np.isfinite(q).sum(axis=0)
+    squares, counts = (
+        np.sum(subtract_prediction(shooting, point) ** 2, axis=0),
+        np.isfinite(q).sum(axis=0),
+    )
     return np.maximum(np.sqrt(squares / np.maximum(1.0, counts - unknowns)), _least_deviation(q))
 
 
@@ -87,18 +92,24 @@ def evaluate_cost(shooting: Shooting, deviation: Array, point: Unknowns) -> floa
     return 0.5 * squares if np.isfinite(squares) else np.inf
 
 
-def linearise(shooting: Shooting, deviation: Array, point: Unknowns, weights: Mapping[int, float]) -> Linear:
+def linearise(
+    shooting: Shooting, deviation: Array, point: Unknowns, weights: Mapping[int, float]
+) -> Linear:
     """Return residuals and derivatives by differences at a point.
 
     Raises SceneError where parameters near it are not possible.
     """
     tables = shooting.sensitivities(point, weights)
     there = np.isfinite(shooting.data.q)[:, :, None]
-    by_parameter, by_state = (np.where(there, table, 0.0) / deviation[None, :, None] for table in tables)
+    by_parameter, by_state = (
+        np.where(there, table, 0.0) / deviation[None, :, None] for table in tables
+    )
     return Linear(subtract_prediction(shooting, point) / deviation, by_parameter, by_state)
 
 
-def refine(shooting: Shooting, deviation: Array, point: Unknowns) -> tuple[Array, Unknowns, list[int]]:
+def refine(
+    shooting: Shooting, deviation: Array, point: Unknowns
+) -> tuple[Array, Unknowns, list[int]]:
     """Return (deviations (m,), point, iterations by round) of the reweighted minimum.
 
     Its weights are from its own residuals.
@@ -113,7 +124,9 @@ def refine(shooting: Shooting, deviation: Array, point: Unknowns) -> tuple[Array
     return deviation, point, counts
 
 
-def minimise(shooting: Shooting, deviation: Array, point: Unknowns, converged: float) -> tuple[Unknowns, int]:
+def minimise(
+    shooting: Shooting, deviation: Array, point: Unknowns, converged: float
+) -> tuple[Unknowns, int]:
     """Return (the point of least cost, number of iterations), from a point on whose cost is finite.
 
     Raises:
@@ -121,7 +134,9 @@ def minimise(shooting: Shooting, deviation: Array, point: Unknowns, converged: f
     """
     at, damping = linearise(shooting, deviation, point, ORDER_2), 1e-3
     if not at.finite:
-        raise SceneError("run: near the first guess the simulation fails; give a shorter segment or other values")
+        raise SceneError(
+            "run: near the first guess the simulation fails; give a shorter segment or other values"
+        )
     for iteration in range(1, ITERATIONS + 1):
         cost = at.cost
         while damping < LARGEST_DAMPING:
@@ -159,6 +174,8 @@ def _step(shooting: Shooting, linear: Linear, point: Unknowns, damping: float) -
         rows.append(p_all - factor @ (factor.T @ p_all))
         values.append(r_all - factor @ (factor.T @ r_all))
         states.append((triangle, factor.T @ r_all, factor.T @ p_all))
-    step = np.clip(np.linalg.lstsq(np.vstack(rows), np.concatenate(values))[0], -LARGEST_STEP, LARGEST_STEP)
+    step = np.clip(
+        np.linalg.lstsq(np.vstack(rows), np.concatenate(values))[0], -LARGEST_STEP, LARGEST_STEP
+    )
     moved = [np.linalg.solve(triangle, r - p @ step) for triangle, r, p in states]
     return Unknowns(point.logarithms + step, point.deviations + np.array(moved))

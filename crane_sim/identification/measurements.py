@@ -35,7 +35,8 @@ class Measurements(NamedTuple):
     q: Array  # (K, m) m or rad, NaN where a joint was not measured
     command_times: Array  # (C,) s, from which each command is held
     commands: Array  # (C, nu), in the order and the units of the scene's actuated joints
-    from_start: bool = False  # whether drives had their initial demands before the first command; else that command
+    # whether drives had their initial demands before the first command; else that command
+    from_start: bool = False
 
 
 Source: TypeAlias = "Measurements | RecordedRun | Rollout | Path | str"  # of a run
@@ -62,14 +63,20 @@ def _checked(given: Measurements, scene: Scene) -> Measurements:
     """Return measurements of one's own as arrays.
 
     Raises:
-        SceneError: a joint is not the scene's, or the shapes do not fit each other; the message is one line.
+        SceneError: a joint is not the scene's, or the shapes do not fit each other; the message is
+            one line.
     """
     for name in given.joints:
         if name not in scene.joint_names:
             raise SceneError(f"measurements: {unknown_key(name, scene.joint_names, 'joint')}")
     if len(set(given.joints)) < len(given.joints):
-        raise SceneError(f"measurements: joints {', '.join(given.joints)}: one of them stands twice")
-    arrays = {name: _as_array(name, getattr(given, name)) for name in ("t", "q", "command_times", "commands")}
+        raise SceneError(
+            f"measurements: joints {', '.join(given.joints)}: one of them stands twice"
+        )
+    arrays = {
+        name: _as_array(name, getattr(given, name))
+        for name in ("t", "q", "command_times", "commands")
+    }
     samples, commands = arrays["t"].size, arrays["command_times"].size
     shapes = {
         "t": (samples,),
@@ -79,7 +86,9 @@ def _checked(given: Measurements, scene: Scene) -> Measurements:
     }
     for name, shape in shapes.items():
         if arrays[name].shape != shape:
-            raise SceneError(f"measurements: {name} has the shape {arrays[name].shape}, must have {shape}")
+            raise SceneError(
+                f"measurements: {name} has the shape {arrays[name].shape}, must have {shape}"
+            )
     return given._replace(**arrays)
 
 
@@ -109,12 +118,16 @@ def read_measurements(path: Path | str, scene: Scene) -> Measurements:
 def from_recording(run: RecordedRun, scene: Scene) -> Measurements:
     """Return the positions of a recorded run, as its sensors measured them, and its commands.
 
-    A run in open loop has no commands: the inputs of drives that hold them stand for these, or constant efforts.
+    A run in open loop has no commands: the inputs of drives that hold them stand for these, or
+    constant efforts.
     """
     lengths = np.rint(np.diff(run.t) / run.period)
     if np.any(lengths != 1.0):
         at = float(run.t[np.flatnonzero(lengths != 1.0)[0]])
-        raise SceneError(f"{run.path}: steps after t = {at:g} s are not in the recording: their commands are not known")
+        raise SceneError(
+            f"{run.path}: steps after t = {at:g} s are not in the recording: their commands are "
+            "not known"
+        )
     q = run.q if run.q_measured is None else run.q_measured
     commands = _commands(run.commands, run.u, run.t, lambda: _scene_of(run), str(run.path))
     from_start = bool(run.t.size and run.t[0] == 0.0)
@@ -129,7 +142,9 @@ def _scene_of(run: RecordedRun) -> Scene:
     return load_scene(run.scene_values, own_law=False)
 
 
-def _check_units(actuated: tuple[str, ...], units: tuple[str, ...], scene: Scene, source: str) -> None:
+def _check_units(
+    actuated: tuple[str, ...], units: tuple[str, ...], scene: Scene, source: str
+) -> None:
     """Raise SceneError where a joint was commanded in another unit than the scene's drive has."""
     recorded = dict(zip(actuated, units, strict=True))
     for name, unit in zip(scene.actuated, scene.command_units, strict=True):
@@ -138,7 +153,9 @@ def _check_units(actuated: tuple[str, ...], units: tuple[str, ...], scene: Scene
             raise SceneError(f"{source}: {what}; give the scene the drives of the run (actuators)")
 
 
-def _commands(given: Array, applied: Array, t: Array, scene: Callable[[], Scene], source: str) -> Array:
+def _commands(
+    given: Array, applied: Array, t: Array, scene: Callable[[], Scene], source: str
+) -> Array:
     """Return the commands (K, nu) of a run.
 
     In open loop these are the inputs of drives that hold them, and constant efforts.
@@ -159,14 +176,20 @@ def _commands(given: Array, applied: Array, t: Array, scene: Callable[[], Scene]
     held = np.isin(own.actuated, () if own.sampled else own.held)
     if held.any():
         take = HardwareRun(own).open_loop_command
-        found = np.where(held, [take(time, own.initial_q, own.initial_v) for time in t[: len(given)].tolist()], found)
+        found = np.where(
+            held,
+            [take(time, own.initial_q, own.initial_v) for time in t[: len(given)].tolist()],
+            found,
+        )
     if (changing := ~held & np.any(found != found[0], axis=0)).any():
         names = ", ".join(np.array(own.actuated)[changing])
         possible = (
-            "commands of a law or of a node, constant inputs, and inputs of drives that hold them (lag, rate limit)"
+            "commands of a law or of a node, constant inputs, and inputs of drives that hold them "
+            "(lag, rate limit)"
         )
         raise SceneError(
-            f"{source}: has no commands of {names}, which acted between samples, too; possible: {possible}"
+            f"{source}: has no commands of {names}, which acted between samples, too; possible: "
+            f"{possible}"
         )
     return found
 
@@ -174,7 +197,9 @@ def _commands(given: Array, applied: Array, t: Array, scene: Callable[[], Scene]
 def from_rollout(run: Rollout, noise: float = 0.0, seed: int = 0) -> Measurements:
     """Return a simulated run's positions as encoders with normal noise [rad, m] show them."""
     q = run.q + np.random.default_rng(seed).normal(0.0, 1.0, run.q.shape) * noise
-    command_times = run.scene.period * np.arange(len(run.commands), dtype=np.float64)  # s, of the periods
+    command_times = run.scene.period * np.arange(
+        len(run.commands), dtype=np.float64
+    )  # s, of the periods
     commands = _commands(run.commands, run.u, command_times, lambda: run.scene, "run")
     return Measurements(run.t, run.scene.joint_names, q, command_times, commands, from_start=True)
 
@@ -183,28 +208,45 @@ def select(found: Measurements, driven: tuple[str, ...], scene: Scene, source: s
     """Return what was found with its joints and commands (C, len(driven)) in the scene's order.
 
     Raises:
-        SceneError: joints or actuated joints are not the scene's, a command is missing, or times do not increase.
+        SceneError: joints or actuated joints are not the scene's, a command is missing, or times do
+            not increase.
     """
     joints = tuple(name for name in scene.joint_names if name in found.joints)
     missing = [name for name in scene.actuated if name not in driven]
     if not joints or missing:
-        what = f"commands of {', '.join(missing)}" if joints else f"position of {', '.join(scene.joint_names)}"
-        raise SceneError(f"{source}: has no {what}; it has {', '.join(found.joints)}, commands of {', '.join(driven)}")
+        what = (
+            f"commands of {', '.join(missing)}"
+            if joints
+            else f"position of {', '.join(scene.joint_names)}"
+        )
+        raise SceneError(
+            f"{source}: has no {what}; it has {', '.join(found.joints)}, commands of "
+            f"{', '.join(driven)}"
+        )
     for times in (found.t, found.command_times):
         if (back := np.flatnonzero(~(np.diff(times) > 0.0))).size:
-            raise SceneError(f"{source}: times must increase, and do not after t = {times[back[0]]:g} s")
+            raise SceneError(
+                f"{source}: times must increase, and do not after t = {times[back[0]]:g} s"
+            )
     q = found.q[:, [found.joints.index(name) for name in joints]]
     commands = found.commands[:, [driven.index(name) for name in scene.actuated]]
     if bad := np.flatnonzero(~np.isfinite(commands).all(axis=1)).tolist():
-        raise SceneError(f"{source}: no command at t = {found.command_times[bad[0]]:g} s: brakes acted, or it is lost")
-    return found._replace(joints=joints, q=np.where(np.isfinite(q), q, np.nan), commands=np.ascontiguousarray(commands))
+        raise SceneError(
+            f"{source}: no command at t = {found.command_times[bad[0]]:g} s: brakes acted, or it "
+            "is lost"
+        )
+    return found._replace(
+        joints=joints,
+        q=np.where(np.isfinite(q), q, np.nan),
+        commands=np.ascontiguousarray(commands),
+    )
 
 
 def undo_sensors(found: Measurements, scene: Scene) -> Measurements:
     """Return measurements at the instants at which the scene's sensors took them, less their bias.
 
-    A sample that is published again, between two samples of a slow sensor or after a lost one, is no measurement.
-    Noise and quantisation stay: they are what the residuals are made of.
+    A sample that is published again, between two samples of a slow sensor or after a lost one, is
+    no measurement. Noise and quantisation stay: they are what the residuals are made of.
     """
     if scene.hardware is None:
         return found
@@ -222,7 +264,9 @@ def undo_sensors(found: Measurements, scene: Scene) -> Measurements:
     return found._replace(t=t, q=q)
 
 
-def _sampling(t: Array, values: Array, sensor: Any, period: float) -> tuple[Array, npt.NDArray[np.bool_]]:
+def _sampling(
+    t: Array, values: Array, sensor: Any, period: float
+) -> tuple[Array, npt.NDArray[np.bool_]]:
     """Return (instants (K,) [s] of the samples published as `values` at t (K,), which are new)."""
     if sensor.every == 1 and sensor.delay == 0:
         return t, np.full(len(t), True)
@@ -243,7 +287,8 @@ def _first_sample(periods: Array, values: Array, every: int) -> float:
 
     Args:
         periods: (K,), at which values were published, less the delay.
-        values: (K,), which change where a new sample is published; where none does, or all do, it is the first one.
+        values: (K,), which change where a new sample is published; where none does, or all do, it
+            is the first one.
         every: periods from sample to sample.
     """
     changes = (np.diff(periods) == 1.0) & (np.abs(np.diff(values)) > 0.0)
@@ -261,10 +306,14 @@ def choose_joints(data: Measurements, names: tuple[str, ...]) -> Measurements:
     """
     for name in names:
         if name not in data.joints:
-            raise SceneError(f"joint {name!r}: is not measured; measured are {', '.join(data.joints)}")
+            raise SceneError(
+                f"joint {name!r}: is not measured; measured are {', '.join(data.joints)}"
+            )
     chosen = tuple(name for name in data.joints if not names or name in names)
     q = data.q[:, [data.joints.index(name) for name in chosen]]
-    if bad := [name for name, column in zip(chosen, q.T, strict=True) if not np.isfinite(column).any()]:
+    if bad := [
+        name for name, column in zip(chosen, q.T, strict=True) if not np.isfinite(column).any()
+    ]:
         raise SceneError(f"joint {bad[0]!r}: has no position that is a number; choose others")
     rows = np.isfinite(q).any(axis=1)
     return data._replace(joints=chosen, t=data.t[rows], q=np.ascontiguousarray(q[rows]))

@@ -1,14 +1,16 @@
 """Multiple shooting: predictions of a measured run, segment by segment, and their sensitivities.
 
-Every segment begins with a state of its own, which is an unknown. Parameters are searched by the logarithm of their
-ratio to the first guess: each keeps its sign, and none comes to the 0 that most of them may not pass.
+Every segment begins with a state of its own, which is an unknown. Parameters are searched by the
+logarithm of their ratio to the first guess: each keeps its sign, and none comes to the 0 that most
+of them may not pass.
 
-Sensitivities of a smooth prediction are its derivatives (`derivatives`). Where equations switch, drives have states, or
-parameters move instants at which a motion is not smooth, which the steps as they were taken do not see, they are
-central differences of order 6 of the same simulation. Steps end at every instant and are far below
-their tolerance there, so a prediction is a smooth function of its unknowns down to rounding: with `STEP` the truncation
-is some 1e-15 and rounding 1e-12 of the scale. The search for the minimum has the outermost pair alone, a third of the
-simulations: it converges as quickly, and errors of 1e-4 move its end by less than its stopping criterion does.
+Sensitivities of a smooth prediction are its derivatives (`derivatives`). Where equations switch,
+drives have states, or parameters move instants at which a motion is not smooth, which the steps as
+they were taken do not see, they are central differences of order 6 of the same simulation. Steps
+end at every instant and are far below their tolerance there, so a prediction is a smooth function
+of its unknowns down to rounding: with `STEP` the truncation is some 1e-15 and rounding 1e-12 of the
+scale. The search for the minimum has the outermost pair alone, a third of the simulations: it
+converges as quickly, and errors of 1e-4 move its end by less than its stopping criterion does.
 """
 
 from __future__ import annotations
@@ -22,7 +24,12 @@ import numpy.typing as npt
 
 from crane_sim.files.document import get_value
 from crane_sim.files.errors import SceneError
-from crane_sim.identification.derivatives import Start, fill_derivatives, is_smooth, slopes_of_models
+from crane_sim.identification.derivatives import (
+    Start,
+    fill_derivatives,
+    is_smooth,
+    slopes_of_models,
+)
 from crane_sim.identification.measurements import Measurements
 from crane_sim.numerics.derivatives import DIRECTIONS
 from crane_sim.scenes.hardware_settings import is_nonideal
@@ -36,13 +43,23 @@ from crane_sim.trajectories.breakpoints import with_breakpoints
 
 Array = npt.NDArray[np.float64]
 STEP = 2e-4  # of differences: of a logarithm, or m, rad and their rates of an initial state
-ORDER_6 = {1: 3.0 / 4.0, 2: -3.0 / 20.0, 3: 1.0 / 60.0}  # weights of central differences, by multiples of the step
-ORDER_2 = {3: 1.0 / 6.0}  # over the same span: where it is finite, so are the outermost runs of order 6
+ORDER_6 = {
+    1: 3.0 / 4.0,
+    2: -3.0 / 20.0,
+    3: 1.0 / 60.0,
+}  # weights of central differences, by multiples of the step
+ORDER_2 = {
+    3: 1.0 / 6.0
+}  # over the same span: where it is finite, so are the outermost runs of order 6
 OMITTED = ("control", "sensors", "faults", "imu", "camera", "uncertain", "inputs")
-"""Groups of a scene that say nothing on how the crane answers its commands, or that are not constant."""
+"""Groups of a scene that say nothing on how the crane answers its commands, or that are not
+constant."""
 SAME_INSTANT = 1e-9  # s
-ROOM = 1.0  # m or rad, or of a joint's range, whichever is more: by how far a prediction may leave the data
-FITTED = 15  # samples at the start of a segment, through which a cubic gives the first guess of its initial state
+# m or rad, or of a joint's range, whichever is more: by how far a prediction may leave the data
+ROOM = 1.0
+# samples at the start of a segment, through which a cubic gives the first guess of its initial
+# state
+FITTED = 15
 TOLERANCES = {"rtol": 1e-10, "atol": 1e-12}  # the loosest ones of methods that control their error
 
 
@@ -60,10 +77,14 @@ class Unknowns(NamedTuple):
     """Values of all unknowns."""
 
     logarithms: Array  # (p,) natural, of parameters by their nominal values
-    deviations: Array  # (segments, 2 n) of the initial states: coordinates in the basis, and their rates
+    deviations: (
+        Array  # (segments, 2 n) of the initial states: coordinates in the basis, and their rates
+    )
 
 
-States: TypeAlias = dict[int, tuple[Array, Array]]  # joint positions (nq,) and velocities (nq,) by number of a sample
+States: TypeAlias = dict[
+    int, tuple[Array, Array]
+]  # joint positions (nq,) and velocities (nq,) by number of a sample
 
 
 class Shooting:
@@ -75,7 +96,12 @@ class Shooting:
     """
 
     def __init__(
-        self, scene: Scene, data: Measurements, parameters: Sequence[str], segment: float, known: States | None = None
+        self,
+        scene: Scene,
+        data: Measurements,
+        parameters: Sequence[str],
+        segment: float,
+        known: States | None = None,
     ) -> None:
         """Prepare the segments.
 
@@ -84,7 +110,8 @@ class Shooting:
             data: the run.
             parameters: dotted keys (p,) of numbers in the scene.
             segment: length [s].
-            known: states from which deviations count, by the sample at which they are; others come from the data.
+            known: states from which deviations count, by the sample at which they are; others come
+                from the data.
 
         Raises:
             SceneError: a parameter is not one, or the run is too short.
@@ -96,7 +123,9 @@ class Shooting:
         self._columns = [self.scene.joint_names.index(name) for name in data.joints]
         if self.scene.hardware is not None and self.scene.hardware.servos is not None:
             segment = np.inf  # the state of a servo is known at the start only
-        self.segments = [_segment(self.scene, data, *span, known or {}) for span in _spans(data, segment)]
+        self.segments = [
+            _segment(self.scene, data, *span, known or {}) for span in _spans(data, segment)
+        ]
         self._low, self._high = _bounds(self.scene, data)
 
     @property
@@ -122,7 +151,10 @@ class Shooting:
 
         Raises SceneError where it is invalid.
         """
-        return load_scene(self._document, dict(zip(self.parameters, self.values(logarithms).tolist(), strict=True)))
+        return load_scene(
+            self._document,
+            dict(zip(self.parameters, self.values(logarithms).tolist(), strict=True)),
+        )
 
     def predict(self, point: Unknowns) -> Array:
         """Return the positions (K, m) of measured joints, NaN from where the integration failed.
@@ -147,13 +179,23 @@ class Shooting:
         No parameter may move a breakpoint of a prescribed motion.
         """
         nominal = np.zeros(len(self.parameters))
-        scenes = [self.scene, *(self.scene_of(_shift(nominal, i, STEP)) for i in range(len(nominal)))]
-        first, *others = (getattr(with_breakpoints((), scene.model), "breakpoints", np.empty(0)) for scene in scenes)
+        scenes = [
+            self.scene,
+            *(self.scene_of(_shift(nominal, i, STEP)) for i in range(len(nominal))),
+        ]
+        first, *others = (
+            getattr(with_breakpoints((), scene.model), "breakpoints", np.empty(0))
+            for scene in scenes
+        )
         return is_smooth(self.scene) and all(np.array_equal(first, each) for each in others)
 
     def _derivatives(self, point: Unknowns) -> tuple[Array, Array]:
         """Return the result of `sensitivities` of a smooth prediction."""
-        (logarithms, _), scene, n = point, self.scene_of(point.logarithms), self.segments[0].basis.shape[1]
+        (logarithms, _), scene, n = (
+            point,
+            self.scene_of(point.logarithms),
+            self.segments[0].basis.shape[1],
+        )
         p, unknowns = len(logarithms), -(-(len(logarithms) + 2 * n) // DIRECTIONS) * DIRECTIONS
         times, commands = excitation_of(scene, self.data)
         samples = np.searchsorted(times, self.data.t - SAME_INSTANT)
@@ -164,15 +206,23 @@ class Shooting:
             of_q, of_v = np.zeros((2, len(segment.q), unknowns))
             of_q[:, p : p + n] = of_v[:, p + n : p + 2 * n] = segment.basis
             starts.append(Start(*state, of_q, of_v))
-        nearby = [_shift(logarithms, i, k * STEP) for i in range(p) for m in ORDER_6 for k in (m, -m)]
-        weights = np.array([sign * weight / STEP for weight in ORDER_6.values() for sign in (1.0, -1.0)])
-        of_model = slopes_of_models([self.scene_of(each).model for each in nearby], weights, unknowns)
+        nearby = [
+            _shift(logarithms, i, k * STEP) for i in range(p) for m in ORDER_6 for k in (m, -m)
+        ]
+        weights = np.array(
+            [sign * weight / STEP for weight in ORDER_6.values() for sign in (1.0, -1.0)]
+        )
+        of_model = slopes_of_models(
+            [self.scene_of(each).model for each in nearby], weights, unknowns
+        )
         out = np.empty((len(times), len(scene.joint_names), unknowns))
         fill_derivatives(strict_method(scene), scene.model, of_model, excitations, starts, out)
         slopes = out[samples][:, self._columns]
         return slopes[..., :p], slopes[..., p : p + 2 * n]
 
-    def sensitivities(self, point: Unknowns, weights: Mapping[int, float] = ORDER_6) -> tuple[Array, Array]:
+    def sensitivities(
+        self, point: Unknowns, weights: Mapping[int, float] = ORDER_6
+    ) -> tuple[Array, Array]:
         """Return the derivatives of `predict` by logarithms and by deviations of segments.
 
         Their shapes are (K, m, p) and (K, m, 2 n): each instant has the deviations of its own
@@ -189,12 +239,17 @@ class Shooting:
             return self._derivatives(point)
         logarithms, deviations = point
         by_parameter = [
-            _central_difference(lambda h, i=i: self.predict(Unknowns(_shift(logarithms, i, h), deviations)), weights)
+            _central_difference(
+                lambda h, i=i: self.predict(Unknowns(_shift(logarithms, i, h), deviations)), weights
+            )
             for i in range(len(logarithms))
         ]
         by_state = [
             _central_difference(
-                lambda h, j=j: self.predict(Unknowns(logarithms, _shift(deviations, (slice(None), j), h))), weights
+                lambda h, j=j: self.predict(
+                    Unknowns(logarithms, _shift(deviations, (slice(None), j), h))
+                ),
+                weights,
             )
             for j in range(deviations.shape[1])
         ]
@@ -222,20 +277,30 @@ def nominal_value(document: Mapping[str, Any], key: str) -> float:
     """
     found, value = get_value(document, key)
     if key.split(".")[0] in OMITTED:
-        raise SceneError(f"parameter {key}: group {key.split('.')[0]} is not part of the crane that answers commands")
+        raise SceneError(
+            f"parameter {key}: group {key.split('.')[0]} is not part of the crane that answers "
+            "commands"
+        )
     if not found:
-        raise SceneError(f"parameter {key}: the scene has no {key} of its own; give a first guess, --set {key}=VALUE")
+        raise SceneError(
+            f"parameter {key}: the scene has no {key} of its own; give a first guess, --set "
+            f"{key}=VALUE"
+        )
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise SceneError(f"parameter {key}: is {value!r} in the scene, not a number")
     if value == 0.0 or not np.isfinite(value):
-        raise SceneError(f"parameter {key}: is {value:g} in the scene, which gives no scale; --set {key}=VALUE")
+        raise SceneError(
+            f"parameter {key}: is {value:g} in the scene, which gives no scale; --set {key}=VALUE"
+        )
     return float(value)
 
 
 def _spans(data: Measurements, length: float) -> list[tuple[int, int]]:
     """Return (first sample, the one after the last) of equal segments of at most `length` [s]."""
     if len(data.t) < 2 * FITTED:
-        raise SceneError(f"run: has {len(data.t)} measured positions, {2 * FITTED} are the least to fit")
+        raise SceneError(
+            f"run: has {len(data.t)} measured positions, {2 * FITTED} are the least to fit"
+        )
     count = max(1, int(np.ceil((data.t[-1] - data.t[0]) / length * (1.0 - 1e-9))))
     bounds = np.searchsorted(data.t, np.linspace(data.t[0], data.t[-1], count + 1) - SAME_INSTANT)
     bounds[-1] = len(data.t)
@@ -265,8 +330,13 @@ def _segment(scene: Scene, data: Measurements, first: int, end: int, known: Stat
     for name, values in zip(data.joints, data.q[first:end].T, strict=True):
         i, there = scene.joint_names.index(name), np.flatnonzero(np.isfinite(values))[:FITTED]
         if len(there) < FITTED:
-            raise SceneError(f"run: {name} has {len(there)} positions from {data.t[first]:g} s on; {FITTED} are needed")
-        q[i], v[i] = np.polynomial.polynomial.polyfit(data.t[first + there] - data.t[first], values[there], 3)[:2]
+            raise SceneError(
+                f"run: {name} has {len(there)} positions from {data.t[first]:g} s on; {FITTED} are "
+                "needed"
+            )
+        q[i], v[i] = np.polynomial.polynomial.polyfit(
+            data.t[first + there] - data.t[first], values[there], 3
+        )[:2]
     return Segment(first, end, q, v, tangent_basis(scene, q))
 
 
@@ -275,11 +345,15 @@ def excitation_of(scene: Scene, data: Measurements) -> tuple[Array, Array]:
 
     The delay is that of the drive.
 
-    A delay is exact, not rounded to periods. Before its first command a drive has that command, or its initial demand
-    where the data begin with the run and it has a delay, lag or rate limit.
+    A delay is exact, not rounded to periods. Before its first command a drive has that command, or
+    its initial demand where the data begin with the run and it has a delay, lag or rate limit.
     """
     groups = scene.file.actuators if scene.hardware is not None else {}
-    initial = initial_demands(scene, scene.hardware) if scene.hardware is not None and data.from_start else {}
+    initial = (
+        initial_demands(scene, scene.hardware)
+        if scene.hardware is not None and data.from_start
+        else {}
+    )
     delays = [merge_groups(groups, name, ActuatorGroup).delay for name in scene.actuated]
     changes = [data.command_times + delay for delay in delays]
     times = np.sort(np.concatenate([data.t, *changes]))
@@ -299,12 +373,19 @@ def _integrator(scene: Scene) -> Callable[[Excitation, Array, Array, Array], obj
     if not is_nonideal(scene.hardware):
         return lambda part, q, v, out: integrate_held(method, model, part, q, v, out)
     hardware = HardwareRun(scene).state
-    drives, servos = hardware.drives, hardware.servos  # of one segment: with servos there is no second
+    drives, servos = (
+        hardware.drives,
+        hardware.servos,
+    )  # of one segment: with servos there is no second
     drives.delay = 0  # it is in the instants
-    return lambda part, q, v, out: integrate_with_drives(method, model, drives.copy(), servos, part, q, v, out)
+    return lambda part, q, v, out: integrate_with_drives(
+        method, model, drives.copy(), servos, part, q, v, out
+    )
 
 
 def strict_method(scene: Scene) -> Any:
     """Return the scene's method, with `TOLERANCES` in place of looser ones of its own."""
-    tolerances = {key: min(getattr(scene.method, key, value), value) for key, value in TOLERANCES.items()}
+    tolerances = {
+        key: min(getattr(scene.method, key, value), value) for key, value in TOLERANCES.items()
+    }
     return scene.method._replace(**tolerances) if hasattr(scene.method, "rtol") else scene.method

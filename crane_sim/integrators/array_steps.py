@@ -6,7 +6,13 @@ from crane_sim.integrators.events import StepEnds, handle_events, may_switch
 from crane_sim.integrators.integration import status_of, with_step
 from crane_sim.integrators.leapfrog import Leapfrog
 from crane_sim.integrators.status import NOT_FINITE, OK, TOO_MANY_STEPS
-from crane_sim.integrators.step_control import adaptive_step, advance, controls_error, equal_step, max_steps
+from crane_sim.integrators.step_control import (
+    adaptive_step,
+    advance,
+    controls_error,
+    equal_step,
+    max_steps,
+)
 from crane_sim.numerics.jit import routine
 from crane_sim.system import project_in_place, switching
 
@@ -17,7 +23,9 @@ def integrate_to(method, p, u, integration, t, end):
     A step of a model that switches ends at its first event.
     """
     switches = switching(p)
-    if not isinstance(integration.x, np.ndarray) or (isinstance(method, Leapfrog) and switches is not None):
+    if not isinstance(integration.x, np.ndarray) or (
+        isinstance(method, Leapfrog) and switches is not None
+    ):
         return take_single_steps(switches, method, p, u, integration, t, end)
     if switches is None:
         return advance_array(method, p, u, integration, t, end)
@@ -63,11 +71,13 @@ def fill_steps(method, scratch, switches, p, t, u, h, until, end, limit, before,
 
     The state moves to and fro between the arrays x and `before`.
 
-    At most `limit` steps are taken. The last one is that in which a guard may fail, if there is one.
+    At most `limit` steps are taken. The last one is that in which a guard may fail, if there is
+    one.
 
     Returns:
-        (time before the last step, time, size to try next, evaluations, steps, steps rejected, status, whether the
-        state is in `before`, and the state before it in x; whether a guard may fail in the last step)
+        (time before the last step, time, size to try next, evaluations, steps, steps rejected,
+        status, whether the state is in `before`, and the state before it in x; whether a guard may
+        fail in the last step)
     """
     start, evaluations, steps, rejected, status, swapped, fails = t, 0, 0, 0, OK, False, False
     while t < until and status == OK and not fails:
@@ -95,7 +105,9 @@ def advance_to_events(method, switches, p, u, integration, t, end):
     """Return the integration advanced until it covers time t [s], with the events on the way."""
     limit = integration.steps + max_steps(method)
     while integration.t < t and integration.status == OK:
-        integration, fails = advance_smoothly(switches, method, p, u, integration, t, end, limit - integration.steps)
+        integration, fails = advance_smoothly(
+            switches, method, p, u, integration, t, end, limit - integration.steps
+        )
         if fails:
             integration = handle_events(switches, method, p, u, integration)
         if integration.steps >= limit and integration.t < t and integration.status == OK:
@@ -112,7 +124,18 @@ def advance_smoothly(switches, method, p, u, integration, t, end, limit):
         return integration, False
     before, x = np.empty_like(integration.x), integration.x.copy()
     start, now, h, evaluations, steps, rejected, status, swapped, fails = fill_steps(
-        method, integration.scratch, switches, p, integration.t, u, integration.h, t, end, limit, before, x
+        method,
+        integration.scratch,
+        switches,
+        p,
+        integration.t,
+        u,
+        integration.h,
+        t,
+        end,
+        limit,
+        before,
+        x,
     )
     if swapped:
         x, before = before, x

@@ -1,6 +1,7 @@
 """Dormand and Prince's method of order 8, with error control (orders 5 and 3) or a fixed step.
 
-Coefficients: Hairer, Norsett, Wanner, "Solving Ordinary Differential Equations I", 2nd ed., program DOP853.
+Coefficients: Hairer, Norsett, Wanner, "Solving Ordinary Differential Equations I", 2nd ed., program
+DOP853.
 """
 
 from math import sqrt
@@ -36,7 +37,9 @@ class DOP853(NamedTuple):
         y = add_weighted(x, h, B, ks, out)
         e5 = error_square(h, E5, ks, x, y, self.rtol, self.atol)
         e3 = error_square(h, E3, ks, x, y, self.rtol, self.atol)
-        error = 0.0 if e5 == 0.0 else e5 / sqrt((e5 + 0.01 * e3) * dimension(x))  # a NaN is propagated
+        error = (
+            0.0 if e5 == 0.0 else e5 / sqrt((e5 + 0.01 * e3) * dimension(x))
+        )  # a NaN is propagated
         return y, error, STAGES - 1
 
 
@@ -46,7 +49,9 @@ class RK8(NamedTuple):
     A step that is unstable for the stiffest motion is refused.
     """
 
-    step: Positive  # s, shortened so that a whole number fills each control period; without control it may span several
+    # s, shortened so that a whole number fills each control period; without control it may span
+    # several
+    step: Positive
     tableau = TABLEAU
     stages, last_stage = STAGES, STAGES - 1
     take_step = take_explicit_step

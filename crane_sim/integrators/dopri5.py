@@ -1,6 +1,7 @@
 """Dormand and Prince's method of order 5 with an embedded order 4.
 
-Coefficients: Dormand, Prince, "A family of embedded Runge-Kutta formulae", J. Comp. Appl. Math. 6 (1980), RK5(4)7M.
+Coefficients: Dormand, Prince, "A family of embedded Runge-Kutta formulae", J. Comp. Appl. Math. 6
+(1980), RK5(4)7M.
 """
 
 from math import sqrt

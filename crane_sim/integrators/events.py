@@ -1,15 +1,17 @@
 """Event location: guards say when the equations switch; a step ends where the first one fails.
 
-A guard is a function of time and state that stays non-negative while the present mode is valid. Modes are part of the
-state (their derivative is zero), so every method integrates one mode's smooth equations through a whole step; the part
-of the step beyond the event is discarded, the model switches its state, and the integration restarts there.
+A guard is a function of time and state that stays non-negative while the present mode is valid.
+Modes are part of the state (their derivative is zero), so every method integrates one mode's smooth
+equations through a whole step; the part of the step beyond the event is discarded, the model
+switches its state, and the integration restarts there.
 
 Guards are sampled at equidistant instants of a step, at states interpolated between its ends.
 
-The interpolation is Hermite's cubic. Where guards need positions and time alone, as the model specifies
-(`system.Switching`), it needs only the velocities, which are in the states at both ends. An array's derivatives there
-are those of the first and the last stage, of methods with a stage at the end: it is as accurate as the cubic. So the
-equations are evaluated for the interpolation only where the method has no such stage, and for states in registers.
+The interpolation is Hermite's cubic. Where guards need positions and time alone, as the model
+specifies (`system.Switching`), it needs only the velocities, which are in the states at both ends.
+An array's derivatives there are those of the first and the last stage, of methods with a stage at
+the end: it is as accurate as the cubic. So the equations are evaluated for the interpolation only
+where the method has no such stage, and for states in registers.
 """
 
 from typing import Any, NamedTuple
@@ -63,7 +65,10 @@ def hermite_slopes(scratch, method, p, u, ends, positions):
     if scratch is not None:
         return scratch.rows, fill_ends(method.last_stage, scratch, p, u, ends, positions)
     if positions > 0:
-        return (constant_velocity_rates(ends.x0, positions), constant_velocity_rates(ends.x, positions)), 0
+        return (
+            constant_velocity_rates(ends.x0, positions),
+            constant_velocity_rates(ends.x, positions),
+        ), 0
     return (rhs(p, ends.t0, ends.x0, u), rhs(p, ends.t, ends.x, u)), 2
 
 
@@ -91,10 +96,13 @@ def fill_ends(stage, scratch, p, u, ends, positions):
 def constant_velocity_rates(x, positions):
     """Return the derivative of a state whose velocities do not change.
 
-    It is a flat tuple of `positions` positions and their velocities; or two such tuples, each half positions.
+    It is a flat tuple of `positions` positions and their velocities; or two such tuples, each half
+    positions.
     """
     if not isinstance(x[0], tuple):
-        return tuple([x[positions + i] if i < positions else zero for i, zero in enumerate(scale(0.0, x))])
+        return tuple(
+            [x[positions + i] if i < positions else zero for i, zero in enumerate(scale(0.0, x))]
+        )
     halves = [constant_velocity_rates(part, len(part) // 2) for part in x[:2]]
     return *halves, *scale(0.0, x)[2:]
 
@@ -119,7 +127,11 @@ def guard_between(x, p, u, ends, slopes, s, work):
         return guard_within(p, u, ends, ends.t0 + s * h, between, work)
     for i in range(len(x)):
         increment = x[i] - ends.x0[i]
-        correction = (s - 1.0) * h * slopes[FIRST, i] + s * h * slopes[SECOND, i] + (1.0 - 2.0 * s) * increment
+        correction = (
+            (s - 1.0) * h * slopes[FIRST, i]
+            + s * h * slopes[SECOND, i]
+            + (1.0 - 2.0 * s) * increment
+        )
         slopes[BETWEEN, i] = ends.x0[i] + s * increment + s * (s - 1.0) * correction
     return guard_within(p, u, ends, ends.t0 + s * h, slopes[BETWEEN], work)
 
@@ -188,7 +200,11 @@ def handle_events(switches, method, p, u, integration):
         return integration
     low, high, n = bracket(method, p, u, integration)
     integration = add_evaluations(integration, n)
-    return integration if low == high else end_at_event(switches.step_control, method, p, u, integration, low, high)
+    return (
+        integration
+        if low == high
+        else end_at_event(switches.step_control, method, p, u, integration, low, high)
+    )
 
 
 def log_event(log, t, event):
@@ -205,7 +221,9 @@ def events_until(log, t):
     kept = n = min(log.total, len(log.rows))
     while n > 0 and log.rows[n - 1, 0] > t:
         n -= 1
-    return log if n == kept else EventLog(n, log.rows)  # those that are only counted are later than those kept
+    return (
+        log if n == kept else EventLog(n, log.rows)
+    )  # those that are only counted are later than those kept
 
 
 def restart(integration, t, x):
@@ -216,12 +234,16 @@ def restart(integration, t, x):
     It keeps its counters: that work was done.
     """
     log = events_until(integration.event_log, t)
-    return integration._replace(t0=t, x0=x, t=t, x=x, h=0.0, status=OK, terminal_guard=NO_GUARD, event_log=log)
+    return integration._replace(
+        t0=t, x0=x, t=t, x=x, h=0.0, status=OK, terminal_guard=NO_GUARD, event_log=log
+    )
 
 
 def with_event(integration, x, event):
     """Return the integration with an event at its present time, which puts it into state x."""
-    return integration._replace(x=x, h=0.0, event_log=log_event(integration.event_log, integration.t, event))
+    return integration._replace(
+        x=x, h=0.0, event_log=log_event(integration.event_log, integration.t, event)
+    )
 
 
 def terminate(integration, which):
@@ -249,7 +271,9 @@ def apply_reset_maps(p, u, integration):
 def sample_time(integration, j):
     """Return the time of sample j of the last step."""
     return (
-        integration.t if j == GUARD_SAMPLES else integration.t0 + (integration.t - integration.t0) * j / GUARD_SAMPLES
+        integration.t
+        if j == GUARD_SAMPLES
+        else integration.t0 + (integration.t - integration.t0) * j / GUARD_SAMPLES
     )
 
 
@@ -266,10 +290,10 @@ def bracket(method, p, u, integration):
 
     They are times of the last step; equal ones say that no guard fails.
 
-    Guards are evaluated at GUARD_SAMPLES equidistant instants, the last one the end of the step; before that at
-    interpolated states, and where one is negative, again at the state of the dense output. So a guard that turns
-    positive again within the step is found if it is negative at one of these instants, which is certain where it stays
-    negative for 1 / GUARD_SAMPLES of the step.
+    Guards are evaluated at GUARD_SAMPLES equidistant instants, the last one the end of the step;
+    before that at interpolated states, and where one is negative, again at the state of the dense
+    output. So a guard that turns positive again within the step is found if it is negative at one
+    of these instants, which is certain where it stays negative for 1 / GUARD_SAMPLES of the step.
     """
     work, positions = work_of(integration.scratch), switching(p).positions
     ends = StepEnds(integration.t0, integration.x0, integration.t, integration.x)
@@ -325,7 +349,9 @@ def truncate_at_event(method, p, u, integration, low, high):
 
 def at_begin(integration, h):
     """Return the integration at the start of its last step, to be tried again with size h."""
-    return integration._replace(t=integration.t0, x=integration.x0, steps=integration.steps - 1, h=h)
+    return integration._replace(
+        t=integration.t0, x=integration.x0, steps=integration.steps - 1, h=h
+    )
 
 
 def end_at_event(step_control, method, p, u, integration, low, high):
@@ -341,8 +367,9 @@ def end_at_event(step_control, method, p, u, integration, low, high):
 def repeat_step_to_event(method, p, u, integration, low, high):
     """Return the result of `truncate_at_event`, with steps up to the event within the tolerance.
 
-    A step that goes beyond an event can miss what the equations do just before it: its stages are few. One that ends
-    there has a stage in it. Where that one is rejected, shorter ones are taken, and the first event of each is sought.
+    A step that goes beyond an event can miss what the equations do just before it: its stages are
+    few. One that ends there has a stage in it. Where that one is rejected, shorter ones are taken,
+    and the first event of each is sought.
     """
     while low < high:
         t, n = find_root(method, p, u, integration, low, high)
@@ -363,10 +390,13 @@ def end_at_kink_or_event(step_control, method, p, u, integration, low, high):
 
     An event is handled as by `end_at_event`.
 
-    What a step finds beyond a kink is that of equations on both sides, so it is repeated; at an event only by choice.
+    What a step finds beyond a kink is that of equations on both sides, so it is repeated; at an
+    event only by choice.
     """
     t, n = find_root(method, p, u, integration, low, high)
-    value, _, more = guard(p, t, dense_output(method, p, u, integration, t), u, work_of(integration.scratch))
+    value, _, more = guard(
+        p, t, dense_output(method, p, u, integration, t), u, work_of(integration.scratch)
+    )
     integration = add_evaluations(integration, n + more + method.stages)
     if value < 0.0:  # an event
         return end_at_event(step_control, method, p, u, integration, low, high)

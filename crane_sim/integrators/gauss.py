@@ -1,7 +1,8 @@
 """Gauss collocation, three stages, order 6: for long horizons, as its energy error does not grow.
 
-Coefficients: Hairer, Lubich, Wanner, "Geometric Numerical Integration", 2nd ed., II.1.3. The stages are iterated until
-rounding stops them, so that what is left of the method's symmetry is not spoilt by a tolerance (VIII.6).
+Coefficients: Hairer, Lubich, Wanner, "Geometric Numerical Integration", 2nd ed., II.1.3. The stages
+are iterated until rounding stops them, so that what is left of the method's symmetry is not spoilt
+by a tolerance (VIII.6).
 """
 
 from math import nan, sqrt
@@ -23,13 +24,16 @@ C = (1 / 2 - ROOT / 10, 1 / 2, 1 / 2 + ROOT / 10)
 B = (5 / 18, 4 / 9, 5 / 18)
 ORDER = 6
 MAX_SWEEPS, SETTLED = 60, 1e-26
-"""Sweeps over the stages; the squared relative change below which they end as soon as it no longer shrinks."""
+"""Sweeps over the stages; the squared relative change below which they end as soon as it no longer
+shrinks."""
 
 
 class Gauss(NamedTuple):
     """Gauss collocation of order 6, fixed step; energy errors do not grow over long horizons."""
 
-    step: Positive  # s, shortened so that a whole number fills each control period; without control it may span several
+    # s, shortened so that a whole number fills each control period; without control it may span
+    # several
+    step: Positive
     stages, last_stage = 3, 0
 
     def safe_step(self, frequency: float) -> float:

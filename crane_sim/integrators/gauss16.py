@@ -1,16 +1,17 @@
 """Gauss collocation with eight stages, order 16, with error control: for tight tolerances.
 
-The stages are found by repeated evaluation, all eight at once: of a tuple state as lanes of vectors, so that eight
-evaluations cost little more than one (M. Antoñana, J. Makazaga, A. Murua, "SIMD-vectorized implicit symplectic
-integrators can outperform explicit symplectic ones", arXiv:2511.03655). Nodes and weights: Abramowitz, Stegun,
-"Handbook of Mathematical Functions", table 25.4. Positions whose rates are entries of the state
-(`system.rate_entries`) are integrated twice from the accelerations, which halves the sweeps that a vibration takes
-(Hairer, Norsett, Wanner, "Solving Ordinary Differential Equations I", 2nd ed., II.14, collocation for y'' = f).
+The stages are found by repeated evaluation, all eight at once: of a tuple state as lanes of
+vectors, so that eight evaluations cost little more than one (M. Antoñana, J. Makazaga, A. Murua,
+"SIMD-vectorized implicit symplectic integrators can outperform explicit symplectic ones",
+arXiv:2511.03655). Nodes and weights: Abramowitz, Stegun, "Handbook of Mathematical Functions",
+table 25.4. Positions whose rates are entries of the state (`system.rate_entries`) are integrated
+twice from the accelerations, which halves the sweeps that a vibration takes (Hairer, Norsett,
+Wanner, "Solving Ordinary Differential Equations I", 2nd ed., II.14, collocation for y'' = f).
 
-Error: the derivative's Legendre series over the step has coefficients c_k; two orders shrink them by the ratio
-r = |c_6, c_7| / |c_4, c_5|. What the series leaves out begins at order 8 and is orthogonal to all polynomials below, so
-it moves the end by its product with the propagator's order 8 only, which shrinks alike: the estimate is
-h |c_6, c_7| r^4.
+Error: the derivative's Legendre series over the step has coefficients c_k; two orders shrink them
+by the ratio r = |c_6, c_7| / |c_4, c_5|. What the series leaves out begins at order 8 and is
+orthogonal to all polynomials below, so it moves the end by its product with the propagator's order
+8 only, which shrinks alike: the estimate is h |c_6, c_7| r^4.
 """
 
 from math import inf, sqrt
@@ -62,7 +63,10 @@ def _tableau() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     for i, (x, c) in enumerate(zip(X, C, strict=True)):
         p = legendre(x, STAGES + 2)
         first = [c, *((p[k + 1] - p[k - 1]) / (2 * (2 * k + 1)) for k in range(1, STAGES + 1))]
-        second = [c * c / 2, *((first[k + 1] - first[k - 1]) / (2 * (2 * k + 1)) for k in range(1, STAGES))]
+        second = [
+            c * c / 2,
+            *((first[k + 1] - first[k - 1]) / (2 * (2 * k + 1)) for k in range(1, STAGES)),
+        ]
         for j in range(STAGES):
             once[i, j] = sum(first[k] * series[k, j] for k in range(STAGES))
             twice[i, j] = sum(second[k] * series[k, j] for k in range(STAGES))
@@ -73,14 +77,25 @@ A, A_TWICE, SERIES = _tableau()
 B_TWICE = tuple(b * (1.0 - c) for b, c in zip(B, C, strict=True))
 _NODES, _WEIGHTS, _WEIGHTS_TWICE = np.array(C), np.array(B), np.array(B_TWICE)
 _ONCE, _TWICE, _SERIES = (np.ascontiguousarray(matrix.T) for matrix in (A, A_TWICE, SERIES))
-MANY_SWEEPS, MAX_SWEEPS = 8, 24  # of one step: beyond them the next one is to contract faster, or this one is rejected
+MANY_SWEEPS, MAX_SWEEPS = (
+    8,
+    24,
+)  # of one step: beyond them the next one is to contract faster, or this one is rejected
 SETTLED = 0.3  # of the tolerance: what the sweeps may leave
-FIRST, STATE, NEW = 1, 9, 10  # rows of a scratch: derivatives at the stages from FIRST on, state, new derivative
-MARGIN = 10.0  # between tolerance and aim: what errors vary by from step to step, or steps would be rejected in turn
+FIRST, STATE, NEW = (
+    1,
+    9,
+    10,
+)  # rows of a scratch: derivatives at the stages from FIRST on, state, new derivative
+# between tolerance and aim: what errors vary by from step to step, or steps would be rejected in
+# turn
+MARGIN = 10.0
 CONTRACTION = 0.1
-"""Factor by which a sweep should shrink what is left: longer steps cost more sweeps than they save."""
+"""Factor by which a sweep should shrink what is left: longer steps cost more sweeps than they
+save."""
 BASE, WEIGHT = STAGES, STAGES + 1
-"""Lanes behind the stages: the state at the step's begin, and squared weights of changes of its derivative."""
+"""Lanes behind the stages: the state at the step's begin, and squared weights of changes of its
+derivative."""
 
 
 class Gauss16(NamedTuple):
@@ -88,7 +103,8 @@ class Gauss16(NamedTuple):
 
     It controls the rms of error / (atol + rtol |x|).
 
-    |x| is the most that an entry is within a step of size h from where it begins: |x| + |h x'| there.
+    |x| is the most that an entry is within a step of size h from where it begins: |x| + |h x'|
+    there.
     """
 
     rtol: Positive = 1e-12  # -, relative tolerance
@@ -97,7 +113,9 @@ class Gauss16(NamedTuple):
 
     def take_step(self, p, t, x, u, h, scratch, out):
         """Return (state, evaluations), see `Method`."""
-        y, _, evaluations = self.step_with_error(scratch, evaluate_first_stage(scratch, p, t, x, u), p, t, x, u, h, out)
+        y, _, evaluations = self.step_with_error(
+            scratch, evaluate_first_stage(scratch, p, t, x, u), p, t, x, u, h, out
+        )
         return y, evaluations + 1
 
     def step_with_error(self, scratch, k1, p, t, x, u, h, out):
@@ -147,7 +165,9 @@ def update_stages(entries, h, ys, ks):
     for first, count in entries:
         for i in range(first, first + count):
             moved += update_entry(h, ys, ks, i + count)
-            reach_stages(_TWICE, ks, i + count, ys, i, (ys[i, BASE], h * ys[i + count, BASE], h * h, _NODES))
+            reach_stages(
+                _TWICE, ks, i + count, ys, i, (ys[i, BASE], h * ys[i + count, BASE], h * h, _NODES)
+            )
     for i in range(len(ys)):
         if not is_paired(entries, i):
             moved += update_entry(h, ys, ks, i)
@@ -187,13 +207,18 @@ def combine_estimates(last, before):
 def aim(error, contraction):
     """Return the error for step control: enlarged, and at most 1 where the step is accepted.
 
-    So the size of the next step aims at an error of 1 / MARGIN of the tolerance, and at a contraction of CONTRACTION.
+    So the size of the next step aims at an error of 1 / MARGIN of the tolerance, and at a
+    contraction of CONTRACTION.
     """
     power = contraction / CONTRACTION
     power *= power
     power *= power
     power *= power
-    return max(MARGIN * error, power * power) if error > 1.0 else min(1.0, max(MARGIN * error, power * power))
+    return (
+        max(MARGIN * error, power * power)
+        if error > 1.0
+        else min(1.0, max(MARGIN * error, power * power))
+    )
 
 
 @routine
@@ -203,7 +228,11 @@ def collocate(method, p, t, x, u, h, k1):
     The error is inf where the sweeps did not converge. k1 is the derivative at (t, x).
     """
     use_wide_vectors()
-    entries, ys, ks = rate_entries(p), local_array((dimension(x), LANES)), local_array((dimension(x), LANES))
+    entries, ys, ks = (
+        rate_entries(p),
+        local_array((dimension(x), LANES)),
+        local_array((dimension(x), LANES)),
+    )
     begin_stages(entries, x, k1, h, method.rtol, method.atol, ys, ks)
     update_stages(entries, h, ys, ks)
     enough, moved, contraction, sweeps = SETTLED * SETTLED * len(ys), inf, 1.0, 0
@@ -222,8 +251,8 @@ def collocate(method, p, t, x, u, h, k1):
 def collocate_array(method, p, t, x, u, h, rows, work, out):
     """Write the state one step after (t, x) into `out`; return (error, sweeps) as of `collocate`.
 
-    The rows are the derivative at (t, x), those at the stages, and three more to work with. Each stage takes the
-    newest derivatives of the others.
+    The rows are the derivative at (t, x), those at the stages, and three more to work with. Each
+    stage takes the newest derivatives of the others.
     """
     for j in range(FIRST, FIRST + STAGES):
         rows[j] = rows[0]

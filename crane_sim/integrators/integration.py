@@ -14,16 +14,19 @@ from crane_sim.system import project, workspace
 class Method(Protocol):
     """A method of integration: a NamedTuple of its settings, one file each.
 
-    One with a fixed step has a field `step` [s], its size, and `safe_step(frequency)`, the largest one to be trusted
-    for motions up to a frequency [rad/s]. The others are `ErrorControlled`.
+    One with a fixed step has a field `step` [s], its size, and `safe_step(frequency)`, the largest
+    one to be trusted for motions up to a frequency [rad/s]. The others are `ErrorControlled`.
     """
 
     stages: int
     """Evaluations in one step."""
     last_stage: int
-    """Row of the scratch with the derivative at the end of a step, 0 for a method that does not evaluate it there."""
+    """Row of the scratch with the derivative at the end of a step, 0 for a method that does not
+    evaluate it there."""
 
-    def take_step(self, p: Any, t: Any, x: Any, u: Any, h: Any, scratch: Any, out: Any) -> tuple[Any, Any]:
+    def take_step(
+        self, p: Any, t: Any, x: Any, u: Any, h: Any, scratch: Any, out: Any
+    ) -> tuple[Any, Any]:
         """Return (the state one step of size h after (t, x), evaluations).
 
         A state that is an array is `out`, which is filled.
@@ -44,7 +47,8 @@ class ErrorControlled(Method, Protocol):
     ) -> tuple[Any, Any, Any]:
         """Return (the state as `take_step` does, its error relative to the tolerance, evaluations).
 
-        k1 is the derivative at (t, x) as of `evaluate_first_stage`; a rejected step does not change it.
+        k1 is the derivative at (t, x) as of `evaluate_first_stage`; a rejected step does not change
+        it.
         """
         ...
 
@@ -55,13 +59,19 @@ MAX_STAGES = 12
 class Scratch(NamedTuple):
     """Work arrays of steps of a state (n,), allocated once a run, undefined between steps."""
 
-    rows: Any  # (MAX_STAGES + 5, n): of the stages, the state at a stage, three that `events` needs, one of `leapfrog`
+    # (MAX_STAGES + 5, n): of the stages, the state at a stage, three that `events` needs, one of
+    # `leapfrog`
+    rows: Any
     work: Any  # the model's workspace
 
 
 def scratch(x, p) -> Any:
     """Return the work arrays for steps of a state like x: None where x is a tuple."""
-    return Scratch(np.empty((MAX_STAGES + 5, len(x))), workspace(p)) if isinstance(x, np.ndarray) else None
+    return (
+        Scratch(np.empty((MAX_STAGES + 5, len(x))), workspace(p))
+        if isinstance(x, np.ndarray)
+        else None
+    )
 
 
 NO_GUARD = -1
@@ -145,4 +155,6 @@ def dense_output(method, p, u, integration, t):
     """Return the state at a time t within the last step, by another step from (t0, x0)."""
     if t == integration.t:
         return integration.x
-    return step(method, p, integration.t0, integration.x0, u, t - integration.t0, integration.scratch)
+    return step(
+        method, p, integration.t0, integration.x0, u, t - integration.t0, integration.scratch
+    )

@@ -2,10 +2,10 @@
 
     w = v + h/2 a,  x' = x + h w,  a' = a(t + h, x', w + h/2 a),  v' = w + h/2 a'
 
-It is stable up to h = 2 / frequency at one evaluation a step, which no Runge-Kutta method is at the price: the cheapest
-method where two to four digits do and a light cable's whipping, not its error, limits the step. Accelerations that
-depend on velocities see them extrapolated, with an error of order h². Hairer, Lubich, Wanner, "Geometric Numerical
-Integration", 2nd ed., I.1.4.
+It is stable up to h = 2 / frequency at one evaluation a step, which no Runge-Kutta method is at the
+price: the cheapest method where two to four digits do and a light cable's whipping, not its error,
+limits the step. Accelerations that depend on velocities see them extrapolated, with an error of
+order h². Hairer, Lubich, Wanner, "Geometric Numerical Integration", 2nd ed., I.1.4.
 """
 
 from math import inf
@@ -26,7 +26,9 @@ class Leapfrog(NamedTuple):
     A step takes one evaluation, two beside events.
     """
 
-    step: Positive  # s, shortened so that a whole number fills each control period; without control it may span several
+    # s, shortened so that a whole number fills each control period; without control it may span
+    # several
+    step: Positive
     stages, last_stage = 2, 0
 
     def safe_step(self, frequency: float) -> float:

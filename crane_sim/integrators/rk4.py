@@ -17,7 +17,9 @@ class RK4(NamedTuple):
     A step that is unstable for the stiffest motion is refused.
     """
 
-    step: Positive  # s, shortened so that a whole number fills each control period; without control it may span several
+    # s, shortened so that a whole number fills each control period; without control it may span
+    # several
+    step: Positive
     tableau = make_tableau(A, B, C)
     stages, last_stage = 4, 3
     take_step = take_explicit_step

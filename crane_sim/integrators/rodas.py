@@ -1,10 +1,11 @@
 """A Rosenbrock method of order 5, error control by order 4: for stiff models with an array state.
 
-It solves linear systems with the model's Jacobian (`system.compute_jacobian`) instead of iterating, is L-stable and
-stiffly accurate. Coefficients: Rodas5P, G. Steinebach, "Construction of Rosenbrock-Wanner method Rodas5P and numerical
-benchmarks within the Julia Differential Equations package", BIT Numerical Mathematics 63:27 (2023), in the form that
-needs no product with the Jacobian (Hairer, Wanner, "Solving Ordinary Differential Equations II", eq. IV.7.25):
-stage i solves (I / (γ h) - J) U_i = f(t + c_i h, x + Σ a_ij U_j) + Σ (C_ij / h) U_j + h d_i ∂f/∂t.
+It solves linear systems with the model's Jacobian (`system.compute_jacobian`) instead of iterating,
+is L-stable and stiffly accurate. Coefficients: Rodas5P, G. Steinebach, "Construction of
+Rosenbrock-Wanner method Rodas5P and numerical benchmarks within the Julia Differential Equations
+package", BIT Numerical Mathematics 63:27 (2023), in the form that needs no product with the
+Jacobian (Hairer, Wanner, "Solving Ordinary Differential Equations II", eq. IV.7.25): stage i solves
+(I / (γ h) - J) U_i = f(t + c_i h, x + Σ a_ij U_j) + Σ (C_ij / h) U_j + h d_i ∂f/∂t.
 """
 
 from math import sqrt
@@ -20,7 +21,7 @@ from crane_sim.system import compute_jacobian, factor_shifted, rhs_into, solve_s
 
 # fmt: off
 GAMMA = 0.21193756319429014
-_LAST = (-7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256, 0.030198172008377946)
+_LAST = (-7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256, 0.030198172008377946)  # noqa: E501
 A = (
     (3.0,),
     (2.849394379747939, 0.45842242204463923),
@@ -36,15 +37,15 @@ C = (
     (-17.97296035885952, -2.859693295451294),
     (147.12150275711716, -1.41221402718213, 71.68940251302358),
     (165.43517024871676, -0.4592823456491126, 42.90938336958603, -5.961986721573306),
-    (24.854864614690072, -3.0009227002832186, 47.4931110020768, 5.5814197821558125, -0.6610691825249471),
-    (30.91273214028599, -3.1208243349937974, 77.79954646070892, 34.28646028294783, -19.097331116725623,
+    (24.854864614690072, -3.0009227002832186, 47.4931110020768, 5.5814197821558125, -0.6610691825249471),  # noqa: E501
+    (30.91273214028599, -3.1208243349937974, 77.79954646070892, 34.28646028294783, -19.097331116725623,  # noqa: E501
      -28.087943162872662),
-    (37.80277123390563, -3.2571969029072276, 112.26918849496327, 66.9347231244047, -40.06618937091002,
+    (37.80277123390563, -3.2571969029072276, 112.26918849496327, 66.9347231244047, -40.06618937091002,  # noqa: E501
      -54.66780262877968, -9.48861652309627),
 )
-NODES = (0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1.0, 1.0, 1.0)
+NODES = (0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1.0, 1.0, 1.0)  # noqa: E501
 # sums of gamma's rows, weights of the derivative in time
-GAMMA_SUMS = (GAMMA, -0.42387512638858027, -0.3384627126235924, 1.8046452872882734, 2.325825639765069, 0.0, 0.0, 0.0)
+GAMMA_SUMS = (GAMMA, -0.42387512638858027, -0.3384627126235924, 1.8046452872882734, 2.325825639765069, 0.0, 0.0, 0.0)  # noqa: E501
 # fmt: on
 ORDER, STAGES = 5, 8
 _DENSE_A, _DENSE_C = to_dense_tableau(A), to_dense_tableau(C)

@@ -1,8 +1,8 @@
 """Explicit Runge-Kutta stages from a tableau that is data.
 
-A tableau has rows a (one per stage after the first), nodes c and weights b. Structural zeros are None and cost nothing.
-The stages of tuple states are written out, one call each, so that they stay in registers; those of array states are
-the rows of one array, filled in a loop.
+A tableau has rows a (one per stage after the first), nodes c and weights b. Structural zeros are
+None and cost nothing. The stages of tuple states are written out, one call each, so that they stay
+in registers; those of array states are the rows of one array, filled in a loop.
 """
 
 from typing import Any, NamedTuple

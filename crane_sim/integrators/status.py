@@ -28,5 +28,6 @@ _CAUSES = {
     Status.STEP_TOO_SMALL: "the step size shrank to nothing",
     Status.NOT_FINITE: "the state is not finite",
     Status.TOO_MANY_SWITCHES: "chattering: too many mode switches at one instant",
-    Status.TOO_MANY_STEPS: "more steps than allowed to reach one instant: too fast or too stiff for the tolerance",
+    Status.TOO_MANY_STEPS: "more steps than allowed to reach one instant: too fast or too stiff "
+    "for the tolerance",
 }

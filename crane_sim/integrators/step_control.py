@@ -91,21 +91,36 @@ def adaptive_step(method, scratch, p, t, x, u, h, end, out):
     The arguments are those of `step_with_error`.
 
     Returns:
-        (state after the step as of `step_with_error`, its time, size to try next, evaluations, steps rejected, status)
+        (state after the step as of `step_with_error`, its time, size to try next, evaluations,
+        steps rejected, status)
     """
     n, rejected, growth = 1, 0, MAX_FACTOR
     k1 = evaluate_first_stage(scratch, p, t, x, u)
     if h == 0.0:
-        h, n = select_initial_step(scratch, p, t, x, u, k1, method.rtol, method.atol, method.order), n + 1
+        h, n = (
+            select_initial_step(scratch, p, t, x, u, k1, method.rtol, method.atol, method.order),
+            n + 1,
+        )
     status = STEP_TOO_SMALL if isfinite(h) else NOT_FINITE
     while t + 0.1 * h > t:
         last = t + 1.000000001 * h >= end
         size = end - t if last else h
         y, error, evaluations = method.step_with_error(scratch, k1, p, t, x, u, size, out)
         n += evaluations
-        factor = min(growth, max(MIN_FACTOR, SAFETY * error ** (-1.0 / method.order))) if error > 0.0 else growth
+        factor = (
+            min(growth, max(MIN_FACTOR, SAFETY * error ** (-1.0 / method.order)))
+            if error > 0.0
+            else growth
+        )
         if error <= 1.0:
-            return y, end if last else t + size, max(size * factor, h if last else 0.0), n, rejected, OK
+            return (
+                y,
+                end if last else t + size,
+                max(size * factor, h if last else 0.0),
+                n,
+                rejected,
+                OK,
+            )
         h, growth, rejected = size * (factor if isfinite(error) else MIN_FACTOR), 1.0, rejected + 1
         status = STEP_TOO_SMALL if isfinite(error) else NOT_FINITE
     return copy_state(x, out), t, h, n, rejected, status

@@ -18,7 +18,8 @@ _STEP = re.compile(rb"\[(\d+)/(\d+)\]")
 def build(name: str, on_progress: Callable[[int, int], None]) -> None:
     """Build a package and install it; `on_progress` is given finished and all steps.
 
-    What an interrupted build has finished is used again. The package becomes importable last, and at once.
+    What an interrupted build has finished is used again. The package becomes importable last, and
+    at once.
 
     Raises:
         RuntimeError: it could not be built; the message is one line.
@@ -27,27 +28,40 @@ def build(name: str, on_progress: Callable[[int, int], None]) -> None:
     shutil.rmtree(staged, ignore_errors=True)
     toolchain.log_run(_configuration(name, folder), f"the build files of {name}")
     _compile(name, folder, on_progress)
-    toolchain.log_run([toolchain.tool("cmake"), "--install", str(folder)], name, DESTDIR=str(staged))
+    toolchain.log_run(
+        [toolchain.tool("cmake"), "--install", str(folder)], name, DESTDIR=str(staged)
+    )
     _install(staged.joinpath(*Path(sys.prefix).parts[1:]), name)
 
 
 def _configuration(name: str, folder: Path) -> list[str]:
     settings = {
         "CMAKE_INSTALL_PREFIX": sys.prefix,
-        "CMAKE_INSTALL_RPATH": "$ORIGIN;$ORIGIN/../../..",  # libraries, and from the Python package to them
+        # libraries, and from the Python package to them
+        "CMAKE_INSTALL_RPATH": "$ORIGIN;$ORIGIN/../../..",
         "BUILD_TESTING": "OFF",
         "CMAKE_PROJECT_INCLUDE": str(source_folder(name).parent / "python_only.cmake"),
         "Python3_EXECUTABLE": toolchain.tool("python"),
     }
     options = [f"-D{key}={value}" for key, value in settings.items()]
-    return [toolchain.tool("cmake"), "-GNinja", "-S", str(source_folder(name)), "-B", str(folder), *options]
+    return [
+        toolchain.tool("cmake"),
+        "-GNinja",
+        "-S",
+        str(source_folder(name)),
+        "-B",
+        str(folder),
+        *options,
+    ]
 
 
 def _compile(name: str, folder: Path, on_progress: Callable[[int, int], None]) -> None:
     command = [toolchain.tool("ninja"), "-C", str(folder), "-j", str(os.cpu_count() or 1)]
     with toolchain.LOG.open("ab") as log:
         environment = toolchain.environment()
-        with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as ninja:
+        with subprocess.Popen(
+            command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+        ) as ninja:
             assert ninja.stdout is not None
             for line in ninja.stdout:
                 log.write(line)

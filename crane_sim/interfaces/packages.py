@@ -23,7 +23,9 @@ class Package(NamedTuple):
 
     name: str
     folder: Path | None  # of its Python module, None where it is not importable
-    built: str | None  # digest of the definitions that it was built from, None where it came from elsewhere
+    built: (
+        str | None
+    )  # digest of the definitions that it was built from, None where it came from elsewhere
 
     @property
     def missing(self) -> bool:
@@ -57,7 +59,10 @@ def choose(names: tuple[str, ...]) -> list[Package]:
     """
     for name in names:
         if name not in USES:
-            raise SceneError(f"package {name}: unknown{did_you_mean(name, list(USES))} (known: {', '.join(USES)})")
+            raise SceneError(
+                f"package {name}: unknown{did_you_mean(name, list(USES))} (known: "
+                f"{', '.join(USES)})"
+            )
     return [find_package(name) for name in names or USES]
 
 
@@ -75,5 +80,7 @@ def digest(name: str) -> str:
     """Return the SHA-256 of a package's definitions, by name and content."""
     total = hashlib.sha256()
     for file in sorted(file for file in source_folder(name).rglob("*") if file.is_file()):
-        total.update(f"{file.relative_to(source_folder(name))}\0".encode() + file.read_bytes() + b"\0")
+        total.update(
+            f"{file.relative_to(source_folder(name))}\0".encode() + file.read_bytes() + b"\0"
+        )
     return total.hexdigest()

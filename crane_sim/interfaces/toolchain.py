@@ -23,15 +23,23 @@ def check_machine() -> None:
         RuntimeError: something is missing; the message says what in one line.
     """
     if sys.prefix == sys.base_prefix:
-        raise RuntimeError(f"{sys.prefix} is no virtual environment: install the packages with apt or colcon")
+        raise RuntimeError(
+            f"{sys.prefix} is no virtual environment: install the packages with apt or colcon"
+        )
     if not (config_folder().parent / "interfaces").is_dir():
-        raise RuntimeError(f"{config_folder().parent}: has no definitions of messages; run this in the source tree")
+        raise RuntimeError(
+            f"{config_folder().parent}: has no definitions of messages; run this in the source tree"
+        )
     if not Path(sysconfig.get_path("include"), "Python.h").is_file():
-        raise RuntimeError("no headers of Python found; install them (Debian, Ubuntu: apt install python3-dev)")
+        raise RuntimeError(
+            "no headers of Python found; install them (Debian, Ubuntu: apt install python3-dev)"
+        )
     for variable, command in (("CC", "cc"), ("CXX", "c++")):
         compiler = os.environ.get(variable, command)
         if shutil.which(compiler.split()[0]) is None:
-            raise RuntimeError(f"no compiler {compiler} found; install one (Debian, Ubuntu: apt install g++)")
+            raise RuntimeError(
+                f"no compiler {compiler} found; install one (Debian, Ubuntu: apt install g++)"
+            )
 
 
 def make_tools() -> None:
@@ -45,8 +53,18 @@ def make_tools() -> None:
     if complete.is_file() and complete.read_text() == lock.read_text():
         return
     shutil.rmtree(_TOOLS, ignore_errors=True)
-    log_run([sys.executable, "-m", "venv", "--without-pip", str(_TOOLS)], "the environment of the generators")
-    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--python", str(_TOOLS / "bin" / "python")]
+    log_run(
+        [sys.executable, "-m", "venv", "--without-pip", str(_TOOLS)],
+        "the environment of the generators",
+    )
+    pip = [
+        sys.executable,
+        "-m",
+        "pip",
+        "--disable-pip-version-check",
+        "--python",
+        str(_TOOLS / "bin" / "python"),
+    ]
     log_run(
         [*pip, "install", "--no-deps", "--require-hashes", "-r", str(lock)],
         "the wheels of requirements/interfaces.lock; is the network there?",
@@ -91,7 +109,9 @@ def log_run(command: list[str], what: str, **variables: str) -> None:
     """
     LOG.parent.mkdir(parents=True, exist_ok=True)
     with LOG.open("a") as log:
-        code = subprocess.run(command, env=environment() | variables, stdout=log, stderr=log, check=False).returncode
+        code = subprocess.run(
+            command, env=environment() | variables, stdout=log, stderr=log, check=False
+        ).returncode
     if code:
         raise failure(what)
 

@@ -1,7 +1,7 @@
 """Models of cranes: supports, cables, loads, cranes composed of them, and faster closed forms.
 
-Importing any module of this package imports all models, so that every model is registered with the functions of
-`crane_sim.system`.
+Importing any module of this package imports all models, so that every model is registered with the
+functions of `crane_sim.system`.
 """
 
 from crane_sim.models.elastic import bands

@@ -1,7 +1,7 @@
 """Optional effects: a NamedTuple of parameters and an add_* function each; None has no effect.
 
-To add one: write its NamedTuple and its function (and its `*_power` or `*_energy`), call them in the model, and name it
-in the scene schema.
+To add one: write its NamedTuple and its function (and its `*_power` or `*_energy`), call them in
+the model, and name it in the scene schema.
 """
 
 from math import atan2, sqrt
@@ -140,7 +140,8 @@ class LinearFriction(NamedTuple):
             w2: θ2', its radial component [1/s].
 
         Returns:
-            (f1 / cos θ2, f2): what, divided by the rope length, pulls on the payload against ê1 and ê2.
+            (f1 / cos θ2, f2): what, divided by the rope length, pulls on the payload against ê1 and
+            ê2.
         """
         return self.tangential * w1, self.radial * w2
 
@@ -156,7 +157,9 @@ class QuadraticFriction(NamedTuple):
 
     def moments(self, n, w1, w2):
         """Return as `LinearFriction.moments` does."""
-        c2 = sqrt(n[1] * n[1] + n[2] * n[2])  # θ1' = w1 / c2 has no limit at c2 = 0: there the model itself ends
+        c2 = sqrt(
+            n[1] * n[1] + n[2] * n[2]
+        )  # θ1' = w1 / c2 has no limit at c2 = 0: there the model itself ends
         return self.tangential * abs(w1) * w1 / c2, self.radial * abs(w2) * w2
 
 

@@ -1,7 +1,8 @@
 """Guards: which of them has failed, as one number, and which event that makes.
 
-A guard is a pair (value, number): the discrete modes of the model stay as they are while the value is not negative. The
-number encodes the guard's kind and an index, of an axis, a link or an end; that of an event also its outcome.
+A guard is a pair (value, number): the discrete modes of the model stay as they are while the value
+is not negative. The number encodes the guard's kind and an index, of an axis, a link or an end;
+that of an event also its outcome.
 """
 
 from enum import IntEnum
@@ -15,9 +16,12 @@ class Guard(IntEnum):
     LENGTH = 2  # of a rope or first link; indices: LOWER, UPPER
     PAYLOAD = 3  # the next change of the payload
     LINK = 4  # the tension of a link from the top, or of the rope; outcomes: SLACK, TAUT
-    CONTACT = 5  # of a load's point, or after the last one of the load that sticks; outcomes: LEAVES, TOUCHES, BOUNCES
+    # of a load's point, or after the last one of the load that sticks; outcomes: LEAVES, TOUCHES,
+    # BOUNCES
+    CONTACT = 5
     TWIST = 6  # of a rope with torsion: it ends a run
-    BACKLASH = 7  # contact of a drive with its joint; outcomes: FORWARDS, BACKWARDS, and those of `backlash`
+    # contact of a drive with its joint; outcomes: FORWARDS, BACKWARDS, and those of `backlash`
+    BACKLASH = 7
 
 
 LOWER, UPPER = 0, 1
@@ -58,4 +62,6 @@ def travel_guard(limits, best, q, number):
 
     None stands for no limits.
     """
-    return best if limits is None else smaller_guard(best, min(q - limits[0], limits[1] - q), number)
+    return (
+        best if limits is None else smaller_guard(best, min(q - limits[0], limits[1] - q), number)
+    )

@@ -1,22 +1,40 @@
 """Loads at the lower end of a cable: a point mass, or a rigid body that hangs from one point.
 
-A rigid body with mass m, inertia I about its centre of mass C and attachment r (C to the point P where it hangs), under
-the pull -T n of the last link, moves by
+A rigid body with mass m, inertia I about its centre of mass C and attachment r (C to the point P
+where it hangs), under the pull -T n of the last link, moves by
 
     I α = -T (r × n) - Ω × I Ω,    a_P = a_C + α × r + ω × (ω × r),
 
-so the mobility of P along n is 1/m + (r × n) · I⁻¹ (r × n), and no angle appears. ω is relative to the base, Ω = ω + w
-with the base's angular velocity w. The body's own axes are used for all that turns, the base's for all that moves.
+so the mobility of P along n is 1/m + (r × n) · I⁻¹ (r × n), and no angle appears. ω is relative to
+the base, Ω = ω + w with the base's angular velocity w. The body's own axes are used for all that
+turns, the base's for all that moves.
 """
 
 from typing import Any, NamedTuple
 
 from crane_sim.files.types import Positive
 from crane_sim.models.effects import add_drag
-from crane_sim.models.moving_base import added_energy, airspeed, imposed_acceleration, pose_at, rotate_to_base, to_base
+from crane_sim.models.moving_base import (
+    added_energy,
+    airspeed,
+    imposed_acceleration,
+    pose_at,
+    rotate_to_base,
+    to_base,
+)
 from crane_sim.models.wind_load import Windage, add_wind
 from crane_sim.multibody.attitude import align, angular_velocity, quaternion_acceleration, rotation
-from crane_sim.multibody.vectors import ZERO, Matrix, Vector, add, cross, dot, multiply, scale, subtract
+from crane_sim.multibody.vectors import (
+    ZERO,
+    Matrix,
+    Vector,
+    add,
+    cross,
+    dot,
+    multiply,
+    scale,
+    subtract,
+)
 from crane_sim.trajectories.inputs import value_at
 
 
@@ -48,8 +66,8 @@ class PointState(NamedTuple):
 class BodyState(NamedTuple):
     """Kinematics of a rigid body relative to the base.
 
-    Where its parts are exchanged, its coordinates are those of a point that stays the same: where the centre of mass
-    of the first load was, so that no coordinate jumps.
+    Where its parts are exchanged, its coordinates are those of a point that stays the same: where
+    the centre of mass of the first load was, so that no coordinate jumps.
     """
 
     position: Vector  # m, of the centre of mass
@@ -57,7 +75,8 @@ class BodyState(NamedTuple):
     rows: tuple[Vector, Vector, Vector]  # of R, which takes vectors of the body to the base
     omega: Vector  # rad/s, in the body's axes
     quaternion: tuple[float, float, float, float]
-    centre: Any = None  # (3,) m, of mass, from the point of the coordinates, in the body's axes; None: it is that point
+    # (3,) m, of mass, from the point of the coordinates, in the body's axes; None: it is that point
+    centre: Any = None
     number: Any = None  # of the load, where loads are exchanged
 
 
@@ -73,7 +92,9 @@ def quaternion_at(x, i, v):
 
 def align_quaternion(x, i, v):
     """Give the quaternion at x[i] length 1, and make its rate at x[v] perpendicular to it."""
-    (x[i], x[i + 1], x[i + 2], x[i + 3]), (x[v], x[v + 1], x[v + 2], x[v + 3]) = quaternion_at(x, i, v)
+    (x[i], x[i + 1], x[i + 2], x[i + 3]), (x[v], x[v + 1], x[v + 2], x[v + 3]) = quaternion_at(
+        x, i, v
+    )
 
 
 def load_state(load, x, nq, end):
@@ -82,7 +103,8 @@ def load_state(load, x, nq, end):
     Args:
         load: its parameters.
         x, nq: state of the crane and its number of coordinates; the load's own are the last ones.
-        end: (position [m], velocity [m/s]) of the cable's lower end relative to the base, each (3,).
+        end: (position [m], velocity [m/s]) of the cable's lower end relative to the base, each
+            (3,).
     """
     if isinstance(load, PointLoad):
         return PointState(*end)
@@ -183,7 +205,8 @@ def write_load_acceleration(load, base, state, pull, out, first):
 
     Args:
         load, base, state: parameters, base, kinematics of the load.
-        pull: direction (3,) and tension [N] of the last link, other moments (3,) [N m] on the load in its own axes.
+        pull: direction (3,) and tension [N] of the last link, other moments (3,) [N m] on the load
+            in its own axes.
         out, first: array, and index of the first one in it.
     """
     if isinstance(load, PointLoad):
@@ -236,9 +259,13 @@ def load_energies(base, load, state, gravity):
     """Return the energies [J] of the load.
 
     Returns:
-        kinetic and potential energy relative to the base, and those that the base, a BaseState or None, adds.
+        kinetic and potential energy relative to the base, and those that the base, a BaseState or
+        None, adds.
     """
-    kinetic, potential = 0.5 * load.mass * dot(state.velocity, state.velocity), load.mass * gravity * state.position[2]
+    kinetic, potential = (
+        0.5 * load.mass * dot(state.velocity, state.velocity),
+        load.mass * gravity * state.position[2],
+    )
     if isinstance(load, RigidLoad):
         kinetic += 0.5 * dot(state.omega, multiply(load.inertia, state.omega))
     if base is None:

@@ -1,14 +1,15 @@
 """Moving base, such as a ship: the inertial forces on a crane that stands on it, in base axes.
 
-A vector r of the base is (surge, sway, heave) + R r in the world, with R = Rz(yaw) Ry(pitch) Rx(roll): yaw about the
-vertical first, then pitch about the new y, then roll about the new x, all right-handed. A crane's state stays relative
-to the base. In those axes the force per unit of mass on a mass at r with velocity v is
+A vector r of the base is (surge, sway, heave) + R r in the world, with R = Rz(yaw) Ry(pitch)
+Rx(roll): yaw about the vertical first, then pitch about the new y, then roll about the new x, all
+right-handed. A crane's state stays relative to the base. In those axes the force per unit of mass
+on a mass at r with velocity v is
 
     f = Rᵀ(-g ẑ - a₀) - w' × r - w × (w × r) - 2 w × v,
 
-a₀ the acceleration of the base's origin, w its angular velocity. The excess of f over gravity along the base's own
-z, (0, 0, -g), is `imposed_acceleration`: it vanishes for a base at rest, and its power is what the base supplies to the
-crane. A base at rest is None everywhere, at no cost.
+a₀ the acceleration of the base's origin, w its angular velocity. The excess of f over gravity along
+the base's own z, (0, 0, -g), is `imposed_acceleration`: it vanishes for a base at rest, and its
+power is what the base supplies to the crane. A base at rest is None everywhere, at no cost.
 """
 
 from typing import Any, NamedTuple
@@ -134,7 +135,8 @@ def imposed_acceleration(base, r, v):
 
     Args:
         base: see `base_kinematics_at`.
-        r, v: position [m] of a mass and its velocity [m/s] relative to the base, (3,), in the axes of the base.
+        r, v: position [m] of a mass and its velocity [m/s] relative to the base, (3,), in the axes
+            of the base.
     """
     if base is None:
         return 0.0, 0.0, 0.0
@@ -172,7 +174,10 @@ def turned_by(base: Any, s: Any, c: Any) -> Any:
     velocity, w = to_turned_axes(base.velocity, s, c), to_turned_axes(base.angular_velocity, s, c)
     if isinstance(base, BaseState):
         return BaseState(velocity, w, to_turned_axes(base.up, s, c), base.height)
-    imposed, w_dot = to_turned_axes(base.imposed, s, c), to_turned_axes(base.angular_acceleration, s, c)
+    imposed, w_dot = (
+        to_turned_axes(base.imposed, s, c),
+        to_turned_axes(base.angular_acceleration, s, c),
+    )
     return BaseKinematics(velocity, imposed, w, w_dot)
 
 
@@ -207,7 +212,9 @@ def base_state(base, t, angle):
     if base is None:
         return None
     kinematics, pose = base_kinematics_at(base, 0.0, t), pose_at(base, t)
-    still = BaseState(kinematics.velocity, kinematics.angular_velocity, pose.rows[2], pose.origin[2])
+    still = BaseState(
+        kinematics.velocity, kinematics.angular_velocity, pose.rows[2], pose.origin[2]
+    )
     return turned_about_z(still, angle)
 
 
@@ -221,7 +228,9 @@ def added_energy(base, gravity, mass, r, v):
         r, v: its position [m] and velocity [m/s] relative to the base (3,), in the axes of `base`.
     """
     u = add(base.velocity, cross(base.angular_velocity, r))
-    return mass * (dot(u, v) + 0.5 * dot(u, u)), mass * gravity * (base.height + dot(base.up, r) - r[2])
+    return mass * (dot(u, v) + 0.5 * dot(u, u)), mass * gravity * (
+        base.height + dot(base.up, r) - r[2]
+    )
 
 
 def added_spin(base, tensor, own):

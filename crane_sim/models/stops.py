@@ -3,13 +3,22 @@
 from math import inf
 from typing import Any, NamedTuple
 
-from crane_sim.models.guards import LOWER, UPPER, Guard, decode, describe_friction, encode, smaller_guard
+from crane_sim.models.guards import (
+    LOWER,
+    UPPER,
+    Guard,
+    decode,
+    describe_friction,
+    encode,
+    smaller_guard,
+)
 from crane_sim.system import Switching
 
-MIN_LENGTH = 1e-3  # m, of a rope that a winch has reeled in: below it the swing's rate grows without bound
-LOOKAHEAD_TIME = (
-    0.01  # s: the length is extrapolated by its rate over it, as a length that passes zero would grow again
+MIN_LENGTH = (
+    1e-3  # m, of a rope that a winch has reeled in: below it the swing's rate grows without bound
 )
+# s: the length is extrapolated by its rate over it, as a length that passes zero would grow again
+LOOKAHEAD_TIME = 0.01
 WINCH = 3  # index of the winch among the joints that friction can hold
 
 
@@ -27,7 +36,8 @@ def make_switching(stops, positions):
 
     Args:
         stops: the stops.
-        positions: number of positions that the guards depend on where no rope has to stay taut, see `Switching`.
+        positions: number of positions that the guards depend on where no rope has to stay taut, see
+            `Switching`.
     """
     if stops is None:
         return None
@@ -51,7 +61,10 @@ def describe_length_event(rope: str, key: str, end: int, shortest: float) -> tup
         shortest: its shortest length [m].
     """
     if end == LOWER and shortest <= MIN_LENGTH:
-        return f"the {rope} is reeled in to zero length", f"give {key}.limits, or change what drives the {key}"
+        return (
+            f"the {rope} is reeled in to zero length",
+            f"give {key}.limits, or change what drives the {key}",
+        )
     name = {LOWER: "shortest", UPPER: "longest"}[end]
     return f"the {rope} reached its {name} length", f"change {key}.limits, or what drives the {key}"
 
@@ -76,9 +89,14 @@ def describe_stop(support: Any, stops: Stops, number: int) -> tuple[str, str]:
     """
     kind, index, outcome = decode(number)
     if kind == Guard.FRICTION:
-        return describe_friction("winch" if index == WINCH else support.coordinate(index)[0], outcome), ""
+        return describe_friction(
+            "winch" if index == WINCH else support.coordinate(index)[0], outcome
+        ), ""
     if kind == Guard.LINK:
-        return "the rope went slack, and a rigid one cannot be", "take rope.slack: allow if the rope is a rod"
+        return (
+            "the rope went slack, and a rigid one cannot be",
+            "take rope.slack: allow if the rope is a rod",
+        )
     if kind == Guard.LENGTH:
         return describe_length_event("rope", "rope", index, stops.shortest)
     name, key = support.coordinate(index)

@@ -6,7 +6,8 @@ from crane_sim.multibody.vectors import add, multiply
 from crane_sim.numerics.jit import generic
 from crane_sim.system import KinkStepControl, Switching
 
-BAND = 1e-9  # m, beyond the kink, where a step ends: what begins there is certain to be on the other side
+# m, beyond the kink, where a step ends: what begins there is certain to be on the other side
+BAND = 1e-9
 
 
 @generic
@@ -17,7 +18,11 @@ def pressed_point(p, x):
 
 def height_above_kink(p, t, x):
     """Return the height [m] above that of the kink at which the wind presses on the payload."""
-    return p.wind.origin_height + to_world(pose_at(p.base, t), pressed_point(p, x))[2] - p.wind.profile.lowest
+    return (
+        p.wind.origin_height
+        + to_world(pose_at(p.base, t), pressed_point(p, x))[2]
+        - p.wind.profile.lowest
+    )
 
 
 def has_kink(wind):
@@ -37,7 +42,9 @@ def with_kink_switching(wind, switching):
     """Return `system.switching` of a crane in this wind, from that without wind."""
     if not has_kink(wind):
         return switching
-    return Switching(switching.capacity, switching.positions, KinkStepControl(switching.step_control))
+    return Switching(
+        switching.capacity, switching.positions, KinkStepControl(switching.step_control)
+    )
 
 
 def pressed_point_of(load, state):

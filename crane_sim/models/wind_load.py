@@ -2,9 +2,9 @@
 
 v is the wind less the velocity of that point.
 
-A rod takes the part of v across it only: flow along a slender body does not press on it (the cross-flow principle,
-Hoerner, Fluid-Dynamic Drag, 1965, chapter 3). All vectors are in the axes of the base, or in axes turned about its z,
-those of a crane's support.
+A rod takes the part of v across it only: flow along a slender body does not press on it (the
+cross-flow principle, Hoerner, Fluid-Dynamic Drag, 1965, chapter 3). All vectors are in the axes of
+the base, or in axes turned about its z, those of a crane's support.
 """
 
 from math import sqrt
@@ -69,12 +69,18 @@ def airflow_at(wind, base, t, angle):
     """
     if wind is None:
         return None
-    pose, (x, y), (u, v, w) = pose_at(base, t), wind.direction, [gust_at(gust, t) for gust in wind.gusts]
+    pose, (x, y), (u, v, w) = (
+        pose_at(base, t),
+        wind.direction,
+        [gust_at(gust, t) for gust in wind.gusts],
+    )
     mean = to_base(pose, (wind.speed * x, wind.speed * y, 0.0))
     gust = to_base(pose, (u * x - v * y, u * y + v * x, w))
     height = wind.origin_height + to_world(pose, (0.0, 0.0, 0.0))[2]
     up = to_base(pose, (0.0, 0.0, 1.0))
-    return turned_flow(Airflow(mean, gust, up, height, wind.height, wind.profile, wind.density), angle)
+    return turned_flow(
+        Airflow(mean, gust, up, height, wind.height, wind.profile, wind.density), angle
+    )
 
 
 def turned_flow(flow, angle):
@@ -82,7 +88,11 @@ def turned_flow(flow, angle):
     if flow is None:
         return None
     s, c = sincos(angle)
-    mean, gust, up = to_turned_axes(flow.mean, s, c), to_turned_axes(flow.gust, s, c), to_turned_axes(flow.up, s, c)
+    mean, gust, up = (
+        to_turned_axes(flow.mean, s, c),
+        to_turned_axes(flow.gust, s, c),
+        to_turned_axes(flow.up, s, c),
+    )
     return Airflow(mean, gust, up, flow.height, flow.reference, flow.profile, flow.density)
 
 

@@ -2,8 +2,8 @@
 
 No direction is singular.
 
-It takes vectors of the body to the axes that the attitude is given in: r = q ⊗ r_b ⊗ q*. With the angular velocity ω
-in the body's axes q' = ½ q ⊗ ω and q'' = ½ q ⊗ ω' - ¼ |ω|² q.
+It takes vectors of the body to the axes that the attitude is given in: r = q ⊗ r_b ⊗ q*. With the
+angular velocity ω in the body's axes q' = ½ q ⊗ ω and q'' = ½ q ⊗ ω' - ¼ |ω|² q.
 """
 
 from typing import Any
@@ -15,7 +15,9 @@ from crane_sim.tracing.operations import sqrt
 Quaternion = tuple[Any, Any, Any, Any]
 
 
-def align(vector: tuple[Any, ...], rate: tuple[Any, ...]) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+def align(
+    vector: tuple[Any, ...], rate: tuple[Any, ...]
+) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
     """Return (unit vector, rate across it) nearest to a vector of any size and its rate.
 
     Size is its number of components.

@@ -61,4 +61,6 @@ def inner(a: tuple[Any, ...], b: tuple[Any, ...]) -> Any:
 def product(matrix: Matrix, a: tuple[Any, ...]) -> tuple[Any, ...]:
     """Return the product (n,) of a symmetric matrix, given by its lower triangle, and a vector."""
     n = len(a)
-    return tuple(sum((matrix[i][k] if k <= i else matrix[k][i]) * a[k] for k in range(n)) for i in range(n))
+    return tuple(
+        sum((matrix[i][k] if k <= i else matrix[k][i]) * a[k] for k in range(n)) for i in range(n)
+    )

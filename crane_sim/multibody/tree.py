@@ -1,12 +1,14 @@
 """A tree of joints and rigid bodies: the equations M(q) v̇ + c(q, v) + g ∂V/∂q = τ + Σ Jᵀ f.
 
-Composite rigid bodies give M, the recursion of Newton and Euler gives c (Featherstone, Rigid Body Dynamics Algorithms,
-2008, chapters 5 and 6), both about the base's origin and relative to the base; what a moving base imposes is an effort
-(`imposed_efforts`). Components are along the base's axes or, where the first joint turns about their z, along axes that
-turn with it: a boom then stays in one plane, and most components are the integer 0, which costs nothing in code.
+Composite rigid bodies give M, the recursion of Newton and Euler gives c (Featherstone, Rigid Body
+Dynamics Algorithms, 2008, chapters 5 and 6), both about the base's origin and relative to the base;
+what a moving base imposes is an effort (`imposed_efforts`). Components are along the base's axes
+or, where the first joint turns about their z, along axes that turn with it: a boom then stays in
+one plane, and most components are the integer 0, which costs nothing in code.
 
-Coordinates q are what drives move. The position of a joint is a sum of coordinates, mostly one alone: an elevation that
-is measured from the horizontal is that of the link below plus the joint's own turn.
+Coordinates q are what drives move. The position of a joint is a sum of coordinates, mostly one
+alone: an elevation that is measured from the horizontal is that of the link below plus the joint's
+own turn.
 """
 
 from typing import Any, NamedTuple
@@ -165,10 +167,14 @@ def to_coordinates(tree: Tree, efforts: tuple[Any, ...], n: int) -> tuple[Any, .
     return total
 
 
-def efforts_of(tree: Tree, kinematics: Kinematics, n: int, joint: int, wrench: Wrench) -> tuple[Any, ...]:
+def efforts_of(
+    tree: Tree, kinematics: Kinematics, n: int, joint: int, wrench: Wrench
+) -> tuple[Any, ...]:
     """Return the efforts Jᵀ f (n,) of a wrench on the link of a joint, in the components' axes."""
     below = _ancestors(tree, joint)
-    powers = [_power(screw, wrench) if i in below else 0 for i, screw in enumerate(kinematics.screws)]
+    powers = [
+        _power(screw, wrench) if i in below else 0 for i, screw in enumerate(kinematics.screws)
+    ]
     return to_coordinates(tree, tuple(powers), n)
 
 
@@ -191,7 +197,9 @@ def point_velocity(kinematics: Kinematics, point: Point) -> Vector:
     return add(link.velocity, cross(link.angular_velocity, combine(link.axes, point.offset)))
 
 
-def point_acceleration(tree: Tree, kinematics: Kinematics, point: Point, qdd: tuple[Any, ...]) -> Vector:
+def point_acceleration(
+    tree: Tree, kinematics: Kinematics, point: Point, qdd: tuple[Any, ...]
+) -> Vector:
     """Return the acceleration [m/s²] of a point relative to the base at qdd (n,).
 
     qdd are the accelerations of the coordinates.
@@ -201,7 +209,9 @@ def point_acceleration(tree: Tree, kinematics: Kinematics, point: Point, qdd: tu
     return add(total, velocity_at_rates(tree, kinematics, point, qdd))
 
 
-def velocity_at_rates(tree: Tree, kinematics: Kinematics, point: Point, rates: tuple[Any, ...]) -> Vector:
+def velocity_at_rates(
+    tree: Tree, kinematics: Kinematics, point: Point, rates: tuple[Any, ...]
+) -> Vector:
     """Return J v [m/s]: the velocity of a point relative to the base at rates (n,)."""
     total, place = ZERO, point_position(kinematics, point)
     for i in _ancestors(tree, point.joint):
@@ -211,7 +221,9 @@ def velocity_at_rates(tree: Tree, kinematics: Kinematics, point: Point, rates: t
     return total
 
 
-def body_motions(tree: Tree, kinematics: Kinematics) -> tuple[tuple[int, Body, Vector, Vector, Matrix, Vector], ...]:
+def body_motions(
+    tree: Tree, kinematics: Kinematics
+) -> tuple[tuple[int, Body, Vector, Vector, Matrix, Vector], ...]:
     """Return (joint, body, place, velocity, inertia, angular velocity) of all bodies.
 
     Place [m] and velocity [m/s] are those of the centre; the inertia is in kg m².
@@ -222,7 +234,10 @@ def body_motions(tree: Tree, kinematics: Kinematics) -> tuple[tuple[int, Body, V
             r = combine(link.axes, body.centre)
             velocity = add(link.velocity, cross(link.angular_velocity, r))
             inertia = turned_inertia(link.axes, body.inertia)
-            motions = (*motions, (i, body, add(link.origin, r), velocity, inertia, link.angular_velocity))
+            motions = (
+                *motions,
+                (i, body, add(link.origin, r), velocity, inertia, link.angular_velocity),
+            )
     return motions
 
 
@@ -253,14 +268,21 @@ def to_base_axes(turn: tuple[Any, Any], a: Vector) -> Vector:
 
 def _slews(tree: Tree) -> bool:
     first = tree.joints[0]
-    return first.axis == Z and not first.slides and not first.reverse and all(j.parent >= 0 for j in tree.joints[1:])
+    return (
+        first.axis == Z
+        and not first.slides
+        and not first.reverse
+        and all(j.parent >= 0 for j in tree.joints[1:])
+    )
 
 
 def _sum_of(q: tuple[Any, ...], position: tuple[tuple[int, int], ...]) -> Any:
     return sum(factor * q[i] for i, factor in position)
 
 
-def _move_link(joint: Joint, below: Link, q: tuple[Any, ...], v: tuple[Any, ...], turns_axes: bool) -> Link:
+def _move_link(
+    joint: Joint, below: Link, q: tuple[Any, ...], v: tuple[Any, ...], turns_axes: bool
+) -> Link:
     carried, axis = _carry(below, joint.offset), _axis(joint, below.axes)
     rate = _sum_of(v, joint.position)
     if joint.slides:
@@ -308,7 +330,10 @@ def _turn(link: Link, axes: Matrix, axis: Vector, v: Any) -> Link:
     w = add(link.angular_velocity, rate)
     alpha = add(link.angular_acceleration, cross(link.angular_velocity, rate))
     return link._replace(
-        axes=axes, angular_velocity=w, angular_acceleration=alpha, gradient=acceleration_gradient(w, alpha)
+        axes=axes,
+        angular_velocity=w,
+        angular_acceleration=alpha,
+        gradient=acceleration_gradient(w, alpha),
     )
 
 
@@ -320,7 +345,9 @@ def _screw(tree: Tree, links: tuple[Link, ...], i: int) -> Screw:
 
 
 def _compose(tree: Tree, links: tuple[Link, ...]) -> tuple[Composite, ...]:
-    composites = tuple(_link_composite(joint, link) for joint, link in zip(tree.joints, links, strict=True))
+    composites = tuple(
+        _link_composite(joint, link) for joint, link in zip(tree.joints, links, strict=True)
+    )
     for i in reversed(range(len(links))):
         parent = tree.joints[i].parent
         if parent >= 0:
@@ -344,12 +371,16 @@ def _body_composite(body: Body, link: Link) -> Composite:
     w = link.angular_velocity
     spin = add(multiply(own, link.angular_acceleration), cross(w, multiply(own, w)))
     inertia = add_matrices(own, point_inertia(body.mass, centre))
-    return Composite(body.mass, scale(body.mass, centre), inertia, Wrench(force, add(spin, cross(centre, force))))
+    return Composite(
+        body.mass, scale(body.mass, centre), inertia, Wrench(force, add(spin, cross(centre, force)))
+    )
 
 
 def _join(a: Composite, b: Composite) -> Composite:
     inertia = add_matrices(a.inertia, b.inertia)
-    return Composite(a.mass + b.mass, add(a.first_moment, b.first_moment), inertia, _total([a.bias, b.bias]))
+    return Composite(
+        a.mass + b.mass, add(a.first_moment, b.first_moment), inertia, _total([a.bias, b.bias])
+    )
 
 
 def _momentum(composite: Composite, screw: Screw) -> Wrench:
@@ -359,15 +390,22 @@ def _momentum(composite: Composite, screw: Screw) -> Wrench:
     """
     h = composite.first_moment
     linear_part = add(scale(composite.mass, screw.linear), cross(screw.angular, h))
-    return Wrench(linear_part, add(multiply(composite.inertia, screw.angular), cross(h, screw.linear)))
+    return Wrench(
+        linear_part, add(multiply(composite.inertia, screw.angular), cross(h, screw.linear))
+    )
 
 
-def _matrix_of_joints(tree: Tree, screws: tuple[Screw, ...], momenta: tuple[Wrench, ...]) -> linear.Matrix:
+def _matrix_of_joints(
+    tree: Tree, screws: tuple[Screw, ...], momenta: tuple[Wrench, ...]
+) -> linear.Matrix:
     """Return the lower triangle of the mass matrix of the joints."""
     rows = ()
     for i, momentum in enumerate(momenta):
         below = _ancestors(tree, i)
-        rows = (*rows, tuple(_power(screws[k], momentum) if k in below else 0 for k in range(i + 1)))
+        rows = (
+            *rows,
+            tuple(_power(screws[k], momentum) if k in below else 0 for k in range(i + 1)),
+        )
     return rows
 
 
@@ -378,14 +416,21 @@ def _matrix_of_coordinates(tree: Tree, matrix: linear.Matrix, n: int) -> linear.
     """
     rows = ()
     for k in range(n):
-        full = tuple(sum(f * _entry(matrix, j, i) for i, f in _uses(tree, k)) for j in range(len(matrix)))
-        rows = (*rows, tuple(sum(f * full[j] for j, f in _uses(tree, other)) for other in range(k + 1)))
+        full = tuple(
+            sum(f * _entry(matrix, j, i) for i, f in _uses(tree, k)) for j in range(len(matrix))
+        )
+        rows = (
+            *rows,
+            tuple(sum(f * full[j] for j, f in _uses(tree, other)) for other in range(k + 1)),
+        )
     return rows
 
 
 def _uses(tree: Tree, k: int) -> tuple[tuple[int, int], ...]:
     """Return (number of a joint, factor) of those that coordinate k moves."""
-    return tuple((i, f) for i, joint in enumerate(tree.joints) for number, f in joint.position if number == k)
+    return tuple(
+        (i, f) for i, joint in enumerate(tree.joints) for number, f in joint.position if number == k
+    )
 
 
 def _entry(matrix: linear.Matrix, i: int, k: int) -> Any:
@@ -409,4 +454,6 @@ def _sum_vectors(vectors: list[Vector]) -> Vector:
 
 
 def _total(wrenches: list[Wrench]) -> Wrench:
-    return Wrench(_sum_vectors([w.force for w in wrenches]), _sum_vectors([w.moment for w in wrenches]))
+    return Wrench(
+        _sum_vectors([w.force for w in wrenches]), _sum_vectors([w.moment for w in wrenches])
+    )

@@ -48,7 +48,10 @@ def add_matrices(m: Matrix, n: Matrix) -> Matrix:
 
 def combine(axes: Matrix, components: Vector) -> Vector:
     """Return the vector with these components along axes: the sum of components[i] axes[i]."""
-    return add(add(scale(components[0], axes[0]), scale(components[1], axes[1])), scale(components[2], axes[2]))
+    return add(
+        add(scale(components[0], axes[0]), scale(components[1], axes[1])),
+        scale(components[2], axes[2]),
+    )
 
 
 def to_turned_axes(a: Vector, s: Any, c: Any) -> Vector:
@@ -86,5 +89,7 @@ def turned_inertia(axes: Matrix, inertia: Matrix) -> Matrix:
     It is the sum of I_ij e_i e_jᵀ.
     """
     columns = tuple(combine(axes, row) for row in inertia)  # Σ_j I_ij e_j
-    rows = tuple(tuple(sum(axes[k][i] * columns[k][j] for k in range(3)) for j in range(3)) for i in range(3))
+    rows = tuple(
+        tuple(sum(axes[k][i] * columns[k][j] for k in range(3)) for j in range(3)) for i in range(3)
+    )
     return rows  # type: ignore[return-value]

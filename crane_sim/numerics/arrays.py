@@ -29,8 +29,8 @@ def add_scaled_arrays(x, a, y):
 def accumulate(h, weights, count, ks, x, out):
     """Write x plus the sum of h weights[j] ks[j] over the first `count` >= 1 rows into `out`.
 
-    The rows are added from left to right, x last; x may be None. The loop over the row is the outer one, so that sums
-    stay in registers.
+    The rows are added from left to right, x last; x may be None. The loop over the row is the outer
+    one, so that sums stay in registers.
     """
     factors = [h * weights[j] for j in range(count)]
     for i in simd_range(len(out)):
@@ -60,7 +60,8 @@ def array_square(e, x, y, rtol, atol):
 def rows_square(h, weights, ks, x, y, rtol, atol):
     """Return the `array_square` of the sum of h weights[j] ks[j]; the next row is its scratch.
 
-    Squares first, then their sum: the divisions become vectors, and only the additions wait for each other.
+    Squares first, then their sum: the divisions become vectors, and only the additions wait for
+    each other.
     """
     count, total = len(weights), 0.0
     squares = ks[count]

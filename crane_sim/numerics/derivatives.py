@@ -37,7 +37,9 @@ def directions_like(x: Any, seeds: Any, first: int) -> Any:
         return seeds[first : first + len(x)]
     if not isinstance(x, tuple):
         return seeds[first]
-    return tuple([directions_like(part, seeds, first + dimension(x[:i])) for i, part in enumerate(x)])
+    return tuple(
+        [directions_like(part, seeds, first + dimension(x[:i])) for i, part in enumerate(x)]
+    )
 
 
 def write_columns(derivative, out, first, count):
@@ -52,4 +54,10 @@ def rows_of(derivative: Any) -> Any:
     """Return the derivatives of each float of a state: an array, or a flat tuple of arrays."""
     if not isinstance(derivative, tuple):
         return derivative
-    return tuple([row for part in derivative for row in (rows_of(part) if isinstance(part, tuple) else (part,))])
+    return tuple(
+        [
+            row
+            for part in derivative
+            for row in (rows_of(part) if isinstance(part, tuple) else (part,))
+        ]
+    )

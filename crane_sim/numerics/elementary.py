@@ -1,10 +1,11 @@
 """Sine, cosine and fused sums with the same bits compiled, in Python, and on any processor.
 
-Sine and cosine are straight-line arithmetic, in vectors too. What processors call a fused multiply-add is asked for by
-name, and not left to the compiler; a processor without the instruction only takes longer.
+Sine and cosine are straight-line arithmetic, in vectors too. What processors call a fused
+multiply-add is asked for by name, and not left to the compiler; a processor without the instruction
+only takes longer.
 
-Reduction by π/2 in two parts and the polynomials of fdlibm (Sun Microsystems, 1993; k_sin.c, k_cos.c, e_rem_pio2.c),
-summed in pairs, so that fewer operations wait for each other.
+Reduction by π/2 in two parts and the polynomials of fdlibm (Sun Microsystems, 1993; k_sin.c,
+k_cos.c, e_rem_pio2.c), summed in pairs, so that fewer operations wait for each other.
 """
 
 from typing import Any
@@ -13,7 +14,10 @@ from crane_sim.tracing.operations import fma as fma
 from crane_sim.tracing.operations import select, to_integer
 
 _TWO_OVER_PI = 0.6366197723675814
-_HALF_PI, _HALF_PI_REST = 1.57079632673412561417, 6.07710050650619224932e-11  # the first has 33 bits
+_HALF_PI, _HALF_PI_REST = (
+    1.57079632673412561417,
+    6.07710050650619224932e-11,
+)  # the first has 33 bits
 _ROUND = 6755399441055744.0  # 1.5 * 2^52: adding and taking it away rounds to an integer
 
 
@@ -31,7 +35,11 @@ def _sine(x: Any, y: Any) -> Any:
     z = x * x
     z2, v = z * z, z * x
     low = fma(z, -1.98412698298579493134e-04, 8.33333333332248946124e-03)
-    high = fma(z2, 1.58969099521155010221e-10, fma(z, -2.50507602534068634195e-08, 2.75573137070700676789e-06))
+    high = fma(
+        z2,
+        1.58969099521155010221e-10,
+        fma(z, -2.50507602534068634195e-08, 2.75573137070700676789e-06),
+    )
     correction = fma(z, -fma(z2, high, low), 1.66666666666666324348e-01)
     return x - fma(v, correction, fma(z, 0.5 * y, -y))
 

@@ -1,18 +1,22 @@
 """Functions that run as machine code.
 
-A function of plain Python that an entry point calls is compiled with it: there is nothing to mark. Called from Python
-it computes with floats. What may be said of a function:
+A function of plain Python that an entry point calls is compiled with it: there is nothing to mark.
+Called from Python it computes with floats. What may be said of a function:
 
 - `entry_point`: Python calls it, and it runs as machine code, cached on disk.
-- `optimisation`: an entry point that runs for some instants of a run only is compiled quickly, to slower code.
-- `seldom_called`: an entry point whose first calls run as plain Python, as compiling takes longer than these.
-- `routine`: it is not inlined into its callers: a long one, of which copies would cost time to compile.
+- `optimisation`: an entry point that runs for some instants of a run only is compiled quickly, to
+  slower code.
+- `seldom_called`: an entry point whose first calls run as plain Python, as compiling takes longer
+  than these.
+- `routine`: it is not inlined into its callers: a long one, of which copies would cost time to
+  compile.
 - `generic`: it has single dispatch, one implementation for each type of its first argument, like
   functools.singledispatch; the type is known when a call is traced.
-- `simd_range`: the turns of a loop are independent, and become lanes of vectors; `use_wide_vectors`: of the widest.
+- `simd_range`: the turns of a loop are independent, and become lanes of vectors;
+  `use_wide_vectors`: of the widest.
 
-A scene's physics is a tree of NamedTuples, so code is exactly what a scene is made of, and an absent part (None) leaves
-nothing in it.
+A scene's physics is a tree of NamedTuples, so code is exactly what a scene is made of, and an
+absent part (None) leaves nothing in it.
 """
 
 import functools
@@ -78,8 +82,9 @@ class TypeDispatched(Protocol):
 def generic(f: Function) -> TypeDispatched:
     """Return a function with dispatch on the type of its first argument, in Python and compiled.
 
-    `f.register(Type, …)` adds the implementation for NamedTuple classes, for `tuple` (any other tuple), for `float`,
-    `np.ndarray` or `type(None)` (the part is absent), as functools.singledispatch does. `f` is the default.
+    `f.register(Type, …)` adds the implementation for NamedTuple classes, for `tuple` (any other
+    tuple), for `float`, `np.ndarray` or `type(None)` (the part is absent), as
+    functools.singledispatch does. `f` is the default.
     """
     table = functools.singledispatch(f)
     implementations = _Implementations(table.dispatch)

@@ -1,7 +1,7 @@
 """Many cranes side by side: trees of numbers as columns, states as columns of one buffer.
 
-A loop over the lanes of a buffer, a `simd_range`, becomes vector instructions: one crane in each lane, with the very
-arithmetic of one crane alone.
+A loop over the lanes of a buffer, a `simd_range`, becomes vector instructions: one crane in each
+lane, with the very arithmetic of one crane alone.
 """
 
 from typing import Any
@@ -12,7 +12,8 @@ from crane_sim.numerics.states import leaves
 from crane_sim.tracing.trees import rebuilt
 
 LANES = 16
-"""Cranes that move in step: two of the widest vectors, and few enough to stay in the first cache."""
+"""Cranes that move in step: two of the widest vectors, and few enough to stay in the first
+cache."""
 
 
 def take_entry(columns: Any, i: int) -> Any:

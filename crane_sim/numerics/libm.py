@@ -1,7 +1,7 @@
 """Elementary functions of arrays, by the C library, one element after the other.
 
-NumPy's own take other instructions, with other last bits, on processors with AVX-512. What a seed draws, and what a
-path is, are to be the same on every machine.
+NumPy's own take other instructions, with other last bits, on processors with AVX-512. What a seed
+draws, and what a path is, are to be the same on every machine.
 """
 
 import math

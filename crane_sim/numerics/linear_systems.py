@@ -44,8 +44,8 @@ def factor_band(a):
     """Overwrite a band with its LU factors, without pivoting: for nearly definite matrices.
 
     Args:
-        a: entry (i, j) of the matrix at a[i, width + j - i], for |j - i| <= width; (n, 2 width + 1). The diagonal
-            becomes that of 1 / U.
+        a: entry (i, j) of the matrix at a[i, width + j - i], for |j - i| <= width; (n, 2 width +
+            1). The diagonal becomes that of 1 / U.
     """
     n, width = len(a), a.shape[1] // 2
     for j in range(n):

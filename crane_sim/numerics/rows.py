@@ -9,8 +9,8 @@ from crane_sim.numerics.jit import simd_range
 def elementwise(f: Callable[..., tuple[Any, ...]]) -> Callable[..., None]:
     """Return a function (n, outputs, inputs) that applies f to the first n entries of rows.
 
-    f takes a float from each input, a row or a float, and returns one for each output. Rows that are written are none
-    of those that are read.
+    f takes a float from each input, a row or a float, and returns one for each output. Rows that
+    are written are none of those that are read.
     """
 
     def fill(n: int, outputs: tuple[Any, ...], inputs: tuple[Any, ...]) -> None:

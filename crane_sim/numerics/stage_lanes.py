@@ -33,7 +33,9 @@ def mix_stages(matrix: Any, source: Any, i: int, to: Any, k: int, scale: float) 
         to[k, j] = scale * _mix(matrix, row, j)
 
 
-def reach_stages(matrix: Any, source: Any, i: int, to: Any, k: int, path: tuple[float, float, float, Any]) -> None:
+def reach_stages(
+    matrix: Any, source: Any, i: int, to: Any, k: int, path: tuple[float, float, float, Any]
+) -> None:
     """Write x + nodes move + scale M s into row k of `to`, see `mix_stages`.
 
     path = (x, move, scale, nodes (8,)).

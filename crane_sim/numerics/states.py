@@ -1,7 +1,7 @@
 """Arithmetic on states in registers: floats, arrays of floats, and nested tuples of states.
 
-A structural zero of a tableau is None and costs no arithmetic. Sums run left to right over the stages and meet the
-state last.
+A structural zero of a tableau is None and costs no arithmetic. Sums run left to right over the
+stages and meet the state last.
 """
 
 from typing import Any
@@ -40,7 +40,11 @@ def add_scaled(x: State, a: float, y: State) -> State:
     """Return x + a y, each float of a tuple rounded once."""
     if isinstance(x, np.ndarray):
         return add_scaled_arrays(x, a, y)
-    return tuple([add_scaled(b, a, c) for b, c in zip(x, y, strict=True)]) if isinstance(x, tuple) else fma(a, y, x)
+    return (
+        tuple([add_scaled(b, a, c) for b, c in zip(x, y, strict=True)])
+        if isinstance(x, tuple)
+        else fma(a, y, x)
+    )
 
 
 def weighted_sum(h: float, row: tuple[float | None, ...], ks: tuple[State, ...]) -> State:

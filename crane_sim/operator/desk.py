@@ -1,11 +1,12 @@
 """The operator's desk: interlocks between levers and drives, and soft limits; no ROS, no devices.
 
 - Dead man's switch: while it is not held, every speed is zero.
-- Interlock of zero position: after the start, a stop or a loss of the device, levers count again only when all of them
-  have been at rest.
-- Emergency stop: latched; a release counts only while the dead man's switch is open and all levers rest.
-- Brakes: on from the emergency stop until the first lever that counts after its release. A drive that is weaker than
-  its brake would be dragged along by a load that still swings.
+- Interlock of zero position: after the start, a stop or a loss of the device, levers count again
+  only when all of them have been at rest.
+- Emergency stop: latched; a release counts only while the dead man's switch is open and all levers
+  rest.
+- Brakes: on from the emergency stop until the first lever that counts after its release. A drive
+  that is weaker than its brake would be dragged along by a load that still swings.
 - Loss: without a heartbeat for longer than the time-out, every speed is zero.
 - Soft limits: see `hardware.soft_limits`.
 """
@@ -20,9 +21,11 @@ from crane_sim.hardware.soft_limits import ReferenceMotion, follow, permitted_sp
 from crane_sim.operator.inputs import Demand
 
 REACTION_TIME = 0.1
-"""Seconds for which a speed may hold until the next one counts: transport, and late steps on a busy machine."""
+"""Seconds for which a speed may hold until the next one counts: transport, and late steps on a busy
+machine."""
 DRAG_THRESHOLD = 0.25
-"""Fraction of a joint's largest speed: a velocity that differs by more from a drive's reference is due to a load."""
+"""Fraction of a joint's largest speed: a velocity that differs by more from a drive's reference is
+due to a load."""
 
 
 class Mode(StrEnum):
@@ -56,7 +59,9 @@ class Desk:
         assisted: assistance is switched on.
     """
 
-    def __init__(self, joints: Sequence[DrivenJoint], timeout: float, assisted: bool = False) -> None:
+    def __init__(
+        self, joints: Sequence[DrivenJoint], timeout: float, assisted: bool = False
+    ) -> None:
         """Begin interlocked; `timeout`: s without a heartbeat until the device counts as lost."""
         self._joints, self._timeout = tuple(joints), timeout
         self.mode, self.stopped, self.assisted = Mode.INTERLOCKED, False, assisted
@@ -75,14 +80,18 @@ class Desk:
         """Return speeds (nu,), exactly the levers' fractions of the largest; 0 if interlocked."""
         self._switch_assistance(demand.assistance)
         at_rest = not any(demand.axes)
-        self.stopped = demand.stop or (self.stopped and not (demand.release and at_rest and not demand.enabled))
+        self.stopped = demand.stop or (
+            self.stopped and not (demand.release and at_rest and not demand.enabled)
+        )
         lost = now - self._last_heartbeat > self._timeout
         self._interlocked = self.stopped or lost or (self._interlocked and not at_rest)
         self.mode = self._mode(lost, demand.enabled)
         self.braked = self.stopped or (self.braked and (at_rest or self.mode != Mode.MOVING))
         if self.mode != Mode.MOVING:
             return (0.0,) * len(self._joints)
-        return tuple(axis * joint.bounds.speed for axis, joint in zip(demand.axes, self._joints, strict=True))
+        return tuple(
+            axis * joint.bounds.speed for axis, joint in zip(demand.axes, self._joints, strict=True)
+        )
 
     def _switch_assistance(self, pressed: bool) -> None:
         self.assisted ^= pressed and not self._switched
@@ -114,11 +123,15 @@ class SoftLimits:
         """Let the references rest: brakes have stopped the crane."""
         self._references = [ReferenceMotion(0.0, 0.0, 0.0)] * len(self._joints)
 
-    def take(self, speeds: Sequence[float], q: Sequence[float], v: Sequence[float]) -> tuple[float, ...]:
+    def take(
+        self, speeds: Sequence[float], q: Sequence[float], v: Sequence[float]
+    ) -> tuple[float, ...]:
         """Return the permitted speeds (nu,) at the joints' positions and velocities (nu,)."""
         allowed = tuple(
             self._permitted_speed(joint, reference, speed, *state)
-            for joint, reference, speed, *state in zip(self._joints, self._references, speeds, q, v, strict=True)
+            for joint, reference, speed, *state in zip(
+                self._joints, self._references, speeds, q, v, strict=True
+            )
         )
         joints = zip(self._joints, allowed, speeds, strict=True)
         self.limited = [joint.name for joint, least, speed in joints if least != speed]
@@ -132,7 +145,9 @@ class SoftLimits:
         """Return the joints whose velocities (nu,) are far from what their drives follow."""
         joints = zip(self._joints, self._references, v, strict=True)
         return [
-            joint.name for joint, reference, now in joints if abs(now - reference.velocity) > _drag_tolerance(joint)
+            joint.name
+            for joint, reference, now in joints
+            if abs(now - reference.velocity) > _drag_tolerance(joint)
         ]
 
     def _permitted_speed(

@@ -2,10 +2,10 @@
 
 Ramps bound the accelerations.
 
-Joints that are driven by force, torque or acceleration get a frequency converter: `drive: velocity` with a PI loop and
-a reference within bounds of speed, acceleration and jerk. The PI loop places both poles at `BANDWIDTH` for the joint
-and everything that it moves. Winches that are driven by speed get these bounds as `limit` and `rate_limit`. Settings in
-the scene are kept.
+Joints that are driven by force, torque or acceleration get a frequency converter: `drive: velocity`
+with a PI loop and a reference within bounds of speed, acceleration and jerk. The PI loop places
+both poles at `BANDWIDTH` for the joint and everything that it moves. Winches that are driven by
+speed get these bounds as `limit` and `rate_limit`. Settings in the scene are kept.
 """
 
 from collections.abc import Mapping
@@ -51,7 +51,10 @@ _DEFAULTS_BY_JOINT = {  # estimates, for drives whose scene sets none
     "rope": SpeedBounds(0.4, 0.4),
     "hoist": SpeedBounds(0.4, 0.4),
 }
-_DEFAULTS_BY_UNIT = {"rad": SpeedBounds(0.1, 0.05), "m": SpeedBounds(0.5, 0.25)}  # of all other joints
+_DEFAULTS_BY_UNIT = {
+    "rad": SpeedBounds(0.1, 0.05),
+    "m": SpeedBounds(0.5, 0.25),
+}  # of all other joints
 LAW_GROUPS = ("control", "inputs", "reference")  # of a scene, replaced by an operator
 _EFFORT_DRIVE_KEYS = ("lag", "rate_limit", "deadband")  # that a speed drive does not have
 
@@ -71,13 +74,17 @@ def with_operator_drives(
     """
     speeds = speeds or {}
     _check(scene, speeds)
-    document = without_nulls({key: value for key, value in scene.to_dict().items() if key not in LAW_GROUPS})
+    document = without_nulls(
+        {key: value for key, value in scene.to_dict().items() if key not in LAW_GROUPS}
+    )
     document["duration"] = DURATION if duration is None else duration
     given = document.pop("actuators", {})
     common = given.pop(ALL, {})
     requirements = _drive_requirements(scene, speeds)
     document["actuators"] = {
-        joint: _make_actuator_group(scene, i, common | given.get(joint, {}), requirements[joint], joint in speeds)
+        joint: _make_actuator_group(
+            scene, i, common | given.get(joint, {}), requirements[joint], joint in speeds
+        )
         for i, joint in enumerate(scene.actuated)
     }
     return load_scene(document)
@@ -89,7 +96,10 @@ def _check(scene: Scene, speeds: Mapping[str, float]) -> None:
         raise SceneError(f"scene {scene.name}: has no actuated joint; nothing to operate")
     if "m" in scene.effort_units:
         joint = scene.actuated[scene.effort_units.index("m")]
-        raise SceneError(f"scene {scene.name}: the {joint} takes positions, an operator gives speeds; another drive?")
+        raise SceneError(
+            f"scene {scene.name}: the {joint} takes positions, an operator gives speeds; another "
+            "drive?"
+        )
     for joint, speed in speeds.items():
         if joint not in scene.actuated:
             raise SceneError(f"--speed {joint}: {unknown_key(joint, scene.actuated, 'joint')}")
@@ -114,13 +124,24 @@ def _drive_requirements(scene: Scene, speeds: Mapping[str, float]) -> dict[str, 
     records = ideal_drives(len(scene.actuated)) if scene.hardware is None else scene.hardware.drives
     requirements = {}
     for i, (joint, drive) in enumerate(zip(scene.actuated, records, strict=True)):
-        default = _DEFAULTS_BY_JOINT.get(joint, _DEFAULTS_BY_UNIT.get(units[joint], _DEFAULTS_BY_UNIT["m"]))
-        motor = float(drive.base_speed) if 0.0 < drive.base_speed < inf and drive.peak < inf else default.speed
+        default = _DEFAULTS_BY_JOINT.get(
+            joint, _DEFAULTS_BY_UNIT.get(units[joint], _DEFAULTS_BY_UNIT["m"])
+        )
+        motor = (
+            float(drive.base_speed)
+            if 0.0 < drive.base_speed < inf and drive.peak < inf
+            else default.speed
+        )
         load, inertia = float(mechanics.static_load[i]), float(mechanics.inertia_others_locked[i])
-        reserves = float(min(drive.high, drive.peak) - load), float(load - max(drive.low, -drive.peak))
+        reserves = (
+            float(min(drive.high, drive.peak) - load),
+            float(load - max(drive.low, -drive.peak)),
+        )
         ramp = RAMP_EFFORT_FRACTION * min(reserves) / inertia
         acceleration = min(default.acceleration, ramp) if ramp > 0.0 else default.acceleration
-        requirements[joint] = DriveRequirement(SpeedBounds(speeds.get(joint, motor), acceleration), inertia)
+        requirements[joint] = DriveRequirement(
+            SpeedBounds(speeds.get(joint, motor), acceleration), inertia
+        )
     return requirements
 
 
@@ -136,12 +157,16 @@ def _make_actuator_group(
     bounds = requirement.bounds
     if scene.effort_units[i] == "m/s":
         ramp = {"limit": bounds.speed, "rate_limit": bounds.acceleration}
-        return ramp | {key: value for key, value in given.items() if not (speed_given and key == "limit")}
+        return ramp | {
+            key: value for key, value in given.items() if not (speed_given and key == "limit")
+        }
     jerk = bounds.acceleration / JERK_TIME
     servo = {"max_speed": bounds.speed, "max_acceleration": bounds.acceleration, "max_jerk": jerk}
     if given.get("drive", "effort") != "effort":
         own = {key: value for key, value in given["servo"].items() if key != "position_gain"}
-        servo |= {key: value for key, value in own.items() if not (speed_given and key == "max_speed")}
+        servo |= {
+            key: value for key, value in own.items() if not (speed_given and key == "max_speed")
+        }
         if "max_acceleration" in own and "max_jerk" not in own:
             servo["max_jerk"] = own["max_acceleration"] / JERK_TIME
         return given | {"drive": "velocity", "servo": servo}
@@ -170,7 +195,9 @@ def _lag(scene: Scene, i: int) -> float:
     lag = float(drive.lag) + int(drive.delay) * scene.period
     if scene.effort_units[i] != "m/s":
         return lag
-    return lag + (getattr(getattr(scene.file, scene.actuated[i], None), "time_constant", None) or 0.0)
+    return lag + (
+        getattr(getattr(scene.file, scene.actuated[i], None), "time_constant", None) or 0.0
+    )
 
 
 def _bounds(scene: Scene, i: int) -> Bounds:

@@ -15,11 +15,29 @@ except ImportError:  # it is optional, and compiled where it is installed
     evdev: Any = None
     ecodes: Any = None
 
-MISSING = f"needs the Python package evdev, which is not installed ({sys.prefix}/bin/pip install evdev compiles it)"
-_STICKS = ("ABS_X", "ABS_Y", "ABS_RX", "ABS_RY", "ABS_Z", "ABS_RZ")  # by the numbers of axes; evdev: right and back > 0
+MISSING = (
+    f"needs the Python package evdev, which is not installed ({sys.prefix}/bin/pip install evdev "
+    "compiles it)"
+)
+_STICKS = (
+    "ABS_X",
+    "ABS_Y",
+    "ABS_RX",
+    "ABS_RY",
+    "ABS_Z",
+    "ABS_RZ",
+)  # by the numbers of axes; evdev: right and back > 0
 _BUTTONS = (
     *("BTN_SOUTH", "BTN_EAST", "BTN_WEST", "BTN_NORTH", "BTN_SELECT", "BTN_MODE", "BTN_START"),
-    *("BTN_THUMBL", "BTN_THUMBR", "BTN_TL", "BTN_TR", "BTN_DPAD_UP", "BTN_DPAD_DOWN", "BTN_DPAD_LEFT"),
+    *(
+        "BTN_THUMBL",
+        "BTN_THUMBR",
+        "BTN_TL",
+        "BTN_TR",
+        "BTN_DPAD_UP",
+        "BTN_DPAD_DOWN",
+        "BTN_DPAD_LEFT",
+    ),
     "BTN_DPAD_RIGHT",
 )  # by the numbers of buttons
 
@@ -67,7 +85,9 @@ class Gamepad:
         Raises:
             OSError: the gamepad is gone.
         """
-        events_were_lost = False  # by the kernel, whose buffer was full: the release of a button, for instance
+        events_were_lost = (
+            False  # by the kernel, whose buffer was full: the release of a button, for instance
+        )
         with suppress(BlockingIOError):
             for event in self._device.read():
                 if event.type == ecodes.EV_ABS and event.code in self._codes:
@@ -106,4 +126,6 @@ def _open(path: str) -> Any:
         if path or ecodes.BTN_GAMEPAD in keys or ecodes.BTN_JOYSTICK in keys:
             return device
         device.close()
-    raise SceneError("--input gamepad: this machine has none that this user may read (/dev/input/event*)")
+    raise SceneError(
+        "--input gamepad: this machine has none that this user may read (/dev/input/event*)"
+    )

@@ -1,7 +1,8 @@
 """Inputs of an operator's device: levers and buttons, from keys or a controller's axes.
 
-A terminal reports that a key is pressed, and repeats it while it is held, but never that it is released. So a key moves
-its joint until no repetition has come for a while: longer after the first press, since repetition begins late.
+A terminal reports that a key is pressed, and repeats it while it is held, but never that it is
+released. So a key moves its joint until no repetition has come for a while: longer after the first
+press, since repetition begins late.
 """
 
 from collections.abc import Sequence
@@ -15,9 +16,11 @@ DEVICES = ("keyboard", "gamepad", "joy")
 DEAD_ZONE = 0.05
 """Fraction of an axis's travel within which it counts as released: sticks do not return exactly."""
 FIRST_HOLD = 0.7
-"""Seconds for which a key holds after its first press: usual terminals begin to repeat after 0.25 to 0.66 s."""
+"""Seconds for which a key holds after its first press: usual terminals begin to repeat after 0.25
+to 0.66 s."""
 REPEAT_HOLD = 0.2
-"""Seconds for which a key holds after a repetition: usual terminals repeat 10 to 40 times a second."""
+"""Seconds for which a key holds after a repetition: usual terminals repeat 10 to 40 times a
+second."""
 STOP, RELEASE, ASSISTANCE = "space", "enter", "tab"
 """Keys of the emergency stop, of its release and of the assistance."""
 LEVELS = (0.1, 0.25, 0.5, 1.0)
@@ -47,9 +50,13 @@ def demand_of(sample: Sample, assignment: Assignment) -> Demand:
 
     def axis(number: int) -> float:
         value = float(axes[number]) if 0 <= number < len(axes) else 0.0
-        return min(max(value, -1.0), 1.0) if DEAD_ZONE < abs(value) < inf else 0.0  # also where it is no number
+        return (
+            min(max(value, -1.0), 1.0) if DEAD_ZONE < abs(value) < inf else 0.0
+        )  # also where it is no number
 
-    pressed = [0 <= number < len(buttons) and bool(buttons[number]) for number in assignment.buttons]
+    pressed = [
+        0 <= number < len(buttons) and bool(buttons[number]) for number in assignment.buttons
+    ]
     return Demand(tuple(lever.sign * axis(lever.axis) for lever in assignment.levers), *pressed)
 
 
@@ -76,10 +83,14 @@ class Keyboard:
         """Take a key at `now` [s]: pressed, or repeated."""
         if key in self._bindings:
             i, _ = self._bindings[key]
-            for other in [other for other in self._until if other != key and self._bindings[other][0] == i]:
+            for other in [
+                other for other in self._until if other != key and self._bindings[other][0] == i
+            ]:
                 del self._until[other]  # the opposite direction
             repeated = self._until.get(key, now) > now
-            self._until[key] = max(self._until.get(key, now), now + (REPEAT_HOLD if repeated else FIRST_HOLD))
+            self._until[key] = max(
+                self._until.get(key, now), now + (REPEAT_HOLD if repeated else FIRST_HOLD)
+            )
         elif key in ("+", "-"):
             self.level = min(max(self.level + (1 if key == "+" else -1), 0), len(LEVELS) - 1)
         else:
@@ -94,4 +105,6 @@ class Keyboard:
                 axes[i] = sign * LEVELS[self.level]
         pressed, self._pressed = self._pressed, set()
         enabled = any(now < until + tail for until in self._until.values())
-        return Demand(tuple(axes), enabled, *(key in pressed for key in (STOP, RELEASE, ASSISTANCE)))
+        return Demand(
+            tuple(axes), enabled, *(key in pressed for key in (STOP, RELEASE, ASSISTANCE))
+        )

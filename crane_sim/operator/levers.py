@@ -1,8 +1,8 @@
 """Levers: the keys, the axis and the buttons of an operator's device that move each joint.
 
-Axes and buttons are numbered as by the node `game_controller_node` of ROS's package joy, whose axes are positive to the
-left and forwards. Levers follow what is usual on cranes: the left one slews or travels, the right one hoists (pulled
-back: upwards) and luffs.
+Axes and buttons are numbered as by the node `game_controller_node` of ROS's package joy, whose axes
+are positive to the left and forwards. Levers follow what is usual on cranes: the left one slews or
+travels, the right one hoists (pulled back: upwards) and luffs.
 """
 
 import warnings
@@ -11,7 +11,12 @@ from typing import NamedTuple
 
 from crane_sim.files.errors import RenameWarning, SceneError, shorten, unknown_key
 
-AXES = ("left stick horizontal", "left stick vertical", "right stick horizontal", "right stick vertical")
+AXES = (
+    "left stick horizontal",
+    "left stick vertical",
+    "right stick horizontal",
+    "right stick vertical",
+)
 """Names of the axes of a game controller, by their numbers."""
 NO_AXIS = -1
 BUTTON_NAMES = {1: "B", 3: "Y", 6: "start", 9: "left shoulder"}
@@ -63,8 +68,10 @@ def make_lever_assignment(joints: Sequence[str], changes: Sequence[str] = ()) ->
     """Return the levers of the actuated joints, and the buttons.
 
     Args:
-        joints: names of the actuated joints; one not in `_USUAL_LEVERS` gets keys and an axis that are still free.
-        changes: `NAME=NUMBER` each: the axis of a joint, with a minus sign if inverted, or one of `Buttons`.
+        joints: names of the actuated joints; one not in `_USUAL_LEVERS` gets keys and an axis that
+            are still free.
+        changes: `NAME=NUMBER` each: the axis of a joint, with a minus sign if inverted, or one of
+            `Buttons`.
 
     Raises:
         SceneError: a change is invalid.
@@ -94,7 +101,9 @@ def _apply_changes(assignment: Assignment, changes: Sequence[str]) -> Assignment
             name = "enable"
         digits = value.removeprefix("-")
         if not digits.isdecimal():
-            raise SceneError(f"--map {shorten(change)}: must be NAME=NUMBER, a joint's axis or a button")
+            raise SceneError(
+                f"--map {shorten(change)}: must be NAME=NUMBER, a joint's axis or a button"
+            )
         if name in levers:
             sign = -1.0 if value.startswith("-") else 1.0
             levers[name] = levers[name]._replace(axis=int(digits), sign=sign)
@@ -103,7 +112,9 @@ def _apply_changes(assignment: Assignment, changes: Sequence[str]) -> Assignment
         elif name in Buttons._fields:
             buttons = buttons._replace(**{name: int(digits)})
         else:
-            raise SceneError(f"--map {shorten(change)}: {unknown_key(name, (*levers, *Buttons._fields), 'name')}")
+            raise SceneError(
+                f"--map {shorten(change)}: {unknown_key(name, (*levers, *Buttons._fields), 'name')}"
+            )
     return Assignment(tuple(levers.values()), buttons)
 
 
@@ -117,4 +128,7 @@ def axis_name(lever: Lever) -> str:
 
 def button_names(buttons: Buttons) -> Mapping[str, str]:
     """Return the names of the buttons by what they do."""
-    return {field: BUTTON_NAMES.get(number, f"button {number}") for field, number in buttons._asdict().items()}
+    return {
+        field: BUTTON_NAMES.get(number, f"button {number}")
+        for field, number in buttons._asdict().items()
+    }

@@ -9,7 +9,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-_START_TIMEOUT = 0.5  # s for the report of a process that was just forked, unless it was killed with the fork server
+# s for the report of a process that was just forked, unless it was killed with the fork server
+_START_TIMEOUT = 0.5
 
 
 class Child:
@@ -20,7 +21,8 @@ class Child:
         summary: its report at the end of its work, None before.
         fault: why it has failed, one line; empty while it has not.
         exited: whether the process has exited.
-        fatal: it has reported bad input or a run that cannot go on (event "fault"): a restart would fail, too.
+        fatal: it has reported bad input or a run that cannot go on (event "fault"): a restart would
+            fail, too.
         step: the last step it reported.
         recorded: steps that reached the disk, of a recorder.
         lost_commands: how many of those lack their command.
@@ -97,7 +99,10 @@ class Child:
 
     def wait_for_start(self) -> None:
         """Wait for the report of its process id: it may be forked during the shutdown."""
-        while not (self.pid or self.exited) and select.select([self.report_fd], [], [], _START_TIMEOUT)[0]:
+        while (
+            not (self.pid or self.exited)
+            and select.select([self.report_fd], [], [], _START_TIMEOUT)[0]
+        ):
             self.read()
 
     def _handle_report(self, event: dict[str, Any]) -> None:
@@ -113,7 +118,10 @@ class Child:
             case {"event": "progress", "step": int(step), **more}:
                 self.step = step
                 self.recorded, self.resets = more.get("recorded", 0), more.get("resets", 0)
-                self.last_bag_step, self.lost_commands = more.get("last_bag_step", 0), more.get("lost_commands", 0)
+                self.last_bag_step, self.lost_commands = (
+                    more.get("last_bag_step", 0),
+                    more.get("lost_commands", 0),
+                )
             case {"event": "waiting" | "resumed", "why": str(why)}:
                 self.waiting = why
             case {"event": "notice", "line": str(line)}:
@@ -139,5 +147,9 @@ class Child:
         if code is None:
             ending = "ended, its exit code is unknown" if self.pid else "could not be started"
         else:
-            ending = f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
+            ending = (
+                f"was killed by {signal.Signals(-code).name}"
+                if code < 0
+                else f"ended with exit code {code}"
+            )
         self.fault = self.fault or f"it {ending}{self._exception}"

@@ -37,4 +37,8 @@ class Operator(Protocol):
 def desk_link(roles: Sequence[Role]) -> DeskLink:
     """Return the link to a run of these roles, the plant's first."""
     node = next(role for role in roles if role.name == OPERATOR)
-    return DeskLink(lambda line: node.active.send(line), lambda: node.active.panel, partial(roles[0].active.send, QUIT))
+    return DeskLink(
+        lambda line: node.active.send(line),
+        lambda: node.active.panel,
+        partial(roles[0].active.send, QUIT),
+    )

@@ -1,7 +1,8 @@
 """The fork server: imports the simulator once, then forks a node of a run for each request.
 
-It never imports ROS: the middleware is started in the forked process, which then has its threads. It also loads the
-compiled code of a scene for standbys, processes that have to be ready at once when they replace a node.
+It never imports ROS: the middleware is started in the forked process, which then has its threads.
+It also loads the compiled code of a scene for standbys, processes that have to be ready at once
+when they replace a node.
 """
 
 import gc
@@ -17,12 +18,17 @@ from typing import NamedTuple
 
 from crane_sim import load_scene
 from crane_sim.laws import inner_loop_of
-from crane_sim.process_signals import clear_parent_death_signal, ignore_interrupts, set_parent_death_signal
+from crane_sim.process_signals import (
+    clear_parent_death_signal,
+    ignore_interrupts,
+    set_parent_death_signal,
+)
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.derived import derive_instant
 
 MODULES = ("crane_sim.simulation.plant", "crane_control", "crane_sim.recording.layout")
-"""What the nodes import, ROS apart; the last one imports the parts of scipy that a recorder uses."""
+"""What the nodes import, ROS apart; the last one imports the parts of scipy that a recorder
+uses."""
 
 
 def preload(scene: Scene) -> None:
@@ -109,7 +115,14 @@ def run_node(request: list[str], control_fd: int, report_fd: int) -> int:
     os.setsid()
     module, *arguments = request
     Path("/proc/self/comm").write_text(module.rpartition(".")[2])  # as `top` and `ps -e` show it
-    sys.argv = [module, *arguments, "-p", f"control_fd:={control_fd}", "-p", f"report_fd:={report_fd}"]
+    sys.argv = [
+        module,
+        *arguments,
+        "-p",
+        f"control_fd:={control_fd}",
+        "-p",
+        f"report_fd:={report_fd}",
+    ]
     try:
         return import_module(module).main()
     except BaseException:  # nothing may return into the fork server's own loop

@@ -29,10 +29,16 @@ class ForkServerClient:
     def __init__(self, env: Mapping[str, str]) -> None:
         """Start the server; requests wait until it has imported the simulator."""
         self._channel, server_end = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        # A session of its own: Ctrl-C reaches the supervisor alone, which then shuts its children down in order.
+        # A session of its own: Ctrl-C reaches the supervisor alone, which then shuts its children
+        # down in order.
         with blocked_interrupts():  # until it ignores them
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "crane_sim.orchestration.fork_server", str(server_end.fileno())],
+                [
+                    sys.executable,
+                    "-m",
+                    "crane_sim.orchestration.fork_server",
+                    str(server_end.fileno()),
+                ],
                 env=env,
                 pass_fds=[server_end.fileno()],
                 start_new_session=True,
@@ -57,7 +63,9 @@ class ForkServerClient:
         An exited server is detected where the reports end.
         """
         with suppress(OSError):
-            socket.send_fds(self._channel, [json.dumps([module, *arguments]).encode()], [control_fd, report_fd])
+            socket.send_fds(
+                self._channel, [json.dumps([module, *arguments]).encode()], [control_fd, report_fd]
+            )
 
     def kill(self) -> None:
         """Kill the server; the nodes that it has forked go on, and are no more its children."""

@@ -21,8 +21,12 @@ class _GracePeriods(NamedTuple):
 
 _POLL = 0.1  # s between two checks whether a shutdown was requested
 _GRACE = _GracePeriods(5.0, 2.0)
-_SHORT_GRACE = _GracePeriods(0.3, 0.2)  # once a shutdown is requested, after the results have been reported
-_SHUTDOWN_TIMEOUT = 2.4  # s for a requested shutdown: 3 s are promised, and the program itself has to end, too
+_SHORT_GRACE = _GracePeriods(
+    0.3, 0.2
+)  # once a shutdown is requested, after the results have been reported
+_SHUTDOWN_TIMEOUT = (
+    2.4  # s for a requested shutdown: 3 s are promised, and the program itself has to end, too
+)
 
 
 class ProcessGroup:
@@ -30,7 +34,8 @@ class ProcessGroup:
 
     Attributes:
         children: those that have not been removed.
-        deadline: instant of the monotonic clock [s] by which all have exited; inf until a shutdown is requested.
+        deadline: instant of the monotonic clock [s] by which all have exited; inf until a shutdown
+            is requested.
     """
 
     def __init__(self, env: Mapping[str, str], interrupts: Sequence[int] = ()) -> None:
@@ -38,7 +43,8 @@ class ProcessGroup:
 
         Args:
             env: environment of all children.
-            interrupts: signals received so far, checked at each poll: any of them requests a shutdown.
+            interrupts: signals received so far, checked at each poll: any of them requests a
+                shutdown.
         """
         self.children: list[Child] = []
         self.deadline = inf
@@ -51,7 +57,10 @@ class ProcessGroup:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
     ) -> None:
         """End every child."""
         if self._fork_server and not all(child.pid for child in self.children):
@@ -106,7 +115,9 @@ class ProcessGroup:
         """Have the fork server load the compiled code of a scene for nodes forked later."""
         self._start_fork_server().preload(scene_file)
 
-    def start(self, name: str, module: str, namespace: str, settings: Mapping[str, object]) -> Child:
+    def start(
+        self, name: str, module: str, namespace: str, settings: Mapping[str, object]
+    ) -> Child:
         """Start the node of `module` by that `name` in `namespace`, with the given parameters."""
         server = self._start_fork_server()
         arguments = ["--ros-args", "-r", f"__ns:=/{namespace}", "-r", f"__node:={name}"]

@@ -10,13 +10,16 @@ from crane_sim.recording.files import existing_parts, temporary_name
 _READ_RATE = 1e7  # bytes/s of a bag that is copied, on a slow machine
 
 
-def recover_recordings(role: RecorderRole, summary: dict[str, Any], time_left: Callable[[], float]) -> dict[str, Any]:
+def recover_recordings(
+    role: RecorderRole, summary: dict[str, Any], time_left: Callable[[], float]
+) -> dict[str, Any]:
     """Return the summary's entries on a recording whose last recorder did not report any.
 
     Args:
         role: the recorder's.
         summary: of the run, without steps where the plant could not report how many it took.
-        time_left: returns the seconds that are left; a file that is not recovered by then stays as it is.
+        time_left: returns the seconds that are left; a file that is not recovered by then stays as
+            it is.
     """
     from crane_sim.recording.rerun.repair import repair  # needs Rerun
 
@@ -31,10 +34,16 @@ def recover_recordings(role: RecorderRole, summary: dict[str, Any], time_left: C
     lost = role.active.lost_commands
     counts = {"recorded_steps": steps, "lost_steps": max(summary.get("steps", 0) - steps, 0) + lost}
     counts |= {"lost_commands": lost} if lost else {}
-    return counts | {"recording": files[-1] if files else None} | ({"parts": files} if files[1:] else {})
+    return (
+        counts
+        | {"recording": files[-1] if files else None}
+        | ({"parts": files} if files[1:] else {})
+    )
 
 
-def recover_bags(role: RecorderRole, last: str | None, time_left: Callable[[], float]) -> dict[str, Any]:
+def recover_bags(
+    role: RecorderRole, last: str | None, time_left: Callable[[], float]
+) -> dict[str, Any]:
     """Return the summary's entries on the bag's files, after recovering those of killed recorders.
 
     Args:
@@ -45,7 +54,10 @@ def recover_bags(role: RecorderRole, last: str | None, time_left: Callable[[], f
     if not role.mcap:
         return {}
     parts = existing_parts(role.mcap, role.restarts + (0 if last else 1), role.start_time)
-    files = [*filter(None, (_recover(file, time_left) for file in parts)), *([last] if last else [])]
+    files = [
+        *filter(None, (_recover(file, time_left) for file in parts)),
+        *([last] if last else []),
+    ]
     return {"mcap": files[-1] if files else None} | ({"bag_parts": files} if files[1:] else {})
 
 

@@ -9,7 +9,9 @@ from crane_sim.orchestration.child import Child
 from crane_sim.orchestration.process_group import ProcessGroup
 
 _STANDBYS = 2  # a second process may be killed before the next standby has started
-_RESTART_LIMIT = 3  # fail-overs while the plant takes no step; the next process would fail at the same state
+_RESTART_LIMIT = (
+    3  # fail-overs while the plant takes no step; the next process would fail at the same state
+)
 
 
 class RoleSpec(NamedTuple):
@@ -33,7 +35,10 @@ class Role:
     def __init__(self, group: ProcessGroup, spec: RoleSpec, restart: bool = False) -> None:
         """Start the active process; one that is to `restart` after a failure gets standbys."""
         self.name, self.restarts, self.failure = spec.name, 0, ""
-        self._failure_step, self._failures_at_step = -1, 0  # the plant's step at the last failure, and their number
+        self._failure_step, self._failures_at_step = (
+            -1,
+            0,
+        )  # the plant's step at the last failure, and their number
         self._group, self._spec, self._started = group, spec, 1
         self.active = group.start(spec.name, spec.module, spec.namespace, spec.settings)
         self._standbys: list[Child] = []
@@ -59,7 +64,10 @@ class Role:
             return False
         if not self._standbys:
             self._add_standby()
-        exited, self.active = self.active, max(self._standbys, key=lambda child: child.ready)  # the first ready one
+        exited, self.active = (
+            self.active,
+            max(self._standbys, key=lambda child: child.ready),
+        )  # the first ready one
         self._standbys.remove(self.active)
         self.restarts += 1
         self.active.send(f"go {self._resume_state(exited)}".strip())
@@ -85,13 +93,17 @@ class Role:
             return reason
         self._failures_at_step = self._failures_at_step + 1 if step == self._failure_step else 1
         self._failure_step = step
-        given_up = f"{reason}; {_RESTART_LIMIT} replacements in a row died with the plant at step {step}"
+        given_up = (
+            f"{reason}; {_RESTART_LIMIT} replacements in a row died with the plant at step {step}"
+        )
         return given_up if self._failures_at_step > _RESTART_LIMIT else ""
 
     def _add_standby(self) -> None:
         self._started += 1
         spec, alias = self._spec, f"{self.name}_{self._started}"
-        self._standbys.append(self._group.start(alias, spec.module, spec.namespace, self._standby_settings()))
+        self._standbys.append(
+            self._group.start(alias, spec.module, spec.namespace, self._standby_settings())
+        )
 
     def _standby_settings(self) -> Mapping[str, object]:
         return {**self._spec.settings, "autostart": False}
@@ -117,12 +129,29 @@ class RecorderRole(Role):
         super().__init__(group, spec, restart)
 
     def _standby_settings(self) -> Mapping[str, object]:
-        return {**self._spec.settings, "standby": True, "resets": self.active.resets, "live_port": 0}
+        return {
+            **self._spec.settings,
+            "standby": True,
+            "resets": self.active.resets,
+            "live_port": 0,
+        }
 
     def _resume_state(self, exited: Child) -> str:
         successor = self.active
-        successor.step, successor.recorded, successor.lost_commands = exited.step, exited.recorded, exited.lost_commands
+        successor.step, successor.recorded, successor.lost_commands = (
+            exited.step,
+            exited.recorded,
+            exited.lost_commands,
+        )
         successor.last_bag_step, successor.resets = exited.last_bag_step, exited.resets
-        steps = {"after": exited.step, "recorded": exited.recorded, "last_bag_step": exited.last_bag_step}
+        steps = {
+            "after": exited.step,
+            "recorded": exited.recorded,
+            "last_bag_step": exited.last_bag_step,
+        }
         steps |= {"lost_commands": exited.lost_commands}
-        return json.dumps(steps | {"resets": exited.resets} | {"since": self.start_time, "number": self.restarts + 1})
+        return json.dumps(
+            steps
+            | {"resets": exited.resets}
+            | {"since": self.start_time, "number": self.restarts + 1}
+        )

@@ -26,7 +26,9 @@ def reserve_domain(domain_id: int | None = None) -> Iterator[int]:
     for domain in (*DOMAINS[first:], *DOMAINS[:first]):
         with closing(socket.socket(socket.AF_UNIX)) as lock:
             try:
-                lock.bind(f"\0crane_sim domain {domain}")  # abstract name: the kernel frees it when this process ends
+                lock.bind(
+                    f"\0crane_sim domain {domain}"
+                )  # abstract name: the kernel frees it when this process ends
             except OSError:
                 continue
             if not _is_in_use(domain):
@@ -36,7 +38,9 @@ def reserve_domain(domain_id: int | None = None) -> Iterator[int]:
 
 
 def _is_in_use(domain: int) -> bool:
-    base = 7400 + 250 * domain  # discovery: the multicast port, then one unicast port per participant
+    base = (
+        7400 + 250 * domain
+    )  # discovery: the multicast port, then one unicast port per participant
     for port in (base, *range(base + 10, base + 20, 2)):
         with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as probe:
             try:
@@ -49,24 +53,34 @@ def _is_in_use(domain: int) -> bool:
 def node_environment(domain: int, log_folder: Path) -> dict[str, str]:
     """Return a node's environment in `domain`: Fast DDS over loopback, this package, its ROS.
 
-    Of the variables that ROS, Fast DDS, Python and the loader read it has those of a list only (`environment`): any
-    other could choose another discovery, transport or ROS than the one that the simulator is tested with.
+    Of the variables that ROS, Fast DDS, Python and the loader read it has those of a list only
+    (`environment`): any other could choose another discovery, transport or ROS than the one that
+    the simulator is tested with.
 
     Raises:
-        RuntimeError: the environment names a profile of Fast DDS that does not exist; the message is one line.
+        RuntimeError: the environment names a profile of Fast DDS that does not exist; the message
+            is one line.
     """
-    profile = os.path.abspath(os.environ.get("CRANE_SIM_DDS") or config_folder() / "fastdds_loopback.xml")
+    profile = os.path.abspath(
+        os.environ.get("CRANE_SIM_DDS") or config_folder() / "fastdds_loopback.xml"
+    )
     if not os.path.isfile(profile):  # Fast DDS would silently use every interface
         raise RuntimeError(f"CRANE_SIM_DDS = {profile}: there is no such file")
-    folder, name = os.path.split(profile)  # Fast DDS 3 rejects a file of version 2, where one element has another name
+    folder, name = os.path.split(
+        profile
+    )  # Fast DDS 3 rejects a file of version 2, where one element has another name
     newer = os.path.join(folder, name.replace("fastdds_", "fastdds3_", 1))
     fixed = {
         "ROS_DOMAIN_ID": str(domain),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT",  # LOCALHOST would override the profile's transports
+        # LOCALHOST would override the profile's transports
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT",
         "RMW_IMPLEMENTATION": "rmw_fastrtps_cpp",
         "FASTRTPS_DEFAULT_PROFILES_FILE": profile,  # Jazzy
-        "FASTDDS_DEFAULT_PROFILES_FILE": newer if os.path.isfile(newer) else profile,  # Kilted and later
-        "SKIP_DEFAULT_XML_FILE": "1",  # a profile in the working directory, which Fast DDS would read as well
+        "FASTDDS_DEFAULT_PROFILES_FILE": newer
+        if os.path.isfile(newer)
+        else profile,  # Kilted and later
+        # a profile in the working directory, which Fast DDS would read as well
+        "SKIP_DEFAULT_XML_FILE": "1",
     }
     defaults = {"ROS_LOG_DIR": str(log_folder)}
     return defaults | admitted(os.environ) | _search_paths() | fixed
@@ -76,6 +90,10 @@ def _search_paths() -> dict[str, str]:
     """Return the search paths of nodes: this package and the ROS beside it come first."""
     package_root, own = str(Path(__file__).parents[2]), own_ros()
     own["PYTHONPATH"] = [package_root, *own.get("PYTHONPATH", [])]
-    paths = {name: [*folders, *filter(None, [os.environ.get(name)])] for name, folders in own.items()}
-    bootstrapped = {"_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"} if "LD_LIBRARY_PATH" in own else {}  # in no random order
+    paths = {
+        name: [*folders, *filter(None, [os.environ.get(name)])] for name, folders in own.items()
+    }
+    bootstrapped = (
+        {"_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"} if "LD_LIBRARY_PATH" in own else {}
+    )  # in no random order
     return {name: os.pathsep.join(folders) for name, folders in paths.items()} | bootstrapped

@@ -15,14 +15,17 @@ from crane_sim.ros.common.refused_messages import REFUSED, refused_entry
 
 _SUMMARY_TIMEOUT = 10.0  # s for a controller to report its summary
 _SHUTDOWN_SUMMARY_TIMEOUT = 0.3  # s for that once a shutdown is requested
-_FILES_TIMEOUT = 120.0  # s to finish files, to join recordings, and to join bags; in a shutdown, the time that is left
+# s to finish files, to join recordings, and to join bags; in a shutdown, the time that is left
+_FILES_TIMEOUT = 120.0
 _UNFINISHED = "it did not finish the recording"
 _KILL_TIMEOUT = 0.2  # s for a killed process to exit
 
 
 def collect_controller_summary(supervisor: Supervisor, roles: Sequence[Role]) -> dict[str, Any]:
     """Order the controllers' processes to finish; return what they add to the summary."""
-    controllers = [role.active for role in roles if role.name in ("controller", "tracker", "operator")]
+    controllers = [
+        role.active for role in roles if role.name in ("controller", "tracker", "operator")
+    ]
     for child in controllers:
         child.send("finish")
     ready = [child for child in controllers if child.ready]
@@ -38,7 +41,9 @@ def merge_summaries(*parts: Mapping[str, Any]) -> dict[str, Any]:
     return merged | refused_entry(dict(sorted(counts.items())))
 
 
-def finish_recording(supervisor: Supervisor, role: RecorderRole | None, summary: dict[str, Any]) -> dict[str, Any]:
+def finish_recording(
+    supervisor: Supervisor, role: RecorderRole | None, summary: dict[str, Any]
+) -> dict[str, Any]:
     """Let the recorder finish its files with the summary; return it with the recorder's report.
 
     Args:
@@ -55,7 +60,9 @@ def finish_recording(supervisor: Supervisor, role: RecorderRole | None, summary:
     merged = merge_summaries(summary, entries, report or {})
     merged |= recover_bags(role, merged.get("mcap"), _time_for_files(supervisor))
     paths = [path for path in (role.path, role.mcap) if path]
-    if before_resets := [str(file) for path in paths for file in files_before_resets(path, role.start_time)]:
+    if before_resets := [
+        str(file) for path in paths for file in files_before_resets(path, role.start_time)
+    ]:
         merged["before_reset"] = before_resets
     merged.setdefault("steps", max(supervisor.plant.step, merged["recorded_steps"]))
     run_error, recorder_error = summary.get("error", ""), (report or {}).get("error", "")
@@ -71,7 +78,9 @@ def _time_for_files(supervisor: Supervisor) -> Callable[[], float]:
     return lambda: min(deadline - time.monotonic(), supervisor.time_left)
 
 
-def _finish_or_kill(supervisor: Supervisor, role: RecorderRole, summary: dict[str, Any]) -> dict[str, Any] | None:
+def _finish_or_kill(
+    supervisor: Supervisor, role: RecorderRole, summary: dict[str, Any]
+) -> dict[str, Any] | None:
     """Return the recorder's report, None without one in time; a dead recorder is replaced.
 
     The summary's number of restarts is updated.
@@ -98,12 +107,20 @@ def _has_died(recorder: Child) -> bool:
     return recorder.exited and recorder.summary is None
 
 
-def _describe_missing(report: dict[str, Any] | None, role: RecorderRole, merged: dict[str, Any]) -> str:
+def _describe_missing(
+    report: dict[str, Any] | None, role: RecorderRole, merged: dict[str, Any]
+) -> str:
     """Return one line on the steps that are missing in the files, empty where none are."""
     progress = f"it has {merged['recorded_steps']} of {merged['steps']} steps"
     if report is None:
-        files = f"; {merged['recording'] or 'the recording'} is incomplete, {progress}" if role.path else ""
+        files = (
+            f"; {merged['recording'] or 'the recording'} is incomplete, {progress}"
+            if role.path
+            else ""
+        )
         files += f"; {merged.get('mcap') or 'the bag'} is incomplete" if role.mcap else ""
         return f"{role.failure or f'recorder: {role.active.fault or _UNFINISHED}'}{files}"
     lost_commands = merged.get("lost_commands", 0)
-    return describe_gaps(merged["recorded_steps"], merged["steps"], lost_commands) if role.path else ""
+    return (
+        describe_gaps(merged["recorded_steps"], merged["steps"], lost_commands) if role.path else ""
+    )

@@ -29,14 +29,21 @@ class Callbacks(NamedTuple):
 
     on_progress: Callable[[int], object]  # steps done
     on_news: Callable[[str], object]  # one line
-    on_activated: Callable[[str, int], object]  # name of a role, process id of its active node from now on
+    on_activated: Callable[
+        [str, int], object
+    ]  # name of a role, process id of its active node from now on
 
 
 class Supervisor:
     """Waits for stages of a run; ends it on a time-out, a fault or an interruption."""
 
     def __init__(
-        self, group: ProcessGroup, roles: Sequence[Role], interrupts: list[int], callbacks: Callbacks, timeout: float
+        self,
+        group: ProcessGroup,
+        roles: Sequence[Role],
+        interrupts: list[int],
+        callbacks: Callbacks,
+        timeout: float,
     ) -> None:
         """Supervise a run.
 
@@ -59,14 +66,19 @@ class Supervisor:
     def wait_ready(self) -> None:
         """Wait until all nodes are ready; raises RunError when one fails."""
         timeout = READY_TIMEOUT if self._own_controller else max(READY_TIMEOUT, self._timeout)
-        self._wait_until(self._all_ready, self._check_faults, timeout, "waiting for the nodes to meet")
+        self._wait_until(
+            self._all_ready, self._check_faults, timeout, "waiting for the nodes to meet"
+        )
         self._announce_active()
 
     def run(self) -> None:
         """Start the plant's steps, and wait for its summary; raises RunError if there is none."""
         self.plant.send("go")
         self._wait_until(
-            lambda: self.plant.summary is not None, self._recover, _REPORT_TIMEOUT, "waiting for the plant"
+            lambda: self.plant.summary is not None,
+            self._recover,
+            _REPORT_TIMEOUT,
+            "waiting for the plant",
         )
 
     def stop_early(self) -> None:
@@ -75,10 +87,13 @@ class Supervisor:
             self.plant.send("finish")
             self.drain([self.plant], _SUMMARY_TIMEOUT, _SHUTDOWN_SUMMARY_TIMEOUT)
 
-    def drain(self, children: Sequence[Child], timeout: float, shutdown_timeout: float = inf) -> None:
+    def drain(
+        self, children: Sequence[Child], timeout: float, shutdown_timeout: float = inf
+    ) -> None:
         """Read reports until the children are done or exited, at most for `timeout` seconds.
 
-        Once a shutdown is requested, no longer than `shutdown_timeout` seconds and than the time that is left.
+        Once a shutdown is requested, no longer than `shutdown_timeout` seconds and than the time
+        that is left.
         """
         start = time.monotonic()
         while any(child.summary is None and not child.exited for child in children):
@@ -122,7 +137,9 @@ class Supervisor:
     def _own_controller(self) -> Role | None:
         return next((role for role in self._roles if role.name == "controller"), None)
 
-    def _wait_until(self, done: Callable[[], bool], check: Callable[[], None], timeout: float, what: str) -> None:
+    def _wait_until(
+        self, done: Callable[[], bool], check: Callable[[], None], timeout: float, what: str
+    ) -> None:
         deadline = time.monotonic() + timeout
         while not done():
             if self._interrupts:
@@ -145,12 +162,16 @@ class Supervisor:
         self._next_check = time.monotonic() + _STOPPED_POLL
         before, self._stopped = self._stopped, self._group.find_stopped()
         for pid, name in self._stopped.items() - before.items():
-            self._callbacks.on_news(f"{name}: a signal has stopped process {pid}; `kill -CONT {pid}` lets it go on")
+            self._callbacks.on_news(
+                f"{name}: a signal has stopped process {pid}; `kill -CONT {pid}` lets it go on"
+            )
 
     def _describe_silence(self) -> str:
         """Return which processes have not answered, and possible reasons; empty if unknown."""
         stopped = [f"{name} is stopped" for name in self._stopped.values()]
-        missing = [f"{child.name} is not ready" for child in self._group.children if not child.ready]
+        missing = [
+            f"{child.name} is not ready" for child in self._group.children if not child.ready
+        ]
         return "".join(f"; {reason}" for reason in stopped or missing) + describe_unusual()
 
     def _all_ready(self) -> bool:
@@ -206,11 +227,15 @@ class Supervisor:
             self._callbacks.on_news(f"the plant waits: {self.plant.waiting}")
         own_controller, waiting_time = self._own_controller, time.monotonic() - self._waiting_since
         if not all(role.active.active for role in self._roles):
-            self._waiting_since = time.monotonic()  # a pause or a deactivation is on purpose, and no failure
+            self._waiting_since = (
+                time.monotonic()
+            )  # a pause or a deactivation is on purpose, and no failure
         elif own_controller and waiting_time > _ANSWER_TIMEOUT:
             self._waiting_since = time.monotonic()  # the next one has as long
             # it is alive and does not answer: it is replaced like a dead one
-            self._callbacks.on_news(f"the controller is killed: {self.plant.waiting}, and {_ANSWER_TIMEOUT:g} s more")
+            self._callbacks.on_news(
+                f"the controller is killed: {self.plant.waiting}, and {_ANSWER_TIMEOUT:g} s more"
+            )
             own_controller.active.send_signal(signal.SIGKILL)
         elif not own_controller and waiting_time > self._timeout:
             raise RunError(f"plant: {self.plant.waiting}; that was {self._timeout:g} s ago")

@@ -21,7 +21,13 @@ from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.hardware import is_sensed
 
 REQUIRED_TOPICS = ("joint_states", "applied_effort")
-OPTIONAL_TOPICS = ("true_states", "joint_commands", "accepted_command", "held_command", "joint_trajectory")
+OPTIONAL_TOPICS = (
+    "true_states",
+    "joint_commands",
+    "accepted_command",
+    "held_command",
+    "joint_trajectory",
+)
 
 
 RUN_PROPERTIES = ("provenance", "drawn")  # those that do not follow from the scene
@@ -48,7 +54,9 @@ def read_bag_run(path: Path) -> RecordedRun:
     """
     properties = read_metadata(mcap_file(path), RUN)
     if "scene_file" not in properties:
-        raise UnreadableRecording(f"{path}: has no scene: it is no bag of crane run --mcap, or of an older version")
+        raise UnreadableRecording(
+            f"{path}: has no scene: it is no bag of crane run --mcap, or of an older version"
+        )
     try:
         contents = read_messages(path, REQUIRED_TOPICS, OPTIONAL_TOPICS)
     except UnreadableBag as error:
@@ -60,10 +68,15 @@ def read_bag_run(path: Path) -> RecordedRun:
         scene = scene.with_external_commands()
     steps = decode_steps(scene, contents.messages)
     if not steps.rows:
-        raise UnreadableRecording(f"{path}: has no control step: no joint_states with an applied_effort of its stamp")
+        raise UnreadableRecording(
+            f"{path}: has no control step: no joint_states with an applied_effort of its stamp"
+        )
     end = contents.metadata.get(END, {})
     if not agrees(end, contents.is_checked):
-        end, contents = {}, contents._replace(damage=contents.damage or "its end is not as it was written")
+        end, contents = (
+            {},
+            contents._replace(damage=contents.damage or "its end is not as it was written"),
+        )
     layout = layout_of_scene(scene, "", steps.true_states)
     kept = {key: value for key, value in properties.items() if key in RUN_PROPERTIES}
     layout = layout._replace(properties={**layout.properties, **kept})
@@ -78,7 +91,9 @@ def decode_steps(scene: Scene, messages: Sequence[Message]) -> BagSteps:
     for message in messages:
         decoder.decode(message)
     rows, counts = decoder.steps.pop_rows(final=True), decoder.steps
-    return BagSteps(rows, counts.lost_steps, counts.lost_commands, has_true_states or not is_sensed(scene))
+    return BagSteps(
+        rows, counts.lost_steps, counts.lost_commands, has_true_states or not is_sensed(scene)
+    )
 
 
 def _summary(scene: Scene, steps: BagSteps, end: Mapping[str, str]) -> dict[str, Any]:
@@ -103,7 +118,9 @@ def _assess(scene: Scene, rows: Sequence[Row], end: Mapping[str, str], damage: s
     steps = int(end["steps"]) if end else max(good, scene.steps)
     lost = 0 if damage else steps - good
     recorded = steps - lost if end or not lost else None
-    return assess(Steps(good, (rows[-1].step - 1) * scene.period, scene.steps, recorded, lost), damage)
+    return assess(
+        Steps(good, (rows[-1].step - 1) * scene.period, scene.steps, recorded, lost), damage
+    )
 
 
 class _Decoder:
@@ -112,7 +129,9 @@ class _Decoder:
     def __init__(self, scene: Scene, has_true_states: bool) -> None:
         self._scene, self._uses_held_command = scene, False
         self._kinds = dict(zip(scene.actuated, scene.commands, strict=True))
-        self.steps = StepAssembler(scene.period_ns, scene.reference, scene.sampled, sensed=has_true_states)
+        self.steps = StepAssembler(
+            scene.period_ns, scene.reference, scene.sampled, sensed=has_true_states
+        )
         self._callbacks: Mapping[str, Callable[[int, Any], None]] = {
             "joint_states": partial(self._on_state, self.steps.add_state),
             "true_states": partial(self._on_state, self.steps.add_true_state),
@@ -127,8 +146,13 @@ class _Decoder:
         """Add the values of a message of one of the topics."""
         self._callbacks[message.topic](message.stamp, message.content)
 
-    def _on_state(self, add: Callable[[int, Sequence[float], Sequence[float]], None], stamp: int, message: Any) -> None:
-        q, v = (_reorder(self._scene.joint_names, message.name, each) for each in (message.position, message.velocity))
+    def _on_state(
+        self, add: Callable[[int, Sequence[float], Sequence[float]], None], stamp: int, message: Any
+    ) -> None:
+        q, v = (
+            _reorder(self._scene.joint_names, message.name, each)
+            for each in (message.position, message.velocity)
+        )
         if q is not None and v is not None:
             add(stamp, q, v)
 
@@ -158,14 +182,17 @@ class _Decoder:
 
     def _on_reference(self, stamp: int, message: Any) -> None:
         if message.points:
-            target = _reorder(self._scene.actuated, message.joint_names, message.points[-1].positions)
+            target = _reorder(
+                self._scene.actuated, message.joint_names, message.points[-1].positions
+            )
             if target is not None:
                 self.steps.add_reference(stamp, target)
 
     def _command(self, message: Any) -> tuple[float, ...] | None:
         """Return a command (nu,), each joint's number from the field that commands its drive.
 
-        None where joints do not fit or a number is not finite: a held command is NaN while the brakes act.
+        None where joints do not fit or a number is not finite: a held command is NaN while the
+        brakes act.
         """
         columns = [getattr(message, self._kinds.get(name, "effort")) for name in message.name]
         values = [column[i] for i, column in enumerate(columns) if i < len(column)]
@@ -173,7 +200,9 @@ class _Decoder:
         return command if command is not None and all(map(isfinite, command)) else None
 
 
-def _reorder(joints: Sequence[str], names: Sequence[str], values: Sequence[float]) -> tuple[float, ...] | None:
+def _reorder(
+    joints: Sequence[str], names: Sequence[str], values: Sequence[float]
+) -> tuple[float, ...] | None:
     """Return the values in the order of `joints`; None if one is missing or unknown."""
     found = dict(zip(names, map(float, values), strict=False))
     return tuple(found[name] for name in joints) if found.keys() == set(joints) else None

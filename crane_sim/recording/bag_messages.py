@@ -58,7 +58,9 @@ def read_messages(path: Path, required: Sequence[str], optional: Sequence[str] =
     store = types.get_typestore(types.Stores.ROS2_JAZZY)
     is_mcap = path.name.endswith(".mcap.part") or (path.suffix == ".mcap" and path.is_file())
     wanted = {*required, *optional}
-    contents, decode = (_read_file if is_mcap else _read_folder)(path, store, lambda topic: _name(topic) in wanted)
+    contents, decode = (_read_file if is_mcap else _read_folder)(
+        path, store, lambda topic: _name(topic) in wanted
+    )
     decoded = [(each.topic, _decode(each, decode)) for each in contents.messages]
     found = [(topic, message) for topic, message in decoded if message is not None]
     malformed = len(decoded) - len(found)
@@ -74,11 +76,17 @@ def _check_topics(required: Sequence[str], present: Collection[str]) -> None:
     for name in required:
         topics = sorted(topic for topic in present if _name(topic) == name)
         if len(topics) != 1:
-            why = f"several topics, {', '.join(topics)}; give one" if topics else f"no messages of a topic {name}"
+            why = (
+                f"several topics, {', '.join(topics)}; give one"
+                if topics
+                else f"no messages of a topic {name}"
+            )
             raise UnreadableBag(f"has {why}")
 
 
-def _read_file(path: Path, store: Any, is_wanted: Callable[[str], bool]) -> tuple[McapContents, Decode]:
+def _read_file(
+    path: Path, store: Any, is_wanted: Callable[[str], bool]
+) -> tuple[McapContents, Decode]:
     reader = import_optional("crane_sim.recording.mcap.reader", "a bag")
     try:
         return reader.read_mcap(reader.mcap_file(path), is_wanted), store.deserialize_cdr
@@ -86,16 +94,23 @@ def _read_file(path: Path, store: Any, is_wanted: Callable[[str], bool]) -> tupl
         raise UnreadableBag(f"cannot be read: {error}") from None
 
 
-def _read_folder(path: Path, store: Any, is_wanted: Callable[[str], bool]) -> tuple[McapContents, Decode]:
+def _read_folder(
+    path: Path, store: Any, is_wanted: Callable[[str], bool]
+) -> tuple[McapContents, Decode]:
     any_reader = import_optional("rosbags.highlevel", "a bag").AnyReader
     contents = import_optional("crane_sim.recording.mcap.reader", "a bag")
     try:
         with any_reader([path], default_typestore=store) as reader:
             chosen = [each for each in reader.connections if is_wanted(each.topic)]
             messages = reader.messages(chosen) if chosen else ()
-            found = [contents.StoredMessage(each.topic, each.msgtype, time, data) for each, time, data in messages]
+            found = [
+                contents.StoredMessage(each.topic, each.msgtype, time, data)
+                for each, time, data in messages
+            ]
             types = reader.typestore
-            return contents.McapContents(found, {}, ""), types.deserialize_cdr if reader.is2 else types.deserialize_ros1
+            return contents.McapContents(
+                found, {}, ""
+            ), types.deserialize_cdr if reader.is2 else types.deserialize_ros1
     except MissingPackage:
         raise
     except Exception as error:  # of a damaged file: rosbags raises many kinds

@@ -1,6 +1,7 @@
 """Between the world and a base that moves in it: solids of the crane move with the base.
 
-Rotations of many instants at once are arrays: scipy's would take a seventh of a recorder's start to import.
+Rotations of many instants at once are arrays: scipy's would take a seventh of a recorder's start to
+import.
 """
 
 from __future__ import annotations
@@ -59,7 +60,10 @@ def fall_ends(falls: Falls, values: Mapping[str, Array], tip: Array) -> tuple[Ar
         values: joint coordinates (F,) by name.
         tip: (F, 3) m, of the support, relative to the base.
     """
-    yaw = sum((values[name] for name in ("slew", "lateral_deflection") if name in values), np.zeros(len(tip)))
+    yaw = sum(
+        (values[name] for name in ("slew", "lateral_deflection") if name in values),
+        np.zeros(len(tip)),
+    )
     turns = rotations_about_z(yaw)
     load = np.column_stack([values[f"payload_{axis}"] for axis in "xyz"])
     attitude = np.column_stack([values[name] for name in ATTITUDE])

@@ -11,7 +11,14 @@ from crane_sim import system
 from crane_sim.recording.base_frame import base_of, to_base, to_world
 from crane_sim.recording.layout import Block, of_rollout, select_tensions
 from crane_sim.recording.run import AnimationFrames, RecordedRun, crane_of
-from crane_sim.recording.states import BRAKES, CONTACT, EFFORTS, MIN_FORCE, make_event_timelines, make_fault_timelines
+from crane_sim.recording.states import (
+    BRAKES,
+    CONTACT,
+    EFFORTS,
+    MIN_FORCE,
+    make_event_timelines,
+    make_fault_timelines,
+)
 from crane_sim.recording.suspension import hanging_still
 from crane_sim.simulation.derived import Derived, derive, derive_instant, fill_contact_forces
 from crane_sim.simulation.flat_summary import plain
@@ -29,7 +36,9 @@ if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
     from crane_sim.simulation.rollout import Rollout
 
-    StepChanges = tuple[str, NDArray[np.int64], list[str]]  # timeline, steps at which it changes, states from then on
+    StepChanges = tuple[
+        str, NDArray[np.int64], list[str]
+    ]  # timeline, steps at which it changes, states from then on
 
 
 class Motion(NamedTuple):
@@ -48,10 +57,15 @@ def block_of(scene: Scene, rows: Sequence[Row]) -> Block:
     """Turn rows into arrays, with everything that follows from them."""
     q, v = _array(row.q for row in rows), _array(row.v for row in rows)
     effort = _array(row.effort for row in rows)
-    step, braked = np.array([row.step for row in rows], dtype=np.int64), np.array([row.braked for row in rows])
+    step, braked = (
+        np.array([row.step for row in rows], dtype=np.int64),
+        np.array([row.braked for row in rows]),
+    )
     motion = Motion(step, q, v, effort, _demands(rows, effort.shape[1]), _references(rows), braked)
     t = ((step - 1) * scene.period).astype(np.float64)
-    return _complete(scene, motion, derive(scene, t, q, v, effort))._replace(measured=_measured_array(rows))
+    return _complete(scene, motion, derive(scene, t, q, v, effort))._replace(
+        measured=_measured_array(rows)
+    )
 
 
 def block_of_rollout(rollout: Rollout) -> Block:
@@ -63,13 +77,20 @@ def block_of_rollout(rollout: Rollout) -> Block:
     scene, steps = rollout.scene, rollout.summary["steps"]
     instants = np.arange(steps + 1) * scene.period
     if not np.array_equal(rollout.t, instants):
-        raise ValueError("this run has samples at other times than its control periods: simulate without sample_times")
+        raise ValueError(
+            "this run has samples at other times than its control periods: simulate without "
+            "sample_times"
+        )
     reference = None if scene.reference is None else np.tile(scene.reference, (steps, 1))
     step = np.arange(1, steps + 1)
     calm = np.zeros(steps, dtype=bool)
-    motion = Motion(step, rollout.q[:-1], rollout.v[:-1], rollout.u[:-1], rollout.commands, reference, calm)
+    motion = Motion(
+        step, rollout.q[:-1], rollout.v[:-1], rollout.u[:-1], rollout.commands, reference, calm
+    )
     block = _complete(scene, motion, Derived(*(each[:-1] for each in rollout.derived)))
-    return block._replace(measured=measure(scene, motion.q, motion.v)) if is_sensed(scene) else block
+    return (
+        block._replace(measured=measure(scene, motion.q, motion.v)) if is_sensed(scene) else block
+    )
 
 
 def _complete(scene: Scene, motion: Motion, known: Derived) -> Block:
@@ -133,32 +154,44 @@ def _references(rows: Sequence[Row]) -> Array | None:
     known = next((row.reference for row in rows if row.reference is not None), None)
     if known is None:
         return None
-    return _array((np.nan,) * len(known) if row.reference is None else row.reference for row in rows)
+    return _array(
+        (np.nan,) * len(known) if row.reference is None else row.reference for row in rows
+    )
 
 
 NEUTRAL_COMPONENTS = {"_z": -1.0, "qw": 1.0}
-"""Components, by the end of their names, of directions that point down and of an attitude that is the base's."""
+"""Components, by the end of their names, of directions that point down and of an attitude that is
+the base's."""
 
 MOST_REFERENCES, MANY_STEPS = 20, 2000
-"""References in as many steps at which the crane's rest is solved for, some ms each: a stream of setpoints has more."""
+"""References in as many steps at which the crane's rest is solved for, some ms each: a stream of
+setpoints has more."""
 
 
-def _targets(scene: Scene, t: Array, reference: Array, q: Array, nodes: Array, base: Array | None) -> Array:
+def _targets(
+    scene: Scene, t: Array, reference: Array, q: Array, nodes: Array, base: Array | None
+) -> Array:
     """Return the crane's nodes in the reference's posture, the payload at rest below the tip.
 
     `nodes` are in the frame of the base (K, 6), what is returned is in the world.
     """
     if scene.crane == "overhead":
         return to_world(hanging_still(scene.actuated, reference, nodes), base)
-    neutral_q = np.where(np.array(scene.joint_units) == "m", q, 0.0)  # undriven lengths stay as they are
+    neutral_q = np.where(
+        np.array(scene.joint_units) == "m", q, 0.0
+    )  # undriven lengths stay as they are
     neutral_q[:, [scene.joint_names.index(name) for name in scene.actuated]] = reference
     for i, (name, unit) in enumerate(zip(scene.joint_names, scene.joint_units, strict=True)):
         if unit == "1" and name[-2:] in NEUTRAL_COMPONENTS:
             neutral_q[:, i] = NEUTRAL_COMPONENTS[name[-2:]]
     still = np.zeros_like(neutral_q), np.zeros_like(reference)
     if "payload_x" in scene.joint_names:
-        above = to_base(derive(scene, t, neutral_q, *still).nodes, base)[:, system.tip_index(scene.model)]
-        neutral_q[:, [scene.joint_names.index(name) for name in ("payload_x", "payload_y")]] = above[:, :2]
+        above = to_base(derive(scene, t, neutral_q, *still).nodes, base)[
+            :, system.tip_index(scene.model)
+        ]
+        neutral_q[:, [scene.joint_names.index(name) for name in ("payload_x", "payload_y")]] = (
+            above[:, :2]
+        )
     _fill_resting_joints(scene, reference, neutral_q)
     return derive(scene, t, neutral_q, *still).nodes
 
@@ -183,7 +216,9 @@ def _lyapunov(scene: Scene, t: Array, q: Array, v: Array) -> Array | None:
     function = getattr(scene.law, "lyapunov", None)  # not every law has one
     if function is None:
         return None
-    return _array(function(*at) for at in zip(t.tolist(), map(tuple, q), map(tuple, v), strict=True))
+    return _array(
+        function(*at) for at in zip(t.tolist(), map(tuple, q), map(tuple, v), strict=True)
+    )
 
 
 def run_of_rollout(rollout: Rollout) -> RecordedRun:
@@ -198,15 +233,24 @@ def run_of_rollout(rollout: Rollout) -> RecordedRun:
 
 
 def run_of_block(
-    layout: Layout, block: Block, summary: Mapping[str, Any], events: Sequence[tuple[float, str]] = ()
+    layout: Layout,
+    block: Block,
+    summary: Mapping[str, Any],
+    events: Sequence[tuple[float, str]] = (),
 ) -> RecordedRun:
     """Return the run of a block that has all its steps."""
     t = 1e-9 * ((block.step - 1) * layout.period_ns).astype(np.float64)
-    measured = np.hsplit(block.measured, 2) if layout.sensed and block.measured is not None else (None, None)
+    measured = (
+        np.hsplit(block.measured, 2)
+        if layout.sensed and block.measured is not None
+        else (None, None)
+    )
     return RecordedRun(
         path=None,
         crane=crane_of(layout.properties),
-        properties={key: value for key, value in layout.properties.items() if key not in ("crane", "urdf")},
+        properties={
+            key: value for key, value in layout.properties.items() if key not in ("crane", "urdf")
+        },
         t=t,
         q=block.q,
         v=block.v,
@@ -221,7 +265,10 @@ def run_of_block(
         states=_states(layout, block, summary, events),
         events=[(round(1e9 * time) / 1e9, text) for time, text in events],
         summary=json.loads(json.dumps(summary, default=plain)),
-        **{name: getattr(block, name) for name in ("base", "tensions", "reeved", "swing", "contact")},
+        **{
+            name: getattr(block, name)
+            for name in ("base", "tensions", "reeved", "swing", "contact")
+        },
         **{name: getattr(block, name) for name in ("kinetic", "potential", "lyapunov")},
     )
 
@@ -238,7 +285,9 @@ def _states(
 ) -> dict[str, Changes]:
     timelines = make_event_timelines(events) | make_fault_timelines(summary)
     for timeline, steps, states in StateTimelines(layout).find_changes(block):
-        timelines[timeline] = [*zip(((steps - 1) * layout.period_ns / 1e9).tolist(), states, strict=True)]
+        timelines[timeline] = [
+            *zip(((steps - 1) * layout.period_ns / 1e9).tolist(), states, strict=True)
+        ]
     return {name.replace("_", " "): timelines[name] for name in sorted(timelines)}
 
 
@@ -256,14 +305,18 @@ class StateTimelines:
         for timeline, normal, other, where in self._evaluate(block):
             yield from self._compare(timeline, normal, block.step, np.where(where, other, normal))
 
-    def find_change(self, timeline: str, normal: str, step: int, state: str) -> Iterator[StepChanges]:
+    def find_change(
+        self, timeline: str, normal: str, step: int, state: str
+    ) -> Iterator[StepChanges]:
         """Yield a timeline's change at one step, as `find_changes` does.
 
         The timeline begins in the state `normal`.
         """
         yield from self._compare(timeline, normal, np.array([step]), np.array([state]))
 
-    def _compare(self, timeline: str, normal: str, step: NDArray[np.int64], values: Any) -> Iterator[StepChanges]:
+    def _compare(
+        self, timeline: str, normal: str, step: NDArray[np.int64], values: Any
+    ) -> Iterator[StepChanges]:
         known = timeline in self._last
         before = np.concatenate([[self._last.get(timeline, normal)], values[:-1]])
         rows = np.flatnonzero(values != before)
@@ -280,7 +333,11 @@ class StateTimelines:
         layout = self._layout
         if layout.actuated and layout.commanded:
             yield BRAKES, "released", "acting", block.braked
-        if layout.actuated and self._inputs.only_limits_change_efforts and layout.effort_units == layout.command_units:
+        if (
+            layout.actuated
+            and self._inputs.only_limits_change_efforts
+            and layout.effort_units == layout.command_units
+        ):
             differs = np.isfinite(block.demanded) & (block.demanded != block.effort)
             yield EFFORTS, "free", "limited", differs.any(axis=1)
         for name, tension in zip(layout.ropes.tensions, block.tensions.T, strict=True):
@@ -303,4 +360,8 @@ class StateTimelines:
 
 def _short(name: str) -> str:
     """Return the name of a link, a fall or the only rope, from that of its tension."""
-    return {"rope tension": "rope", "tension of the top link": "link 1", "tension of fall 1": "fall 1"}.get(name, name)
+    return {
+        "rope tension": "rope",
+        "tension of the top link": "link 1",
+        "tension of fall 1": "fall 1",
+    }.get(name, name)

@@ -27,11 +27,19 @@ FIELD_SLOPE = tan(radians(0.5 * FIELD_OF_VIEW))
 ASPECT = 0.84  # width over height of the view, a little less than on a screen of 16:9
 PATH_SAMPLES = 50  # instants of a path whose positions have to be in the picture
 MAX_RAIL_RATIO = 10.0  # longest rail that is shown whole, by the depth of the cable
-HOIST_ARROW_RATIO = 0.33  # height of the longest arrow of a hoist above the trolley, by the crane's size
+HOIST_ARROW_RATIO = (
+    0.33  # height of the longest arrow of a hoist above the trolley, by the crane's size
+)
 TROLLEY = "crane/trolley"
-MARGIN, MIN_MARGIN = 0.08, 0.03  # of the crane's size, around the nodes of a motion: in a new picture, and in any
+MARGIN, MIN_MARGIN = (
+    0.08,
+    0.03,
+)  # of the crane's size, around the nodes of a motion: in a new picture, and in any
 MAX_REACH = 20.0  # by the crane's size: a camera does not look for what is farther away
-PLANAR_VIEW, SPATIAL_VIEW = (-70.0, 14.0), (-78.0, 24.0)  # degrees: heading and elevation of the eye, overhead cranes
+PLANAR_VIEW, SPATIAL_VIEW = (
+    (-70.0, 14.0),
+    (-78.0, 24.0),
+)  # degrees: heading and elevation of the eye, overhead cranes
 
 
 class Framing(NamedTuple):
@@ -42,7 +50,10 @@ class Framing(NamedTuple):
     ground_size: float  # from its middle to its edge
     eye: Vector
     look_at: Vector
-    deck: tuple[float, float] = (0.9, 0.6)  # half length and half width of a vessel's deck, of `ground_size`
+    deck: tuple[float, float] = (
+        0.9,
+        0.6,
+    )  # half length and half width of a vessel's deck, of `ground_size`
     follows: str = ""  # the entity that the eye follows at a constant distance
 
 
@@ -50,11 +61,17 @@ def of_knuckle(scene: Scene) -> Framing:
     """Return how to draw a scene's knuckle-boom crane."""
     support = structure_of(scene.model.support)
     size = support.boom.length + support.jib.length
-    heading = 0.5 * (scene.initial_q[0] + (scene.reference or scene.initial_q)[0])  # where the crane works
+    heading = 0.5 * (
+        scene.initial_q[0] + (scene.reference or scene.initial_q)[0]
+    )  # where the crane works
     aside = heading - radians(72.0)
     return Framing(
         size=size,
-        ground=(0.0, 0.0, -pedestal_height(support) if (surface := contact_height(scene)) is None else surface),
+        ground=(
+            0.0,
+            0.0,
+            -pedestal_height(support) if (surface := contact_height(scene)) is None else surface,
+        ),
         ground_size=1.25 * size,
         eye=(1.4 * size * cos(aside), 1.4 * size * sin(aside), 0.55 * size),
         look_at=(0.46 * size * cos(heading), 0.46 * size * sin(heading), -0.03 * size),
@@ -78,7 +95,12 @@ def of_suspended(scene: Scene) -> Framing:
     corners = _corners((-behind, reach), (-aside, aside), (ground, top)) @ turn.T
     eye, look_at = _look(corners, degrees(heading) - 70.0, 17.0)
     return Framing(
-        size=size, ground=(0.0, 0.0, ground), ground_size=1.25 * size, eye=eye, look_at=look_at, deck=(0.6, 0.25)
+        size=size,
+        ground=(0.0, 0.0, ground),
+        ground_size=1.25 * size,
+        eye=eye,
+        look_at=look_at,
+        deck=(0.6, 0.25),
     )
 
 
@@ -145,8 +167,8 @@ def gantry_scales(scene: Scene) -> tuple[float, ...]:
 def suspended_scales(scene: Scene) -> tuple[float, ...]:
     """Return the efforts (nu,) drawn as arrows of a seventh of a tower or mobile crane's size.
 
-    A joint needs this much to carry the load at the initial radius, boom and telescope the telescoped section with it,
-    a slew or a trolley a tenth of it.
+    A joint needs this much to carry the load at the initial radius, boom and telescope the
+    telescoped section with it, a slew or a trolley a tenth of it.
     """
     radius = max(1.0, abs(scene.initial_q[2 if "telescope" in scene.joint_names else 1]))
     crane, support = scene.model, rigid_support(structure_of(scene.model.support))
@@ -183,13 +205,16 @@ def of_pendulum(scene: Scene) -> Framing:
 def knuckle_scales(scene: Scene) -> tuple[float, ...]:
     """Return the efforts (nu,) drawn as arrows of a seventh of a knuckle-boom crane's size.
 
-    A joint needs this much to carry the outstretched crane; the slew, which carries nothing, gets a fifth. A winch that
-    takes its acceleration or its rate gets one of its unit.
+    A joint needs this much to carry the outstretched crane; the slew, which carries nothing, gets a
+    fifth. A winch that takes its acceleration or its rate gets one of its unit.
     """
     crane = scene.model
     support, load = structure_of(crane.support), hung_mass(crane)
     boom, jib = support.boom, support.jib
-    scales = {"N m": crane.gravity * boom.length * (load + 0.5 * boom.mass + jib.mass), "N": load * crane.gravity}
+    scales = {
+        "N m": crane.gravity * boom.length * (load + 0.5 * boom.mass + jib.mass),
+        "N": load * crane.gravity,
+    }
     scales |= {"m/s²": 1.0, "m/s": 1.0}
     slew, *others = (max(scales[unit], 1e-9) for unit in scene.effort_units)
     return (0.2 * slew, *others)
@@ -210,11 +235,17 @@ def of_room(room: BoundingBox, lifts: bool) -> Framing:
 
     It `lifts` if its hoist's force is an arrow.
 
-    All of it is in the picture, unless the rail is so long that the crane would be too small: then the eye follows the
-    trolley.
+    All of it is in the picture, unless the rail is so long that the crane would be too small: then
+    the eye follows the trolley.
     """
     depth, floor = room.depth, room.floor
-    sides = np.array([room.rail(0), room.rail(1) if room.spatial else (-0.25 * depth, 0.25 * depth), (floor, 0.0)])
+    sides = np.array(
+        [
+            room.rail(0),
+            room.rail(1) if room.spatial else (-0.25 * depth, 0.25 * depth),
+            (floor, 0.0),
+        ]
+    )
     span = float(np.ptp(sides[:2], axis=1).max())
     half = 0.6 * max(span, 1.5 * depth)
     far = span > MAX_RAIL_RATIO * depth
@@ -248,7 +279,10 @@ class MotionRange:
         points = nodes[away < MAX_REACH * self._framing.size]
         if not points.size:
             return
-        self._low, self._high = np.minimum(self._low, points.min(axis=0)), np.maximum(self._high, points.max(axis=0))
+        self._low, self._high = (
+            np.minimum(self._low, points.min(axis=0)),
+            np.maximum(self._high, points.max(axis=0)),
+        )
         self._is_shown &= bool(self._framing.follows) or _shows(self._framing, points)
 
     def fit(self) -> Framing | None:
@@ -260,7 +294,9 @@ class MotionRange:
         low[2] = min(low[2], framing.ground[2])
         corners = _corners(*zip(low.tolist(), high.tolist(), strict=True))
         x, y, z = np.subtract(framing.eye, framing.look_at).tolist()
-        turn = _working_heading(framing, 0.5 * (low + high)) - _working_heading(framing, framing.look_at)
+        turn = _working_heading(framing, 0.5 * (low + high)) - _working_heading(
+            framing, framing.look_at
+        )
         eye, look_at = _look(corners, degrees(atan2(y, x) + turn), degrees(atan2(z, hypot(x, y))))
         return framing._replace(eye=eye, look_at=look_at)
 
@@ -276,7 +312,10 @@ def _shows(framing: Framing, points: np.ndarray) -> bool:
     middle = np.array(framing.look_at)
     towards = np.subtract(framing.eye, middle)
     distance = float(np.linalg.norm(towards))
-    return _distance(points - middle, towards / distance) + MIN_MARGIN * framing.size / FIELD_SLOPE <= distance
+    return (
+        _distance(points - middle, towards / distance) + MIN_MARGIN * framing.size / FIELD_SLOPE
+        <= distance
+    )
 
 
 def _outwards(heading: float, height: float) -> np.ndarray:
@@ -306,5 +345,8 @@ def _distance(corners: np.ndarray, towards: np.ndarray) -> float:
     right = np.cross((0.0, 0.0, 1.0), towards)
     right /= np.linalg.norm(right)
     up = np.cross(towards, right)
-    wide, high = np.abs(corners @ right) / (ASPECT * FIELD_SLOPE), np.abs(corners @ up) / FIELD_SLOPE
+    wide, high = (
+        np.abs(corners @ right) / (ASPECT * FIELD_SLOPE),
+        np.abs(corners @ up) / FIELD_SLOPE,
+    )
     return 1.05 * float(np.max(np.maximum(wide, high) + corners @ towards))

@@ -36,8 +36,12 @@ def assess(steps: Steps, damage: str) -> Completeness:
         phrase = f"is damaged: {steps.good} of {of} steps are as they were written"
         return Completeness(DAMAGED, f"{phrase}; {damage}" if damage else phrase)
     if steps.recorded is None:
-        return Completeness(CUT, f"is cut off: it has {steps.good} of {steps.planned} steps, up to {steps.end:g} s")
+        return Completeness(
+            CUT, f"is cut off: it has {steps.good} of {steps.planned} steps, up to {steps.end:g} s"
+        )
     if steps.lost:
         of = steps.recorded + steps.lost
-        return Completeness(CUT, f"lacks {steps.lost} of {of} steps, whose messages its recorder did not get")
+        return Completeness(
+            CUT, f"lacks {steps.lost} of {of} steps, whose messages its recorder did not get"
+        )
     return Completeness()

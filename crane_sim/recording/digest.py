@@ -1,7 +1,7 @@
 """Digests of what a recording holds: its writer adds them, its reader computes them anew.
 
-A digest of rows has the steps of its block, so that a recorder that is killed leaves blocks that can be verified, and
-of a damaged file it is known which steps are as they were written.
+A digest of rows has the steps of its block, so that a recorder that is killed leaves blocks that
+can be verified, and of a damaged file it is known which steps are as they were written.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 DIGEST, CHANGES = "sha256", "changes_sha256"
-"""Keys of digests beside values: of the values, and in the summary that of events and changes of states."""
+"""Keys of digests beside values: of the values, and in the summary that of events and changes of
+states."""
 
 
 class Rows(NamedTuple):
@@ -85,7 +86,9 @@ def agrees(values: Mapping[str, Any], required: bool) -> bool:
 
     Without one, as of older versions, they agree if none is required.
     """
-    return values[DIGEST] == digest_values(values) if DIGEST in values else not (required and values)
+    return (
+        values[DIGEST] == digest_values(values) if DIGEST in values else not (required and values)
+    )
 
 
 def digest_changes(changes: Mapping[str, Iterable[tuple[int, str]]]) -> str:

@@ -52,8 +52,9 @@ def unfinished_name(path: Path) -> Path:
 def existing_parts(path: str, count: int, since: float) -> list[Path]:
     """Return the existing ones of the first `count` parts of a file, finished or not, in order.
 
-    Files from before `since`, s of the system's clock, are another run's. Of one part there may be both: a recorder
-    killed while joining the parts leaves the first one and the complete file, which have the same name.
+    Files from before `since`, s of the system's clock, are another run's. Of one part there may be
+    both: a recorder killed while joining the parts leaves the first one and the complete file,
+    which have the same name.
     """
     names = [part_of(path, number) for number in range(1, count + 1)]
     candidates = [file for name in names for file in (unfinished_name(name), name)]
@@ -65,15 +66,27 @@ def files_before_resets(path: str, since: float) -> list[Path]:
 
     They were renamed at resets since `since` [s of the system's clock].
     """
-    folder, stem, suffix = Path(path).parent, re.escape(Path(path).stem), re.escape(Path(path).suffix)
+    folder, stem, suffix = (
+        Path(path).parent,
+        re.escape(Path(path).stem),
+        re.escape(Path(path).suffix),
+    )
     name = re.compile(rf"{stem}(\.part\d+)?\.before_reset_\d+{suffix}")
-    matching = [file for file in folder.iterdir() if name.fullmatch(file.name)] if folder.is_dir() else []
-    return sorted((file for file in matching if file.stat().st_mtime >= since), key=lambda file: file.stat().st_mtime)
+    matching = (
+        [file for file in folder.iterdir() if name.fullmatch(file.name)] if folder.is_dir() else []
+    )
+    return sorted(
+        (file for file in matching if file.stat().st_mtime >= since),
+        key=lambda file: file.stat().st_mtime,
+    )
 
 
 def before_reset(path: Path, number: int) -> Path:
     """Return the first free `<name>.before_reset_<number>.<kind>`, also for an unfinished file."""
-    names = (path.with_name(f"{path.stem}.before_reset_{n}{path.suffix}") for n in itertools.count(number))
+    names = (
+        path.with_name(f"{path.stem}.before_reset_{n}{path.suffix}")
+        for n in itertools.count(number)
+    )
     return next(name for name in names if not (name.exists() or unfinished_name(name).exists()))
 
 
@@ -96,7 +109,9 @@ def claim(part: Path) -> FileIO:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         file.close()
-        raise FileExistsError(errno.EEXIST, "is there already, and another run is writing it") from None
+        raise FileExistsError(
+            errno.EEXIST, "is there already, and another run is writing it"
+        ) from None
     file.truncate(0)
     return file
 
@@ -130,8 +145,13 @@ def lock_file(path: Path) -> Iterator[bool]:
 def recovered_name(part: Path) -> Path:
     """Return a free `<name>.recovered.<kind>` for `<name>.<kind>.part`, numbered if necessary."""
     complete_file = part.with_name(part.name.removesuffix(".part"))
-    number, path = 1, complete_file.with_name(f"{complete_file.stem}.recovered{complete_file.suffix}")
+    number, path = (
+        1,
+        complete_file.with_name(f"{complete_file.stem}.recovered{complete_file.suffix}"),
+    )
     while path.exists():
         number += 1
-        path = complete_file.with_name(f"{complete_file.stem}.recovered-{number}{complete_file.suffix}")
+        path = complete_file.with_name(
+            f"{complete_file.stem}.recovered-{number}{complete_file.suffix}"
+        )
     return path

@@ -90,7 +90,9 @@ class Ropes(NamedTuple):
     tip: int  # which of the nodes is the upper end of the cable
     falls: Falls | None  # the ropes of a load that hangs on several
     tensions: tuple[str, ...]  # names of the recorded tensions
-    reeved: tuple[str, ...]  # names of those of lead line and falls of a rope over sheaves, none without
+    reeved: tuple[
+        str, ...
+    ]  # names of those of lead line and falls of a rope over sheaves, none without
 
 
 class Stand(NamedTuple):
@@ -116,8 +118,12 @@ class Layout(NamedTuple):
     units: tuple[str, ...]  # of the coordinates: "rad", "m" or, of components of unit vectors, "1"
     actuated: tuple[str, ...]  # nu of the joints
     effort_units: tuple[str, ...]
-    command_units: tuple[str, ...]  # the same, but of joints whose drives take a speed or a position
-    effort_scales: tuple[float, ...]  # (nu,) the efforts that are drawn as arrows of a seventh of the crane's size
+    command_units: tuple[
+        str, ...
+    ]  # the same, but of joints whose drives take a speed or a position
+    effort_scales: tuple[
+        float, ...
+    ]  # (nu,) the efforts that are drawn as arrows of a seventh of the crane's size
     length_plots: tuple[LengthPlot, ...]
     swings: tuple[str, ...]  # joints with the angles of the cable that are plotted
     suspension: Suspension | None  # an overhead crane's
@@ -132,10 +138,16 @@ class Layout(NamedTuple):
     lyapunov: bool  # the law comes with a Lyapunov function
     timeline_inputs: TimelineInputs  # what timelines of states follow from, beside the steps
     properties: Mapping[str, Any]  # run properties that are known at the start
-    sensed: tuple[int, ...] = ()  # coordinates, and nq + i for rates, whose measured values are known beside true ones
-    path_unit: str = "m"  # of the coordinates of the scene's path, empty where they have different ones
+    sensed: tuple[
+        int, ...
+    ] = ()  # coordinates, and nq + i for rates, whose measured values are known beside true ones
+    path_unit: str = (
+        "m"  # of the coordinates of the scene's path, empty where they have different ones
+    )
     paced: bool = True  # the run has a real-time factor: it is one over ROS
-    spans: Mapping[str, Span] = MappingProxyType({})  # of the curves that are written, by entity; none before the run
+    spans: Mapping[str, Span] = MappingProxyType(
+        {}
+    )  # of the curves that are written, by entity; none before the run
 
     @property
     def robot(self) -> str:
@@ -170,7 +182,11 @@ class Layout(NamedTuple):
     @property
     def moving(self) -> list[int]:
         """Return the indices of the plotted coordinates: of the cable's only those in `swings`."""
-        return [i for i, joint in enumerate(self.joints) if joint in self.swings or not joint.startswith(COORDINATES)]
+        return [
+            i
+            for i, joint in enumerate(self.joints)
+            if joint in self.swings or not joint.startswith(COORDINATES)
+        ]
 
 
 class Block(NamedTuple):
@@ -194,12 +210,16 @@ class Block(NamedTuple):
     reeved: Array | None  # (K, 1 + n) N, lead line and falls of a rope that is reeved over sheaves
     swing: Array  # (K,) angle from the vertical of the line from the tip to the payload
     measured: Array | None  # (K, 2 nq) measured q and v, where q and v are the true ones
-    contact: Array | None  # (K,) N, normal force of a surface on the load, of a load that may touch one
+    contact: (
+        Array | None
+    )  # (K,) N, normal force of a surface on the load, of a load that may touch one
     lyapunov: Array | None  # (K, 2) V [J] and its rate [W]
 
     def part(self, rows: Any) -> Block:
         """Return the steps of some rows."""
-        return self._replace(**{name: each[rows] for name, each in self._asdict().items() if each is not None})
+        return self._replace(
+            **{name: each[rows] for name, each in self._asdict().items() if each is not None}
+        )
 
 
 def layout_of_scene(scene: Scene, run_id: str, truth: bool = True) -> Layout:
@@ -234,7 +254,8 @@ def _make_layout(scene: Scene, run_id: str, truth: bool, cable: Suspension | Non
         undriven=not (scene.sampled or scene.law_name or scene.document.get("inputs")),
         lyapunov=hasattr(scene.law, "lyapunov"),
         timeline_inputs=make_timeline_inputs(scene.hardware),
-        properties=_scene_properties(scene, truth) | {"urdf": urdf(scene), "crane": _crane_facts(scene, framing)},
+        properties=_scene_properties(scene, truth)
+        | {"urdf": urdf(scene), "crane": _crane_facts(scene, framing)},
     )
 
 
@@ -254,7 +275,10 @@ def of_rollout(rollout: Rollout, run_id: str) -> Layout:
 
 def text_properties(layout: Layout) -> dict[str, str]:
     """Return the properties of a run as text, numbers as in JSON."""
-    return {key: value if isinstance(value, str) else json.dumps(value) for key, value in layout.properties.items()}
+    return {
+        key: value if isinstance(value, str) else json.dumps(value)
+        for key, value in layout.properties.items()
+    }
 
 
 def label(name: str) -> str:
@@ -266,7 +290,9 @@ def _ropes(scene: Scene) -> Ropes:
     falls, count = getattr(scene.model, "falls", None), system.link_count(scene.model)
     parts = system.fall_count(scene.model)  # of a rope over sheaves
     reeved = ("lead line", *(f"fall {k}" for k in range(1, 1 + parts))) if parts else ()
-    return Ropes(system.tip_index(scene.model), falls, tension_names(count, falls is not None), reeved)
+    return Ropes(
+        system.tip_index(scene.model), falls, tension_names(count, falls is not None), reeved
+    )
 
 
 def _sea(scene: Scene) -> SineSum | None:
@@ -280,11 +306,15 @@ def _length_plots(scene: Scene) -> tuple[LengthPlot, ...]:
         return (LengthPlot(*TIP_PLOT, scene.actuated),)
     if scene.crane != "overhead":
         moved = [name for name in POSITION_TITLES if name in scene.actuated]
-        plots = [LengthPlot(f"shown/{name}_m", f"{POSITION_TITLES[name]} [m]", (name,)) for name in moved]
+        plots = [
+            LengthPlot(f"shown/{name}_m", f"{POSITION_TITLES[name]} [m]", (name,)) for name in moved
+        ]
         winch = [plot for plot in (ROPE_PLOT, FALLS_PLOT) if plot.joints[0] in scene.actuated]
         return (*plots, *winch)
     file = validated_scene_file(scene)
-    axes = tuple(name for name in file.axes if (group := getattr(file, name)) and group.drive != "fixed")
+    axes = tuple(
+        name for name in file.axes if (group := getattr(file, name)) and group.drive != "fixed"
+    )
     title = f"{' and '.join(axes).capitalize()} position [m]"
     length_plots = [LengthPlot("shown/trolley_m", title, axes)] if axes else []
     return (*length_plots, LINK_PLOT) if file.hoist else tuple(length_plots)
@@ -292,7 +322,11 @@ def _length_plots(scene: Scene) -> tuple[LengthPlot, ...]:
 
 def _swings(scene: Scene, cable: Suspension | None) -> tuple[str, ...]:
     names = [name for name in scene.joint_names if name.startswith("swing_")]
-    return tuple(names) if cable is None else tuple(f"swing_{k}" for k in cable.links if f"swing_{k}" in names)
+    return (
+        tuple(names)
+        if cable is None
+        else tuple(f"swing_{k}" for k in cable.links if f"swing_{k}" in names)
+    )
 
 
 def _scene_properties(scene: Scene, truth: bool) -> dict[str, Any]:
@@ -305,7 +339,11 @@ def _scene_properties(scene: Scene, truth: bool) -> dict[str, Any]:
         "derived": source_note(scene, truth) or "from the true state",
         "scene_file": yaml.safe_dump(scene.to_dict(), sort_keys=False, allow_unicode=True),
         "provenance": json.dumps(provenance.of_this_process()),
-    } | ({"drawn": yaml.safe_dump(scene.notes["drawn"], sort_keys=False)} if "drawn" in scene.notes else {})
+    } | (
+        {"drawn": yaml.safe_dump(scene.notes["drawn"], sort_keys=False)}
+        if "drawn" in scene.notes
+        else {}
+    )
 
 
 def _crane_facts(scene: Scene, framing: Framing) -> str:

@@ -58,7 +58,10 @@ def plain_unit(key: str, path: str) -> str:
     """
     if key in _PATH_POWERS:
         return _to_power(path, _PATH_POWERS[key])
-    return next((unit for ending, unit in _UNIT_SUFFIXES.items() if key.endswith(ending)), UNITS.get(key, ""))
+    return next(
+        (unit for ending, unit in _UNIT_SUFFIXES.items() if key.endswith(ending)),
+        UNITS.get(key, ""),
+    )
 
 
 def _to_power(unit: str, power: int) -> str:
@@ -77,22 +80,29 @@ def metric_unit(name: str, run: RecordedRun) -> MetricUnit:
         units = dict(zip(crane.joint_names, crane.joint_units, strict=True))
         return MetricUnit(label, *shown_unit(units.get(part, "")))
     if key in _EFFORT_METRICS:
-        return MetricUnit(label, dict(zip(crane.actuated, crane.effort_units, strict=True)).get(part, ""), 1.0)
+        return MetricUnit(
+            label, dict(zip(crane.actuated, crane.effort_units, strict=True)).get(part, ""), 1.0
+        )
     if key in _PATH_POWERS:
         unit, factor = shown_unit(run.path_unit)
         return MetricUnit(label, _to_power(unit, _PATH_POWERS[key]), factor ** _PATH_POWERS[key])
     return MetricUnit(label, plain_unit(key, ""), 1.0)
 
 
-def metric_row(name: str, runs: Sequence[RecordedRun], values: Sequence[float | None]) -> tuple[str, str, list[str]]:
+def metric_row(
+    name: str, runs: Sequence[RecordedRun], values: Sequence[float | None]
+) -> tuple[str, str, list[str]]:
     """Return (label, unit, texts) of a metric: its values, and differences from the first run.
 
     A value in another unit than that of the row is shown with its unit, and has no difference.
     """
     units = [metric_unit(name, run) for run in runs]
-    label, unit, _ = next(each for each, value in zip(units, values, strict=True) if value is not None)
+    label, unit, _ = next(
+        each for each, value in zip(units, values, strict=True) if value is not None
+    )
     texts = [
-        _format_scaled(value, own.factor) + (f" {own.unit}" if value is not None and own.unit != unit else "")
+        _format_scaled(value, own.factor)
+        + (f" {own.unit}" if value is not None and own.unit != unit else "")
         for own, value in zip(units, values, strict=True)
     ]
     for own, value in zip(units[1:], values[1:], strict=True):
@@ -112,12 +122,19 @@ def shown_unit(unit: str) -> tuple[str, float]:
     return (unit.replace("rad", "deg"), degrees(1.0)) if unit.startswith("rad") else (unit, 1.0)
 
 
-_UNITS = {"final_error": "rad, m", "peak_effort": "N m, N"}  # of metrics whose entries have different ones
+_UNITS = {
+    "final_error": "rad, m",
+    "peak_effort": "N m, N",
+}  # of metrics whose entries have different ones
 
 
 def summary_properties(summary: Mapping[str, Any]) -> dict[str, Any]:
     """Return the summary as flat recording properties, and once whole under `json`."""
-    flat = {name: value for name, value in leaves(summary) if isinstance(value, str | bool | int | float)}
+    flat = {
+        name: value
+        for name, value in leaves(summary)
+        if isinstance(value, str | bool | int | float)
+    }
     return flat | {"json": json.dumps(summary, default=_plain_number)}
 
 
@@ -127,7 +144,9 @@ def summary_table(title: str, summary: Mapping[str, Any], path_unit: str) -> str
     `path_unit` is the unit of the path's coordinates, empty where they have different ones.
     """
     plain = [key for key, value in summary.items() if not isinstance(value, dict)]
-    rows = [[metric_label(key), _format_quantity(summary[key], _unit(key, path_unit))] for key in plain]
+    rows = [
+        [metric_label(key), _format_quantity(summary[key], _unit(key, path_unit))] for key in plain
+    ]
     parts = [f"# {title}", markdown_table(["quantity", "value"], rows)]
     groups: dict[tuple[str, ...], list[str]] = {}  # those with the same entries stand side by side
     for key, value in summary.items():
@@ -139,7 +158,10 @@ def summary_table(title: str, summary: Mapping[str, Any], path_unit: str) -> str
             f"{metric_label(key)} [{unit}]" if unit else metric_label(key)
             for key, unit in zip(keys, units, strict=True)
         ]
-        rows = [[metric_label(entry), *(_format_quantity(summary[key][entry]) for key in keys)] for entry in entries]
+        rows = [
+            [metric_label(entry), *(_format_quantity(summary[key][entry]) for key in keys)]
+            for entry in entries
+        ]
         parts.append(markdown_table(["", *heads], rows))
     return "\n\n".join(parts) + "\n"
 

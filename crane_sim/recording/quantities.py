@@ -1,7 +1,8 @@
 """The quantities of a run drawn in the viewer, pages, figures, comparisons; angles in degrees.
 
-Titles and units stand here alone. The curves of a run that was read back are those of `curve_sets`: pages and figures
-draw all of them, comparisons the first of each set. The viewer's are written while a run goes on (`rerun/curves`).
+Titles and units stand here alone. The curves of a run that was read back are those of `curve_sets`:
+pages and figures draw all of them, comparisons the first of each set. The viewer's are written
+while a run goes on (`rerun/curves`).
 """
 
 from __future__ import annotations
@@ -37,14 +38,21 @@ COMMANDS = {unit: title.replace("Driven", "Commanded") for unit, title in EFFORT
 }
 ERROR = "Tracking error"
 SWING, PAYLOAD, TENSION, REEVED, CONTACT, ENERGY, LYAPUNOV = (
-    *("Swing", "Payload position", "Rope tension", "Tension of lead line and falls", "Contact force"),
+    *(
+        "Swing",
+        "Payload position",
+        "Rope tension",
+        "Tension of lead line and falls",
+        "Contact force",
+    ),
     *("Energy", "Lyapunov function of the law"),
 )
 """Titles of quantities, those that each joint has by SI unit."""
 TRUE, WANTED, MEASURED = "true", "wanted", "measured"
 """What a curve is: of the run itself, its target or command, or what a sensor measures of it."""
 PALETTE = ("#1f6fb4", "#d9730d", "#2a9d5c", "#9450b3", "#008b94", "#c8332b", "#8a6d3b", "#c2418c")
-"""Colours of joints, in the hues and the order of those in the Rerun viewer, dark enough for white paper."""
+"""Colours of joints, in the hues and the order of those in the Rerun viewer, dark enough for white
+paper."""
 TEXT_COLOR = "#2f3a45"
 MAX_SWINGS = 4  # swing coordinates of a cable that are drawn
 MIN_SPAN = 1e-12  # in any unit: a smaller span is rounding
@@ -103,7 +111,9 @@ def shown_joints(run: RecordedRun) -> list[str]:
     """Return the names of the drawn joints: of a cable's many coordinates only a few swings."""
     names = run.crane.joint_names
     swings = [name for name in names if name.startswith("swing_")]
-    return [name for name in names if not name.startswith(COORDINATES) and name not in "qwqxqyqz"] + swings[:MAX_SWINGS]
+    return [
+        name for name in names if not name.startswith(COORDINATES) and name not in "qwqxqyqz"
+    ] + swings[:MAX_SWINGS]
 
 
 def curve_sets(run: RecordedRun) -> list[CurveSet]:
@@ -114,14 +124,19 @@ def curve_sets(run: RecordedRun) -> list[CurveSet]:
 
 def common_quantities(runs: Sequence[RecordedRun]) -> dict[Quantity, tuple[Array, ...]]:
     """Return the quantities that all runs have, in the first run's order, with values (K,)."""
-    by_run = [{Quantity(s.alone, s.unit): s.curves[0].values for s in curve_sets(run) if s.alone} for run in runs]
+    by_run = [
+        {Quantity(s.alone, s.unit): s.curves[0].values for s in curve_sets(run) if s.alone}
+        for run in runs
+    ]
     shared = [key for key in by_run[0] if all(key in each for each in by_run)]
     return {key: tuple(each[key] for each in by_run) for key in shared}
 
 
 def moving_quantities(runs: Sequence[RecordedRun]) -> dict[Quantity, tuple[Array, ...]]:
     """Return the common quantities without those that are constant and equal in all runs."""
-    return {key: each for key, each in common_quantities(runs).items() if _moves(np.concatenate(each))}
+    return {
+        key: each for key, each in common_quantities(runs).items() if _moves(np.concatenate(each))
+    }
 
 
 def _moves(values: Array) -> bool:
@@ -155,10 +170,14 @@ def _rates(run: RecordedRun) -> Iterator[CurveSet]:
         si = f"{run.crane.joint_units[i]}/s"
         unit, factor = drawn_unit(si)
         curve = Curve(label(name), factor * run.v[:, i], hue)
-        yield CurveSet(RATES[si], unit, (curve, *_measured(label(name), hue, factor, run.v, run.v_measured, i)))
+        yield CurveSet(
+            RATES[si], unit, (curve, *_measured(label(name), hue, factor, run.v, run.v_measured, i))
+        )
 
 
-def _measured(name: str, hue: int, factor: float, true: Array, measured: Array | None, i: int) -> Iterator[Curve]:
+def _measured(
+    name: str, hue: int, factor: float, true: Array, measured: Array | None, i: int
+) -> Iterator[Curve]:
     """Yield the measured curve of coordinate i, or its velocity, if it differs from `true`."""
     if measured is not None and not np.array_equal(true[:, i], measured[:, i]):
         yield Curve(f"{name} measured", factor * measured[:, i], hue, MEASURED)
@@ -209,7 +228,12 @@ def _tensions(run: RecordedRun) -> Iterator[CurveSet]:
     falls, several = run.frames.falls is not None, run.tensions.shape[1] > 1
     for k, values in enumerate(run.tensions.T if several or falls else [run.tension]):
         name = f"{'fall' if falls else 'link'} {k + 1}" if several or falls else "uppermost link"
-        yield CurveSet(TENSION, "N", (Curve(name, values, k if several else None),), "" if k else "rope tension")
+        yield CurveSet(
+            TENSION,
+            "N",
+            (Curve(name, values, k if several else None),),
+            "" if k else "rope tension",
+        )
     if run.reeved is not None:
         yield CurveSet(REEVED, "N", (Curve("lead line", run.lead_line),))
         for k, values in enumerate(run.falls.T):

@@ -17,20 +17,24 @@ if TYPE_CHECKING:
 def read_recording(path: Path | str) -> RecordedRun:
     """Return a run of `crane run`, `crane simulate --record` or `Rollout.record` from FILE.rrd.
 
-    Or the run in a bag FILE.mcap of `crane run --mcap`, without events and metrics; needs the package rosbags.
-    What a killed run has left, FILE.rrd.part or FILE.mcap.part, is read likewise. Of a file that is cut or
-    damaged the steps that are as they were written are returned; `RecordedRun.completeness` and a warning say so.
+    Or the run in a bag FILE.mcap of `crane run --mcap`, without events and metrics; needs the
+    package rosbags. What a killed run has left, FILE.rrd.part or FILE.mcap.part, is read likewise.
+    Of a file that is cut or damaged the steps that are as they were written are returned;
+    `RecordedRun.completeness` and a warning say so.
 
-    Times `t` (K,) [s], positions `q` (K, nq), speeds `v` (K, nq), efforts `u` (K, nu), `payload` (K, 3) [m], ...: SI
-    units, angles in rad, the names those of `Rollout`; see `RecordedRun`. Needs the package rerun-sdk.
+    Times `t` (K,) [s], positions `q` (K, nq), speeds `v` (K, nq), efforts `u` (K, nu), `payload`
+    (K, 3) [m], ...: SI units, angles in rad, the names those of `Rollout`; see `RecordedRun`. Needs
+    the package rerun-sdk.
 
     Raises:
-        UnreadableRecording: the file is missing, is no recording, or nothing in it is good; a SceneError whose message
-            is one line.
+        UnreadableRecording: the file is missing, is no recording, or nothing in it is good; a
+            SceneError whose message is one line.
     """
     file = Path(path)
     if not is_recording(file):
-        raise UnreadableRecording(f"{file}: {'is no file' if file.exists() else 'there is no such file'}")
+        raise UnreadableRecording(
+            f"{file}: {'is no file' if file.exists() else 'there is no such file'}"
+        )
     is_bag = Path(file.name.removesuffix(".part")).suffix == ".mcap"
     try:
         if is_bag:

@@ -41,9 +41,16 @@ class Difference(NamedTuple):
 
     def __str__(self) -> str:
         """Return one line."""
-        part = f"bit {self.bit} of its fraction" if self.bit < _FRACTION_BITS else "its exponent or sign"
+        part = (
+            f"bit {self.bit} of its fraction"
+            if self.bit < _FRACTION_BITS
+            else "its exponent or sign"
+        )
         where = f"step {self.step} (t = {self.time:g} s): {self.quantity} of {self.joint}"
-        return f"{where} is {self.replayed!r}, recorded is {self.recorded!r}; they differ from {part} on"
+        return (
+            f"{where} is {self.replayed!r}, recorded is {self.recorded!r}; they differ from {part} "
+            "on"
+        )
 
 
 class Replay(NamedTuple):
@@ -57,40 +64,55 @@ class Replay(NamedTuple):
 def replay(run: RecordedRun, law: str | None = None) -> Replay:
     """Integrate a recorded run anew from its commands.
 
-    Where commands are NaN the brakes acted, as their timeline says, or a command was lost. What services did to the
-    crane in the run, such as faults, is not in a recording: states differ from there on. A recorder has the measured
-    states, a recorded `Rollout` the true ones; the run agrees where one of the two does.
+    Where commands are NaN the brakes acted, as their timeline says, or a command was lost. What
+    services did to the crane in the run, such as faults, is not in a recording: states differ from
+    there on. A recorder has the measured states, a recorded `Rollout` the true ones; the run agrees
+    where one of the two does.
 
     Args:
         run: the recorded run.
-        law: in place of the run's, which acts only where the equations evaluated it, without commands. Code of
-            one's own, FILE.py:FUNCTION or MODULE:FUNCTION, is executed only if it is named here.
+        law: in place of the run's, which acts only where the equations evaluated it, without
+            commands. Code of one's own, FILE.py:FUNCTION or MODULE:FUNCTION, is executed only if it
+            is named here.
 
     Raises:
-        SceneError: its scene is none of this version, a step or a command was lost, or it needs a law that is not
-            named.
+        SceneError: its scene is none of this version, a step or a command was lost, or it needs a
+            law that is not named.
         SimulationError: the integration failed.
     """
     scene = load_scene(run.scene_values, own_law=False) if law is None else run.load_scene(law)
     missing = np.flatnonzero(np.rint(run.t / scene.period) != np.arange(len(run.t)))
     if missing.size:
-        raise SceneError(f"replay: step {missing[0] + 1} is not in the recording: its command is not known")
-    commanded = scene.sampled or bool(np.isfinite(run.commands).any())  # a node commanded a scene without a law
+        raise SceneError(
+            f"replay: step {missing[0] + 1} is not in the recording: its command is not known"
+        )
+    commanded = scene.sampled or bool(
+        np.isfinite(run.commands).any()
+    )  # a node commanded a scene without a law
     if not commanded and scene.law is None and scene.law_name is not None:
         scene = run.load_scene()  # which says that it is not executed
-    plant, command = Plant(scene.with_external_commands() if commanded else scene), scene.idle_command
+    plant, command = (
+        Plant(scene.with_external_commands() if commanded else scene),
+        scene.idle_command,
+    )
     true: Difference | None = None
     shown: Difference | None = None
     for k in range(len(run.t)):
         true = true or _difference(scene, k, run, (plant.q, plant.v))
         shown = shown or _difference(scene, k, run, plant.seen)
         if true and shown:
-            return Replay(k + 1, max(true, shown, key=lambda each: each.step), _version_changes(run.versions))
+            return Replay(
+                k + 1, max(true, shown, key=lambda each: each.step), _version_changes(run.versions)
+            )
         if commanded:
             plant.braking = all(map(isnan, run.commands[k]))
-            if plant.braking and not _acts(run.states.get(BRAKES, []), run.t[k] + 0.5 * scene.period):
+            if plant.braking and not _acts(
+                run.states.get(BRAKES, []), run.t[k] + 0.5 * scene.period
+            ):
                 raise SceneError(f"replay: the command of step {k + 1} is not in the recording")
-            command = scene.zero_command(command) if plant.braking else tuple(map(float, run.commands[k]))
+            command = (
+                scene.zero_command(command) if plant.braking else tuple(map(float, run.commands[k]))
+            )
         plant.advance(command if commanded else None)
     return Replay(len(run.t), None, _version_changes(run.versions))
 
@@ -100,9 +122,13 @@ def _acts(changes: Changes, t: float) -> bool:
     return next((state == "acting" for since, state in reversed(changes) if since <= t), False)
 
 
-def _difference(scene: Scene, k: int, run: RecordedRun, state: tuple[Vector, Vector]) -> Difference | None:
+def _difference(
+    scene: Scene, k: int, run: RecordedRun, state: tuple[Vector, Vector]
+) -> Difference | None:
     """Return the first component of (q, v) that differs as period k starts, None if none does."""
-    for quantity, recorded, replayed in zip(("position", "velocity"), (run.q[k], run.v[k]), state, strict=True):
+    for quantity, recorded, replayed in zip(
+        ("position", "velocity"), (run.q[k], run.v[k]), state, strict=True
+    ):
         for joint, then, now in zip(scene.joint_names, recorded.tolist(), replayed, strict=True):
             if _bits(then) != _bits(now):
                 return Difference(k + 1, k * scene.period, joint, quantity, then, now)
@@ -111,7 +137,11 @@ def _difference(scene: Scene, k: int, run: RecordedRun, state: tuple[Vector, Vec
 
 def _version_changes(then: dict[str, str]) -> dict[str, tuple[str, str]]:
     now = provenance.of_this_process()
-    return {name: (value, now.get(name, "none")) for name, value in then.items() if value != now.get(name)}
+    return {
+        name: (value, now.get(name, "none"))
+        for name, value in then.items()
+        if value != now.get(name)
+    }
 
 
 def _bits(x: float) -> int:

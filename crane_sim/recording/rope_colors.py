@@ -12,8 +12,14 @@ if TYPE_CHECKING:
     from crane_sim.recording.layout import Array
 
 MIN_TENSION = 1e-6  # N: a smaller one is a rounding error of 0
-UNLOADED_COLOR, USUAL_COLOR, DOUBLE_COLOR, SLACK_COLOR = (150, 190, 235), (214, 219, 226), (235, 60, 50), (255, 150, 40)
-"""Colours (red, green, blue) of next to no tension, of that of the start, of twice as much and more, and of none."""
+UNLOADED_COLOR, USUAL_COLOR, DOUBLE_COLOR, SLACK_COLOR = (
+    (150, 190, 235),
+    (214, 219, 226),
+    (235, 60, 50),
+    (255, 150, 40),
+)
+"""Colours (red, green, blue) of next to no tension, of that of the start, of twice as much and
+more, and of none."""
 
 
 def usual_tensions(tensions: Array) -> Array:
@@ -31,7 +37,10 @@ def rope_colors(tensions: Array, usual: Array) -> NDArray[np.uint8]:
     ratio = tensions / usual
     stops = (0.0, 1.0, 2.0)
     channels = [
-        np.interp(ratio, stops, values) for values in zip(UNLOADED_COLOR, USUAL_COLOR, DOUBLE_COLOR, strict=True)
+        np.interp(ratio, stops, values)
+        for values in zip(UNLOADED_COLOR, USUAL_COLOR, DOUBLE_COLOR, strict=True)
     ]
     colors = np.stack(channels, axis=-1)
-    return np.where((tensions <= MIN_TENSION)[..., None], SLACK_COLOR, colors).round().astype(np.uint8)
+    return (
+        np.where((tensions <= MIN_TENSION)[..., None], SLACK_COLOR, colors).round().astype(np.uint8)
+    )

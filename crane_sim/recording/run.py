@@ -44,12 +44,18 @@ class Crane(NamedTuple):
 
     kind: str  # kind of crane: knuckle, tower, overhead, ...
     joint_names: tuple[str, ...]  # nq, in the order of q
-    joint_units: tuple[str, ...]  # "rad", "m" or, of components of unit vectors and quaternions, "1"
+    joint_units: tuple[
+        str, ...
+    ]  # "rad", "m" or, of components of unit vectors and quaternions, "1"
     actuated: tuple[str, ...]  # nu of the joints
     effort_units: tuple[str, ...]  # (nu,)
-    command_units: tuple[str, ...]  # (nu,) the same but of joints whose drives take a speed or a position
+    command_units: tuple[
+        str, ...
+    ]  # (nu,) the same but of joints whose drives take a speed or a position
     tip_index: int  # which of the nodes is the upper end of the cable
-    framing: dict[str, Any]  # size, ground, ground_size, eye and look_at of `crane_sim.recording.camera`, m
+    framing: dict[
+        str, Any
+    ]  # size, ground, ground_size, eye and look_at of `crane_sim.recording.camera`, m
     urdf: str  # URDF document
 
     @property
@@ -71,41 +77,58 @@ class AnimationFrames(NamedTuple):
 class RecordedRun:
     """A run from its recording: K control steps, coordinates in the order of crane.joint_names.
 
-    World frame, SI units, angles in rad. The attributes that a `Rollout` has as well have its names. A step's values
-    are those at its start; the instant at which the run ended is no step.
+    World frame, SI units, angles in rad. The attributes that a `Rollout` has as well have its
+    names. A step's values are those at its start; the instant at which the run ended is no step.
     """
 
     path: Path | None  # the recording, None for a run that has none
     crane: Crane
-    properties: dict[str, Any]  # scene, law, seed, period [s], duration [s], derived, scene_file, provenance, drawn
+    properties: dict[
+        str, Any
+    ]  # scene, law, seed, period [s], duration [s], derived, scene_file, provenance, drawn
     t: Array  # (K,) s
     q: Array  # (K, nq) m or rad
     v: Array  # (K, nq) m/s or rad/s
-    q_measured: Array | None  # (K, nq) measured by sensors, where q is the true one; None without sensors
+    q_measured: (
+        Array | None
+    )  # (K, nq) measured by sensors, where q is the true one; None without sensors
     v_measured: Array | None  # (K, nq) likewise
     u: Array  # (K, nu) efforts applied from t on, after limits, in crane.effort_units
-    commands: Array  # (K, nu) what the law demanded, in crane.command_units; NaN where it demanded nothing
+    # (K, nu) what the law demanded, in crane.command_units; NaN where it demanded nothing
+    commands: Array
     reference: Array | None  # (K, nu) m or rad, targets of the actuated joints; None without
     tip: Array  # (K, 3) m
     payload: Array  # (K, 3) m
     base: Array | None  # (K, 6) surge, sway, heave [m], roll, pitch, yaw [rad] of a base that moves
-    tensions: Array  # (K, L) N, of the links from the top to the payload, or of the falls; the first 12 at most
-    reeved: Array | None  # (K, 1 + n) N, of lead line and n falls of a rope that is reeved over sheaves
+    # (K, L) N, of the links from the top to the payload, or of the falls; the first 12 at most
+    tensions: Array
+    reeved: (
+        Array | None
+    )  # (K, 1 + n) N, of lead line and n falls of a rope that is reeved over sheaves
     swing: Array  # (K,) rad, angle of the line from tip to payload from the vertical
     kinetic: Array  # (K,) J
     potential: Array  # (K,) J, from height 0 of the world
     lyapunov: Array | None  # (K, 2) V [J] and dV/dt [W] of a law that shapes an energy
     contact: Array | None  # (K,) N, normal force of a surface on a load that may touch one
     frames: AnimationFrames
-    states: dict[str, Changes]  # by timeline, such as "brakes": (s, state from then on); none without a change of state
+    states: dict[
+        str, Changes
+    ]  # by timeline, such as "brakes": (s, state from then on); none without a change of state
     events: list[tuple[float, str]]  # (s, what happened)
-    summary: dict[str, Any]  # the metrics, as docs/summary.md explains them; empty where the recorder was killed
-    completeness: Completeness = Completeness()  # of the file, whose steps that are not good are left out
+    summary: dict[
+        str, Any
+    ]  # the metrics, as docs/summary.md explains them; empty where the recorder was killed
+    completeness: Completeness = (
+        Completeness()
+    )  # of the file, whose steps that are not good are left out
 
     def __repr__(self) -> str:
         """Return scene, law, length and how the run ended, in two lines."""
         extent = f"{len(self.t)} steps up to {self.t[-1]:g} s" if len(self.t) else "no steps"
-        return f"<RecordedRun of {self.name!r}, law {self.law!r}: {extent}, {self.q.shape[1]} joints\n {self.status}>"
+        return (
+            f"<RecordedRun of {self.name!r}, law {self.law!r}: {extent}, {self.q.shape[1]} "
+            f"joints\n {self.status}>"
+        )
 
     @property
     def name(self) -> str:
@@ -176,29 +199,42 @@ class RecordedRun:
         """Return the scene, as `crane_sim.load_scene` does; `simulate` of it repeats the run.
 
         Args:
-            law: in place of the run's. A law FILE.py:FUNCTION or MODULE:FUNCTION is only executed if it is named here.
+            law: in place of the run's. A law FILE.py:FUNCTION or MODULE:FUNCTION is only executed
+                if it is named here.
 
         Raises:
-            SceneError: the run's law is such code, and no law is named; or the scene is none of this version.
+            SceneError: the run's law is such code, and no law is named; or the scene is none of
+                this version.
         """
         from crane_sim.scenes.scene import load_scene
 
-        scene = load_scene(self.scene_values if law is None else self._with_law(law), own_law=law is not None)
+        scene = load_scene(
+            self.scene_values if law is None else self._with_law(law), own_law=law is not None
+        )
         if scene.law_name is not None and scene.law is None:
-            line = f"its law is the code of {shorten(scene.law_name, PATH)}, which is executed only where it is named"
-            raise SceneError(f"{self.path or self.name}: {line}: load_scene(law=...), crane replay --law ...")
+            line = (
+                f"its law is the code of {shorten(scene.law_name, PATH)}, which is executed only "
+                "where it is named"
+            )
+            raise SceneError(
+                f"{self.path or self.name}: {line}: load_scene(law=...), crane replay --law ..."
+            )
         return scene
 
     def _with_law(self, law: str) -> dict[str, Any]:
         """Return the values of the scene file with another law, with the run's law settings."""
         control = self.scene_values.get("control")
-        return self.scene_values | {"control": (control if isinstance(control, dict) else {}) | {"law": law}}
+        return self.scene_values | {
+            "control": (control if isinstance(control, dict) else {}) | {"law": law}
+        }
 
     @cached_property
     def path_unit(self) -> str:
         """Unit of the path's coordinates: m of the payload's, empty if the joints' units differ."""
         path = (self.scene_values.get("reference") or {}).get("path") or {}
-        return path_unit(path.get("of") == "joints", [self.crane.joint_units[i] for i in self.crane.driven])
+        return path_unit(
+            path.get("of") == "joints", [self.crane.joint_units[i] for i in self.crane.driven]
+        )
 
     @cached_property
     def versions(self) -> dict[str, str]:
@@ -216,7 +252,10 @@ class RecordedRun:
     @property
     def _early_end(self) -> str:
         """One phrase on a run that ended early without an error, otherwise empty."""
-        reason, planned = self.summary.get("ended_by", ""), round(self.properties["duration"] / self.period)
+        reason, planned = (
+            self.summary.get("ended_by", ""),
+            round(self.properties["duration"] / self.period),
+        )
         steps = self.summary.get("steps", len(self.t))
         if not reason or steps >= planned:
             return ""
@@ -243,17 +282,21 @@ class RecordedRun:
 
         `attrs["units"]` has the unit of each column.
 
-        Columns: `q.JOINT`, `v.JOINT`, `u.JOINT`, `command.JOINT`, `reference.JOINT`, `payload.x`, `tip.x`, ..., and
-        `tension`, `swing`, `kinetic`, `potential`, `base.AXIS`, `lyapunov`, `lyapunov_rate` where the run has them;
-        `tension.1`, `tension.2`, ... of a run with the tensions of several links or falls; `lead_line`, `fall.1`, ...
-        of a rope over sheaves.
+        Columns: `q.JOINT`, `v.JOINT`, `u.JOINT`, `command.JOINT`, `reference.JOINT`, `payload.x`,
+        `tip.x`, ..., and `tension`, `swing`, `kinetic`, `potential`, `base.AXIS`, `lyapunov`,
+        `lyapunov_rate` where the run has them; `tension.1`, `tension.2`, ... of a run with the
+        tensions of several links or falls; `lead_line`, `fall.1`, ... of a rope over sheaves.
         """
         try:
             pandas = import_optional("pandas", "a data frame")
         except MissingPackage as error:
-            raise MissingPackage(f"{error}; run.columns() has the same columns without it") from None
+            raise MissingPackage(
+                f"{error}; run.columns() has the same columns without it"
+            ) from None
         columns = self.columns()
-        frame = pandas.DataFrame({name: values for name, (values, _) in columns.items()}, index=self.t)
+        frame = pandas.DataFrame(
+            {name: values for name, (values, _) in columns.items()}, index=self.t
+        )
         frame.index.name = "t"
         frame.attrs["units"] = {"t": "s"} | {name: unit for name, (_, unit) in columns.items()}
         frame.attrs |= {"scene": self.name, "law": self.law, "seed": self.seed}
@@ -278,10 +321,16 @@ class RecordedRun:
             ("base", ("surge", "sway", "heave", "roll", "pitch", "yaw"), axes, self.base),
         )
         columns = {name: column for table in tables for name, column in _split(*table).items()}
-        columns |= {"tension": (self.tension, "N"), "swing": (self.swing, "rad")} | self._further_forces()
+        columns |= {
+            "tension": (self.tension, "N"),
+            "swing": (self.swing, "rad"),
+        } | self._further_forces()
         columns |= {"kinetic": (self.kinetic, "J"), "potential": (self.potential, "J")}
         if self.lyapunov is not None:
-            columns |= {"lyapunov": (self.lyapunov[:, 0], "J"), "lyapunov_rate": (self.lyapunov[:, 1], "W")}
+            columns |= {
+                "lyapunov": (self.lyapunov[:, 0], "J"),
+                "lyapunov_rate": (self.lyapunov[:, 1], "W"),
+            }
         return columns
 
     def _further_forces(self) -> dict[str, tuple[Array, str]]:
@@ -315,9 +364,13 @@ def parse_scene(text: str, path: Path | None) -> dict[str, Any]:
     try:
         values = parse_yaml(text)
     except YAML_ERRORS as error:
-        raise UnreadableRecording(f"{path}: its scene cannot be read: {join_lines(error)}") from None
+        raise UnreadableRecording(
+            f"{path}: its scene cannot be read: {join_lines(error)}"
+        ) from None
     if not isinstance(values, dict):
-        raise UnreadableRecording(f"{path}: its scene holds {type(values).__name__}, not groups of keys")
+        raise UnreadableRecording(
+            f"{path}: its scene holds {type(values).__name__}, not groups of keys"
+        )
     return values
 
 
@@ -334,8 +387,13 @@ def _numbered(kind: str, tensions: Array) -> dict[str, tuple[Array, str]]:
     return {f"{kind}.{k + 1}": (column, "N") for k, column in enumerate(tensions.T)}
 
 
-def _split(kind: str, names: Sequence[str], units: Sequence[str], table: Any) -> dict[str, tuple[Array, str]]:
+def _split(
+    kind: str, names: Sequence[str], units: Sequence[str], table: Any
+) -> dict[str, tuple[Array, str]]:
     """Return the columns of a table (K, n), which may be None, by name."""
     if table is None:
         return {}
-    return {f"{kind}.{name}": (table[:, i], unit) for i, (name, unit) in enumerate(zip(names, units, strict=True))}
+    return {
+        f"{kind}.{name}": (table[:, i], unit)
+        for i, (name, unit) in enumerate(zip(names, units, strict=True))
+    }

@@ -1,8 +1,8 @@
 """Timelines of discrete states during a run, such as those of brakes, ropes and faults.
 
-A timeline is a list of changes of state. It follows from the steps of a run, from its metrics, or from its events;
-messages of a plant add to it. It begins in its normal state ("released", "taut" …), and is recorded only if that
-changes.
+A timeline is a list of changes of state. It follows from the steps of a run, from its metrics, or
+from its events; messages of a plant add to it. It begins in its normal state ("released", "taut"
+…), and is recorded only if that changes.
 """
 
 from __future__ import annotations
@@ -27,8 +27,10 @@ MIN_FORCE = 1e-6  # N: smaller tensions and forces are rounding errors of 0
 NORMAL_COLOR, STOPPING_COLOR, FAULT_COLOR = "#c3cad1", "#c8332b", "#9450b3"
 WARNING_COLOR, CONTACT_COLOR, OTHER_COLOR = "#d9730d", "#2a9d5c", "#1f6fb4"
 _STATES = {
-    NORMAL_COLOR: "released, off, taut, free, apart, clear, answers, accepted, playing, stopped, quitting, moves, "
-    "slips forwards, slips backwards, meshes, pushes forwards, pushes backwards, does not push any more",
+    NORMAL_COLOR: "released, off, taut, free, apart, clear, answers, accepted, playing, stopped, "
+    "quitting, moves, "
+    "slips forwards, slips backwards, meshes, pushes forwards, pushes backwards, does not push any "
+    "more",
     WARNING_COLOR: "slack, limited, refused, paused, is in its play",
     STOPPING_COLOR: "acting, pressed, pushes, tripped, silent",
     FAULT_COLOR: "on",
@@ -39,15 +41,24 @@ COLORS = {state: color for color, states in _STATES.items() for state in states.
 
 EVENTS = (
     (re.compile(r"the (?P<name>.+) (?P<state>sticks)"), "friction of the {}", "moves"),
-    (re.compile(r"the (?P<name>.+) (?P<state>slips forwards|slips backwards)"), "friction of the {}", "sticks"),
-    (re.compile(r"(?P<name>drive \d+ of the \S+) (?P<state>is in .*|pushes .*|does not .*)"), "{}", "meshes"),
+    (
+        re.compile(r"the (?P<name>.+) (?P<state>slips forwards|slips backwards)"),
+        "friction of the {}",
+        "sticks",
+    ),
+    (
+        re.compile(r"(?P<name>drive \d+ of the \S+) (?P<state>is in .*|pushes .*|does not .*)"),
+        "{}",
+        "meshes",
+    ),
     (
         re.compile(r"payload of .* (?P<name>)(?:let go|taken up), (?P<state>.* kg) hang now"),
         "payload",
         "as at the start",
     ),
 )
-"""Events that change a state: pattern, name of the timeline, and its state before, where it is the first one."""
+"""Events that change a state: pattern, name of the timeline, and its state before, where it is the
+first one."""
 
 
 class LimitSwitches(NamedTuple):
@@ -61,7 +72,9 @@ class TimelineInputs(NamedTuple):
     """Inputs of timelines other than the steps of a run."""
 
     limit_switches: LimitSwitches | None  # None without any
-    only_limits_change_efforts: bool  # an applied effort differs from its command only where a limit acts
+    only_limits_change_efforts: (
+        bool  # an applied effort differs from its command only where a limit acts
+    )
 
 
 def make_timeline_inputs(hardware: Any) -> TimelineInputs:
@@ -114,8 +127,8 @@ class Span(NamedTuple):
 def make_spans(changes: Changes, begin: float, end: float, min_duration: float) -> list[Span]:
     """Return a timeline's spans between two times [s]; successive ones have different states.
 
-    A span shorter than `min_duration` [s] is merged into the one before it, unless that one's state is normal: a short
-    departure from the normal state stays visible.
+    A span shorter than `min_duration` [s] is merged into the one before it, unless that one's state
+    is normal: a short departure from the normal state stays visible.
     """
     times = [min(max(t, begin), end) for t, _ in changes] + [end]
     spans: list[Span] = []

@@ -1,7 +1,7 @@
 """Assembler of control steps from messages: state, effort and command with the same stamp.
 
-Stamps are integer nanoseconds; step k carries k times the period. Each topic arrives in order, the topics among
-themselves do not.
+Stamps are integer nanoseconds; step k carries k times the period. Each topic arrives in order, the
+topics among themselves do not.
 """
 
 from __future__ import annotations
@@ -10,7 +10,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 Vector = Sequence[float]
-MAX_ROWS_PENDING = 5000  # steps that a row is held for its command, which may be sent again seconds later
+MAX_ROWS_PENDING = (
+    5000  # steps that a row is held for its command, which may be sent again seconds later
+)
 _MAX_COMMANDS = 8  # different commands of one stamp that are kept
 
 
@@ -21,7 +23,9 @@ class Row(NamedTuple):
     q: Vector
     v: Vector
     effort: Vector
-    demanded: Vector | None  # None without a command of this stamp, or where it is not known which one counted
+    demanded: (
+        Vector | None
+    )  # None without a command of this stamp, or where it is not known which one counted
     reference: Vector | None
     measured: tuple[Vector, Vector] | None = None  # (q, v) as sensors measure them
     braked: bool = False  # the plant reports that its brakes act
@@ -32,11 +36,17 @@ class StepAssembler:
 
     Attributes:
         lost_steps: number of steps before the newest returned row that never became complete.
-        lost_commands: number of returned rows of a commanded crane without a command, while no brakes acted.
+        lost_commands: number of returned rows of a commanded crane without a command, while no
+            brakes acted.
     """
 
     def __init__(
-        self, period_ns: int, reference: Vector | None, commanded: bool = True, after: int = 0, sensed: bool = False
+        self,
+        period_ns: int,
+        reference: Vector | None,
+        commanded: bool = True,
+        after: int = 0,
+        sensed: bool = False,
     ) -> None:
         """Begin after the step `after`.
 
@@ -54,10 +64,14 @@ class StepAssembler:
         self._efforts: dict[int, Vector] = {}
         self._commands: dict[int, list[Vector]] = {}
         self._braked: set[int] = set()
-        self._acceptance_known = False  # the plant publishes which commands count, as it does in real time
+        self._acceptance_known = (
+            False  # the plant publishes which commands count, as it does in real time
+        )
         self._references: list[tuple[int, Vector | None]] = [(0, reference)]
         self._done = after * period_ns  # newest stamp returned
-        self._newest_state = self._newest_effort = self._newest_command = self._newest_true_state = self._done
+        self._newest_state = self._newest_effort = self._newest_command = (
+            self._newest_true_state
+        ) = self._done
         self.lost_steps = self.lost_commands = 0
 
     def follows_reset(self, stamp: int) -> bool:
@@ -101,9 +115,15 @@ class StepAssembler:
         """
         if not self._acceptance_known:
             self._acceptance_known = True
-            braked_since = stamp if effort is None else 0  # lockstep, where every command before has counted
-            self._commands = {at: commands for at, commands in self._commands.items() if at < braked_since}
-            self._newest_command = max(self._done, *self._commands) if self._commands else self._done
+            braked_since = (
+                stamp if effort is None else 0
+            )  # lockstep, where every command before has counted
+            self._commands = {
+                at: commands for at, commands in self._commands.items() if at < braked_since
+            }
+            self._newest_command = (
+                max(self._done, *self._commands) if self._commands else self._done
+            )
         if self._expects(stamp):
             self._commands[stamp] = [] if effort is None else [effort]
             (self._braked.add if effort is None else self._braked.discard)(stamp)
@@ -111,7 +131,11 @@ class StepAssembler:
 
     def _expects(self, stamp: int) -> bool:
         """Whether a command of this stamp may answer a state whose row is still to come."""
-        return self._done < stamp <= max(self._done, self._newest_state) + MAX_ROWS_PENDING * self._period_ns
+        return (
+            self._done
+            < stamp
+            <= max(self._done, self._newest_state) + MAX_ROWS_PENDING * self._period_ns
+        )
 
     def add_reference(self, stamp: int, reference: Vector) -> None:
         """Take the reference that holds from `stamp` on."""
@@ -127,7 +151,10 @@ class StepAssembler:
         """Whether all up to this step has been received: what is missing before it is lost."""
         newest = min(self._newest_state, self._newest_effort)
         newest = min(newest, self._newest_command) if self._acceptance_known else newest
-        return min(newest, self._newest_true_state if self._sensed else newest) >= step * self._period_ns
+        return (
+            min(newest, self._newest_true_state if self._sensed else newest)
+            >= step * self._period_ns
+        )
 
     def pop_rows(self, final: bool = False) -> list[Row]:
         """Remove and return complete rows; the final call includes those without a command."""
@@ -142,7 +169,9 @@ class StepAssembler:
         rows = [self._row(stamp) for stamp in stamps]
         if rows:
             self.lost_steps += rows[-1].step - self._done // self._period_ns - len(rows)
-            self.lost_commands += sum(self._commanded and row.demanded is None and not row.braked for row in rows)
+            self.lost_commands += sum(
+                self._commanded and row.demanded is None and not row.braked for row in rows
+            )
             self._forget(stamps[-1])
         return rows
 
@@ -157,7 +186,11 @@ class StepAssembler:
     def _demanded_efforts(self, stamp: int) -> Vector | None:
         """Return a stamp's only command, of several the applied one; None if none was applied."""
         commands = self._commands.get(stamp, [])
-        fitting = commands if len(commands) == 1 else [effort for effort in commands if effort == self._efforts[stamp]]
+        fitting = (
+            commands
+            if len(commands) == 1
+            else [effort for effort in commands if effort == self._efforts[stamp]]
+        )
         return fitting[0] if fitting else None
 
     def _forget(self, stamp: int) -> None:

@@ -71,7 +71,9 @@ def effort_scales(scene: Scene, hang: SuspendedCable) -> tuple[float, ...]:
     They bring all up to speed at 0.5 m/s², and hold what hangs on the hoist.
     """
     file = validated_scene_file(scene)
-    pushed = sum(hang.masses) + sum(group.mass or 0.0 for group in (file.trolley, file.bridge) if group is not None)
+    pushed = sum(hang.masses) + sum(
+        group.mass or 0.0 for group in (file.trolley, file.bridge) if group is not None
+    )
     scales = {"trolley": 0.5 * pushed, "bridge": 0.5 * pushed, "hoist": 9.81 * sum(hang.masses)}
     return tuple(scales[name] for name in scene.actuated)
 

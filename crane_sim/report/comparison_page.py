@@ -107,7 +107,12 @@ def _metric_rows(comparison: Comparison) -> list[list[str]]:
     rows: list[list[str]] = []
     for key, values in comparison.metrics.items():
         label, unit, shown = metric_row(key, comparison.runs, values)
-        rows.append([f"{label} [{unit.replace('deg', '°')}]" if unit else label, *(text or "–" for text in shown)])
+        rows.append(
+            [
+                f"{label} [{unit.replace('deg', '°')}]" if unit else label,
+                *(text or "–" for text in shown),
+            ]
+        )
     return [head, *rows]
 
 

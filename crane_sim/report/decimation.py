@@ -22,7 +22,8 @@ def rows_with_peaks(values: Array, count: int) -> NDArray[np.int64]:
     Of each stretch of the curve these are the lowest and the highest value, and the first gap.
 
     Args:
-        values: (K,); those that are not finite are no peaks; of each stretch that has any, the first is kept.
+        values: (K,); those that are not finite are no peaks; of each stretch that has any, the
+            first is kept.
         count: the number of rows to which it is reduced, even.
     """
     total = len(values)
@@ -48,8 +49,8 @@ def encode_floats(values: Array) -> str:
 def encode_columns(columns: Array) -> dict[str, Any]:
     """Return a matrix (F, C) as base64 of little-endian int32, column after column.
 
-    A number is `offset + scale * integer`: it is off by less than its column's range / 2^32. Constant columns have
-    scale 0 and no integers.
+    A number is `offset + scale * integer`: it is off by less than its column's range / 2^32.
+    Constant columns have scale 0 and no integers.
     """
     low, high = columns.min(axis=0), columns.max(axis=0)
     span = np.where(high - low > MIN_SPAN, high - low, 0.0)

@@ -28,7 +28,12 @@ COLUMNS, WIDTH, HEIGHT = 3, 5.0, 2.5  # panels side by side, inches of one
 MAX_CURVE_POINTS = 4000
 MAX_SPANS = 500  # of a timeline of states: spans shorter than the run by this number are merged
 KINDS = (".png", ".pdf", ".svg")
-STYLE: Any = {"font.size": 9, "axes.titlesize": 10, "svg.hashsalt": "crane_sim", "axes.edgecolor": AXIS_COLOR}
+STYLE: Any = {
+    "font.size": 9,
+    "axes.titlesize": 10,
+    "svg.hashsalt": "crane_sim",
+    "axes.edgecolor": AXIS_COLOR,
+}
 PLANES = (("from above", 0, 1), ("from the side", 0, 2))
 
 
@@ -36,7 +41,8 @@ def save_run_figure(run: RecordedRun, file: Path) -> None:
     """Write the figure of a run into a .png, .pdf or .svg file.
 
     Raises:
-        SceneError: the kind of file is another one, matplotlib is missing, or the file cannot be written.
+        SceneError: the kind of file is another one, matplotlib is missing, or the file cannot be
+            written.
     """
     _check_kind(file)
     _save(run_figure(run), file)
@@ -79,11 +85,15 @@ def comparison_figure(comparison: Comparison) -> Any:
         for axis, ((title, unit), curves) in zip(axes, quantities.items(), strict=False):
             for i, (run, each) in enumerate(zip(comparison.runs, curves, strict=True)):
                 kept = rows_with_peaks(each, MAX_CURVE_POINTS)
-                axis.plot(run.t[kept], each[kept], color=RUN_COLORS[i % len(RUN_COLORS)], linewidth=1.2)
+                axis.plot(
+                    run.t[kept], each[kept], color=RUN_COLORS[i % len(RUN_COLORS)], linewidth=1.2
+                )
             _label(axis, title[0].upper() + title[1:], unit)
         for axis in axes[len(quantities) :]:
             axis.set_axis_off()
-        figure.legend(axes[0].lines, comparison.names, loc="outside upper center", ncols=6, frameon=False)
+        figure.legend(
+            axes[0].lines, comparison.names, loc="outside upper center", ncols=6, frameon=False
+        )
     return figure
 
 
@@ -100,7 +110,9 @@ def run_figure(run: RecordedRun) -> Any:
     rc_context, figure_class = _matplotlib()
     with rc_context(STYLE):
         figure, axes = _make_axes(figure_class, rows)
-        title = " · ".join(filter(None, (run.name, f"law {run.law}", run.status, run.real_time_violation)))
+        title = " · ".join(
+            filter(None, (run.name, f"law {run.law}", run.status, run.real_time_violation))
+        )
         figure.suptitle(title, color=TEXT_COLOR, wrap=True)
         for axis, panel in zip(axes, panels, strict=False):
             _draw(axis, run, panel)
@@ -129,7 +141,11 @@ def _make_axes(figure_class: Any, rows: int) -> tuple[Any, Any]:
 def _draw(axis: Any, run: RecordedRun, panel: Panel) -> None:
     for curve in panel.curves:
         rows = rows_with_peaks(curve.values, MAX_CURVE_POINTS)
-        style = {"linestyle": "--", "linewidth": 0.9, "alpha": 0.75} if curve.dashed else {"linewidth": 1.2}
+        style = (
+            {"linestyle": "--", "linewidth": 0.9, "alpha": 0.75}
+            if curve.dashed
+            else {"linewidth": 1.2}
+        )
         style |= {"linestyle": ":", "linewidth": 1.0} if curve.dotted else {}
         axis.plot(run.t[rows], curve.values[rows], color=curve.color, label=curve.name, **style)
     for t, _ in run.events[:50]:
@@ -164,9 +180,23 @@ def _draw_states(axis: Any, run: RecordedRun) -> None:
     end = float(run.t[-1]) + run.period
     for row, changes in enumerate(run.states.values()):
         for begin, until, state in make_spans(changes, 0.0, end, end / MAX_SPANS):
-            axis.barh(row, max(until - begin, end / MAX_SPANS), left=begin, height=0.7, color=get_color(state))
+            axis.barh(
+                row,
+                max(until - begin, end / MAX_SPANS),
+                left=begin,
+                height=0.7,
+                color=get_color(state),
+            )
             if until - begin > 0.02 * len(state) * end:
-                axis.text(begin + 0.01 * end, row, state, va="center", fontsize=6.5, color=TEXT_COLOR, clip_on=True)
+                axis.text(
+                    begin + 0.01 * end,
+                    row,
+                    state,
+                    va="center",
+                    fontsize=6.5,
+                    color=TEXT_COLOR,
+                    clip_on=True,
+                )
     axis.set_yticks(range(len(run.states)), list(run.states), fontsize=7.5)
     axis.invert_yaxis()
     axis.set_xlim(0.0, end)

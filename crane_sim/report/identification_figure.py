@@ -42,7 +42,9 @@ def _draw_joint(row: Any, found: Identification, i: int, factor: float) -> None:
     row[0].plot(t, q, ".", color=GREY, markersize=2.0, label="data")
     ends = [*found.segments[1:], len(t)]
     for k, (first, end) in enumerate(zip(found.segments, ends, strict=True)):
-        row[0].plot(t[first:end], fit[first:end], color=RED, linewidth=1.0, label="fit" if k == 0 else None)
+        row[0].plot(
+            t[first:end], fit[first:end], color=RED, linewidth=1.0, label="fit" if k == 0 else None
+        )
     row[1].plot(t, q - fit, ".", color=BLUE, markersize=1.5)
     for first in found.segments[1:]:
         row[1].axvline(t[first], color=GREY, linewidth=0.5)

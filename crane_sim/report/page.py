@@ -75,4 +75,7 @@ class Frame:
 
     def _repr_html_(self) -> str:
         style = f"width:100%;height:{self._height}px;border:0"
-        return f'<iframe srcdoc="{escape(page(self._run))}" style="{style}" sandbox="allow-scripts"></iframe>'
+        return (
+            f'<iframe srcdoc="{escape(page(self._run))}" style="{style}" '
+            'sandbox="allow-scripts"></iframe>'
+        )

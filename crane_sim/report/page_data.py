@@ -41,8 +41,8 @@ MAX_SPANS = 1000  # of a timeline of states
 def page_data(run: RecordedRun, max_frame_values: int = MAX_FRAME_VALUES) -> dict[str, Any]:
     """Return a run's page content, with at most `max_frame_values` values in its frames.
 
-    The failure window: the last FAILURE_INTERVAL seconds of a run that failed. `headed_table` has rows below a row of
-    column names, `plain_table` rows of a name and its values.
+    The failure window: the last FAILURE_INTERVAL seconds of a run that failed. `headed_table` has
+    rows below a row of column names, `plain_table` rows of a name and its values.
     """
     robot = parse_robot(run.urdf, run.crane.joint_names)
     end = float(run.t[-1]) + run.period
@@ -62,7 +62,9 @@ def page_data(run: RecordedRun, max_frame_values: int = MAX_FRAME_VALUES) -> dic
         "afloat": run.base is not None,
         "frames": frames_of(run, used_coordinates(robot), max_frame_values),
         "panels": _encode(run, panels, slice(None)),
-        "failure_window_panels": None if run.finished else _encode(run, panels, _rows_before_failure(run, end)),
+        "failure_window_panels": None
+        if run.finished
+        else _encode(run, panels, _rows_before_failure(run, end)),
         "states": state_rows(run, end),
         "events": run.events[:MAX_EVENTS],
         "event_count": max(len(run.events), run.summary.get("event_count", 0)),
@@ -73,7 +75,9 @@ def page_data(run: RecordedRun, max_frame_values: int = MAX_FRAME_VALUES) -> dic
 
 def state_rows(run: RecordedRun, end: float) -> list[dict[str, Any]]:
     """Return state timelines up to a time [s]: name and spans, [begin, end, state, colour]."""
-    spans = {name: make_spans(changes, 0.0, end, end / MAX_SPANS) for name, changes in run.states.items()}
+    spans = {
+        name: make_spans(changes, 0.0, end, end / MAX_SPANS) for name, changes in run.states.items()
+    }
     return [
         {"name": name, "spans": [[*span, get_color(span.state)] for span in each[:MAX_SPANS]]}
         for name, each in spans.items()
@@ -81,7 +85,11 @@ def state_rows(run: RecordedRun, end: float) -> list[dict[str, Any]]:
 
 
 def _tables(run: RecordedRun) -> dict[str, Any]:
-    return {"headed_table": joint_table(run), "plain_table": plain_metrics(run), "origin": _origin(run)}
+    return {
+        "headed_table": joint_table(run),
+        "plain_table": plain_metrics(run),
+        "origin": _origin(run),
+    }
 
 
 def _rows_before_failure(run: RecordedRun, end: float) -> slice:
@@ -97,7 +105,12 @@ def _encode(run: RecordedRun, panels: list[Panel], rows: slice) -> list[dict[str
             "title": panel.title,
             "unit": panel.unit,
             "curves": [
-                {"name": curve.name, "color": curve.color, "dashed": curve.dashed, "dotted": curve.dotted}
+                {
+                    "name": curve.name,
+                    "color": curve.color,
+                    "dashed": curve.dashed,
+                    "dotted": curve.dotted,
+                }
                 | curve_points(run.t[rows], curve.values[rows], points)
                 for curve in panel.curves
             ],
@@ -112,23 +125,33 @@ def curve_points(t: Array, values: Array, count: int) -> dict[str, str]:
     return {"t": encode_floats(t[rows]), "values": encode_floats(values[rows])}
 
 
-def frames_of(run: RecordedRun, moving: list[int], max_values: int = MAX_FRAME_VALUES) -> dict[str, Any]:
+def frames_of(
+    run: RecordedRun, moving: list[int], max_values: int = MAX_FRAME_VALUES
+) -> dict[str, Any]:
     """Return the 3D scene's frames as columns, and each quantity's columns: [first, count]."""
     frames, tip = run.frames, run.crane.tip_index
     steps = run.frame_steps
-    parts = {"t": frames.t[:, None], "q": run.q[steps][:, moving], "nodes": _flat(frames.nodes[:, tip:])}
+    parts = {
+        "t": frames.t[:, None],
+        "q": run.q[steps][:, moving],
+        "nodes": _flat(frames.nodes[:, tip:]),
+    }
     parts["tension"] = rope_loads(run)[steps]
     if run.base is not None:
         base = run.base[steps]
         parts["base"] = np.hstack([base[:, :3], base_quaternions(base)])
-    if frames.target is not None and np.isfinite(frames.target).all():  # it may begin in the middle of a run
+    if (
+        frames.target is not None and np.isfinite(frames.target).all()
+    ):  # it may begin in the middle of a run
         parts["target"] = frames.target
     if frames.falls is not None:
         parts["falls"] = _flat(frames.falls)
     widths = [part.shape[1] for part in parts.values()]
     firsts = np.cumsum([0, *widths]).tolist()
     columns = np.hstack(list(parts.values()))
-    named = {name: [first, width] for name, first, width in zip(parts, firsts, widths, strict=False)}
+    named = {
+        name: [first, width] for name, first, width in zip(parts, firsts, widths, strict=False)
+    }
     kept = _select_frames(frames.t, columns, max_values)
     return encode_columns(columns[kept]) | {"columns": named, "moving": moving}
 
@@ -164,23 +187,31 @@ def _origin(run: RecordedRun) -> list[tuple[str, str]]:
 def parse_robot(urdf: str, coordinates: Sequence[str]) -> dict[str, Any]:
     """Return the links of a URDF with their solids, and its joints with their coordinates.
 
-    A joint that moves has `source`, the index of its coordinate, and `multiplier` and `offset` of its position. A fixed
-    joint has none of these, except for the one of a body's attitude, which URDF has no type for: its `source` is the
-    indices of the components w, x, y, z of a quaternion.
+    A joint that moves has `source`, the index of its coordinate, and `multiplier` and `offset` of
+    its position. A fixed joint has none of these, except for the one of a body's attitude, which
+    URDF has no type for: its `source` is the indices of the components w, x, y, z of a quaternion.
 
     Args:
         urdf: the document's text.
         coordinates: names of the joint coordinates (nq,).
     """
     robot = ElementTree.fromstring(urdf)
-    links = {link.attrib["name"]: [_solid(visual) for visual in link.iter("visual")] for link in robot.iter("link")}
-    return {"links": links, "joints": [_joint_record(joint, list(coordinates)) for joint in robot.findall("joint")]}
+    links = {
+        link.attrib["name"]: [_solid(visual) for visual in link.iter("visual")]
+        for link in robot.iter("link")
+    }
+    return {
+        "links": links,
+        "joints": [_joint_record(joint, list(coordinates)) for joint in robot.findall("joint")],
+    }
 
 
 def used_coordinates(robot: dict[str, Any]) -> list[int]:
     """Return the indices of the coordinates that move a joint, in ascending order."""
     used = [joint["source"] for joint in robot["joints"] if "source" in joint]
-    return sorted({i for source in used for i in (source if isinstance(source, list) else [source])})
+    return sorted(
+        {i for source in used for i in (source if isinstance(source, list) else [source])}
+    )
 
 
 def _joint_record(joint: ElementTree.Element, coordinates: list[str]) -> dict[str, Any]:
@@ -194,7 +225,9 @@ def _joint_record(joint: ElementTree.Element, coordinates: list[str]) -> dict[st
     }
     if joint.attrib["type"] == "fixed":
         quaternion = [coordinates.index(part) for part in ATTITUDE if part in coordinates]
-        return description | ({"source": quaternion} if name == ATTITUDE_JOINT and quaternion else {})
+        return description | (
+            {"source": quaternion} if name == ATTITUDE_JOINT and quaternion else {}
+        )
     return description | {
         "source": coordinates.index(name if mimic is None else mimic.attrib["joint"]),
         "multiplier": 1.0 if mimic is None else float(mimic.attrib.get("multiplier", "1")),
@@ -233,8 +266,14 @@ HEADLINES = {
     "min_rope_tension": "smallest tension",
     "saturated_steps": "saturated periods",
 }
-HIDDEN = tuple("scene law mode seed error real_time_violation state_sha256 recording mcap event_count".split())
-JOINTS = {"final_error": "final error", "settling_time": "joint settled after", "peak_effort": "peak effort"}
+HIDDEN = tuple(
+    "scene law mode seed error real_time_violation state_sha256 recording mcap event_count".split()
+)
+JOINTS = {
+    "final_error": "final error",
+    "settling_time": "joint settled after",
+    "peak_effort": "peak effort",
+}
 
 
 def headlines(run: RecordedRun) -> list[tuple[str, str]]:
@@ -245,8 +284,16 @@ def headlines(run: RecordedRun) -> list[tuple[str, str]]:
 
 def plain_metrics(run: RecordedRun) -> list[tuple[str, str]]:
     """Return (name, value with its unit) of all single metrics of a run's summary."""
-    single = {key: value for key, value in run.summary.items() if isinstance(value, str | int | float) or value is None}
-    return [(metric_label(key), _format(value, _unit(key, run))) for key, value in single.items() if key not in HIDDEN]
+    single = {
+        key: value
+        for key, value in run.summary.items()
+        if isinstance(value, str | int | float) or value is None
+    }
+    return [
+        (metric_label(key), _format(value, _unit(key, run)))
+        for key, value in single.items()
+        if key not in HIDDEN
+    ]
 
 
 def joint_table(run: RecordedRun) -> list[list[str]]:
@@ -255,7 +302,11 @@ def joint_table(run: RecordedRun) -> list[list[str]]:
     units = dict(zip(crane.joint_names, crane.joint_units, strict=True))
     efforts = dict(zip(crane.actuated, crane.effort_units, strict=True))
     kinds = [key for key in JOINTS if summary.get(key)]
-    unit_of = {"final_error": units, "settling_time": dict.fromkeys(crane.actuated, "s"), "peak_effort": efforts}
+    unit_of = {
+        "final_error": units,
+        "settling_time": dict.fromkeys(crane.actuated, "s"),
+        "peak_effort": efforts,
+    }
     rows = [
         [label(name), *(_format(summary[key].get(name), unit_of[key][name]) for key in kinds)]
         for name in crane.actuated

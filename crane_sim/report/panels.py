@@ -14,11 +14,15 @@ if TYPE_CHECKING:
     from crane_sim.recording.run import RecordedRun
 
 RUN_COLORS = (PALETTE[1], PALETTE[0], *PALETTE[2:])
-"""Colours of runs in a comparison, chosen for contrast; the first is yellow like the crane, as in its recording."""
+"""Colours of runs in a comparison, chosen for contrast; the first is yellow like the crane, as in
+its recording."""
 AXIS_COLOR = "#8a95a1"
 MIN_SPAN_FRACTION = 0.1  # of an axis: a curve with a smaller span gets an axis of its own
 MAX_TITLE_NAMES = 4  # names of curves in a title
-PREFIXES = ((1e6, 2e6, "M"), (1e3, 2e4, "k"))  # factor, smallest peak for which it is used, SI prefix
+PREFIXES = (
+    (1e6, 2e6, "M"),
+    (1e3, 2e4, "k"),
+)  # factor, smallest peak for which it is used, SI prefix
 UNITS_WITH_PREFIX = ("N", "N m", "J", "W")
 
 
@@ -35,7 +39,11 @@ def panels_of(run: RecordedRun) -> list[Panel]:
     by_axis: dict[Quantity, list[Sequence[Curve]]] = {}
     for each in curve_sets(run):
         by_axis.setdefault(Quantity(each.title, each.unit), []).append(each.curves)
-    return [panel for (title, unit), curves in by_axis.items() for panel in _group_by_axis(title, unit, curves)]
+    return [
+        panel
+        for (title, unit), curves in by_axis.items()
+        for panel in _group_by_axis(title, unit, curves)
+    ]
 
 
 def _group_by_axis(title: str, unit: str, curve_sets: Sequence[Sequence[Curve]]) -> list[Panel]:
@@ -51,7 +59,13 @@ def _group_by_axis(title: str, unit: str, curve_sets: Sequence[Sequence[Curve]])
         else:
             fitting.append(curves)
     return [
-        _scale(Panel(_title(title, group, len(groups)), unit, tuple(curve for curves in group for curve in curves)))
+        _scale(
+            Panel(
+                _title(title, group, len(groups)),
+                unit,
+                tuple(curve for curves in group for curve in curves),
+            )
+        )
         for group in groups
     ]
 

@@ -63,7 +63,12 @@ def study_page(result: StudyResult, folder: Path | None = None) -> str:
 def _template() -> Any:
     """Return the template of the page."""
     jinja2 = import_optional("jinja2", "the page of a study")
-    settings = {"autoescape": True, "trim_blocks": True, "lstrip_blocks": True, "undefined": jinja2.StrictUndefined}
+    settings = {
+        "autoescape": True,
+        "trim_blocks": True,
+        "lstrip_blocks": True,
+        "undefined": jinja2.StrictUndefined,
+    }
     return jinja2.Environment(**settings).from_string(read_asset("study.html"))
 
 
@@ -108,10 +113,23 @@ def _differences(summary: dict[str, Any]) -> Iterator[Table]:
             share = "" if np.isnan(each["share"]) else f"{each['share']:.0%}"
             tests = (share, _format(each["effect_size"]), _format(each["p_value"]))
             rows.append((name, other, str(each["pairs"]), _format(each["mean"]), interval, *tests))
-    head = ("metric", "variant", "pairs", "mean", "95 % interval", "smaller in", "effect size", "p (Wilcoxon)")
+    head = (
+        "metric",
+        "variant",
+        "pairs",
+        "mean",
+        "95 % interval",
+        "smaller in",
+        "effect size",
+        "p (Wilcoxon)",
+    )
     yield Table(f"Differences from {first}, on the same samples", head, rows)
     fails = [
-        (other, *(str(each[key]) for key in ("first_only", "second_only", "both")), _format(each["p_value"]))
+        (
+            other,
+            *(str(each[key]) for key in ("first_only", "second_only", "both")),
+            _format(each["p_value"]),
+        )
         for other, each in summary["failure_differences"].items()
         if each["first_only"] + each["second_only"] + each["both"]
     ]
@@ -159,7 +177,9 @@ def _distributions(result: StudyResult, names: Sequence[str]) -> list[str]:
     for name in names:
         spread = {variant: result.metric(name, variant) for variant in result.study.variant_changes}
 
-        def draw(axes: Any, spread: dict[str, npt.NDArray[np.float64]] = spread, name: str = name) -> None:
+        def draw(
+            axes: Any, spread: dict[str, npt.NDArray[np.float64]] = spread, name: str = name
+        ) -> None:
             for color, (variant, values) in zip(COLORS * 9, spread.items(), strict=False):
                 ordered = np.sort(values[np.isfinite(values)])
                 share = np.arange(1, len(ordered) + 1) / max(len(values), 1)
@@ -184,7 +204,15 @@ def _scatters(result: StudyResult, names: Sequence[str]) -> list[str]:
             for color, each in zip(COLORS * 9, result.study.variant_changes, strict=False):
                 x, y = values[variant == each], result.metric(name, each)
                 every = max(1, len(x) // MAX_SCATTER_POINTS)
-                axes.plot(x[::every], y[::every], ".", color=color, markersize=3, label=each, rasterized=True)
+                axes.plot(
+                    x[::every],
+                    y[::every],
+                    ".",
+                    color=color,
+                    markersize=3,
+                    label=each,
+                    rasterized=True,
+                )
             axes.set(xlabel=key, ylabel=name)
             axes.legend(frameon=False)
 
@@ -192,7 +220,9 @@ def _scatters(result: StudyResult, names: Sequence[str]) -> list[str]:
     return [drawing for drawing in drawings if drawing]
 
 
-def _worst(result: StudyResult, names: Sequence[str], folder: Path) -> Iterator[tuple[str, str, list[Case]]]:
+def _worst(
+    result: StudyResult, names: Sequence[str], folder: Path
+) -> Iterator[tuple[str, str, list[Case]]]:
     """Yield (metric, variant, the runs with the largest values)."""
     case, variant = result.column("case"), result.column("variant")
     for name in names:
@@ -200,7 +230,11 @@ def _worst(result: StudyResult, names: Sequence[str], folder: Path) -> Iterator[
             values, numbers = result.metric(name, each), case[variant == each]
             order = np.argsort(-np.nan_to_num(values, nan=-np.inf))[:WORST_COUNT]
             known = [i for i in order if not np.isnan(values[i])]
-            yield name, each, [_case(result, int(numbers[i]), float(values[i]), folder) for i in known]
+            yield (
+                name,
+                each,
+                [_case(result, int(numbers[i]), float(values[i]), folder) for i in known],
+            )
 
 
 def _case(result: StudyResult, number: int, value: float, folder: Path) -> Case:

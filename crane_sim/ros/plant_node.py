@@ -47,10 +47,19 @@ PARAMETERS = {
     "scene": Option("knuckle_setpoint", "scene: a name of the catalogue or a path"),
     "mode": Option(RunMode.LOCKSTEP.value, "when steps are taken", choices=RUN_MODES),
     "rate": Option(1.0, "realtime: simulated seconds per second", 1e-3, 1e6),
-    "commanded": Option(False, "ignore the scene's own law and inputs: another node commands every period"),
-    "commander": Option("", "lockstep: node in this namespace that alone may command; empty: the first one that does"),
-    "expected_controllers": Option(1, "publishers of commands to wait for before the run begins", 0, 100),
-    "expected_trackers": Option(0, "outer loops of laws, which subscribe to the states and command nothing", 0, 100),
+    "commanded": Option(
+        False, "ignore the scene's own law and inputs: another node commands every period"
+    ),
+    "commander": Option(
+        "",
+        "lockstep: node in this namespace that alone may command; empty: the first one that does",
+    ),
+    "expected_controllers": Option(
+        1, "publishers of commands to wait for before the run begins", 0, 100
+    ),
+    "expected_trackers": Option(
+        0, "outer loops of laws, which subscribe to the states and command nothing", 0, 100
+    ),
     "expected_recorders": Option(0, "recorders to wait for before the run begins", 0, 100),
     "command_timeout": Option(
         0.5,
@@ -65,38 +74,64 @@ PARAMETERS = {
     ),
     "command_lease": Option(
         0.3,
-        "s without a command after which another node may command; in lockstep only a standby of the same node",
+        "s without a command after which another node may command; in lockstep only a standby of "
+        "the same node",
         0.01,
         60.0,
     ),
     "command_stamps": Option(
         CommandStamps.STATE.value,
-        "stamps of commands: that of the state answered, ROS time, or any; with ros the clock leads lockstep",
+        "stamps of commands: that of the state answered, ROS time, or any; with ros the clock "
+        "leads lockstep",
         choices=COMMAND_STAMPS,
     ),
     "largest_effort": Option(
-        0.0, "N m or N; a command that is larger is refused; 0: far beyond what the scene can need", 0.0, 1e12
+        0.0,
+        "N m or N; a command that is larger is refused; 0: far beyond what the scene can need",
+        0.0,
+        1e12,
     ),
-    "step_timeout": Option(0.5, "s without a command until lockstep sends its state again", 1e-3, 3600.0),
-    "beside": Option("", "lockstep: peers, the namespaces of other cranes on the same clock, with commas between them"),
+    "step_timeout": Option(
+        0.5, "s without a command until lockstep sends its state again", 1e-3, 3600.0
+    ),
+    "beside": Option(
+        "",
+        "lockstep: peers, the namespaces of other cranes on the same clock, with commas between "
+        "them",
+    ),
     "clock": Option(True, "publish /clock; of several cranes on the same clock one does"),
     "publish_tf": Option(
         TransformScope.ALL.value,
         "transforms: of all frames; of the base alone, beside a robot_state_publisher; or none",
         choices=TRANSFORM_SCOPES,
     ),
-    "tf_rate": Option(50.0, "transforms per second of the scene, at most one per period", 1e-3, 1e6),
-    "frame_prefix": Option("", "begins the names of all frames but world; for several cranes in one ROS domain"),
-    "paused": Option(False, "the run begins paused, until ~/set_pause or a standard service plays it"),
-    "resends": Option(10, "of one state until lockstep reports that it waits, paused, for a command", 0, 1_000_000),
-    "fifo_priority": Option(0, "SCHED_FIFO priority of the loop over steps; 0: ordinary scheduling", 0, 99),
-    "step_count": Option(1, "steps that one call of ~/step_simulation takes", 1, 100_000_000, live=True),
-    "reset_positions": Option((), "where ~/reset_simulation puts the joints; empty: the scene's start", live=True),
+    "tf_rate": Option(
+        50.0, "transforms per second of the scene, at most one per period", 1e-3, 1e6
+    ),
+    "frame_prefix": Option(
+        "", "begins the names of all frames but world; for several cranes in one ROS domain"
+    ),
+    "paused": Option(
+        False, "the run begins paused, until ~/set_pause or a standard service plays it"
+    ),
+    "resends": Option(
+        10, "of one state until lockstep reports that it waits, paused, for a command", 0, 1_000_000
+    ),
+    "fifo_priority": Option(
+        0, "SCHED_FIFO priority of the loop over steps; 0: ordinary scheduling", 0, 99
+    ),
+    "step_count": Option(
+        1, "steps that one call of ~/step_simulation takes", 1, 100_000_000, live=True
+    ),
+    "reset_positions": Option(
+        (), "where ~/reset_simulation puts the joints; empty: the scene's start", live=True
+    ),
     "reset_velocities": Option((), "with which velocities; empty: the scene's own", live=True),
 }
 
 
-_DISCOVERY = 0.5  # s after which the graph has all nodes that were there before: announcements are 0.1 s apart
+# s after which the graph has all nodes that were there before: announcements are 0.1 s apart
+_DISCOVERY = 0.5
 
 
 class PlantNode:
@@ -110,7 +145,9 @@ class PlantNode:
         self._host, self._settings = host, settings
         self._discovered = time.monotonic() + _DISCOVERY
         sensed = is_sensed(scene)
-        self._topics = PlantTopics(host.node, scene.joint_names, scene.actuated, settings.clock, sensed, host.notify)
+        self._topics = PlantTopics(
+            host.node, scene.joint_names, scene.actuated, settings.clock, sensed, host.notify
+        )
         self._topics.publish_description(urdf_with_ros2_control(scene, host.node.get_namespace()))
         plant, largest = Plant(scene), largest_efforts(scene, settings.largest_effort)
         further = self._further_publishers(scene)
@@ -133,7 +170,10 @@ class PlantNode:
         host.wait(self._missing, simulation.publish_clock_if_due)
         self._refuse_duplicate()
         host.report_ready()
-        host.wait(lambda: "" if host.started and host.active else "the request go", simulation.publish_clock_if_due)
+        host.wait(
+            lambda: "" if host.started and host.active else "the request go",
+            simulation.publish_clock_if_due,
+        )
         if not host.stop_reason:
             self._set_priority()
             if self._settings.paused:
@@ -145,7 +185,8 @@ class PlantNode:
         error = self._simulation.failure or ("" if ended else "interrupted")
         simulation.end()
         self._report(error)
-        self._topics.flush()  # after the report: a subscriber that does not acknowledge delays nothing else
+        # after the report: a subscriber that does not acknowledge delays nothing else
+        self._topics.flush()
         if host.pipes.attached:
             host.wait(lambda: "the request finish", simulation.publish_clock_if_due)
         if error and host.stop_reason not in ENDINGS:
@@ -179,14 +220,19 @@ class PlantNode:
     def _refuse_duplicate(self) -> None:
         """Raise Fault if another plant publishes these joint states: controllers would drive both.
 
-        Another one is in the graph some announcements after this one came. A plant that was killed stays there until
-        its liveliness lease ends; that is waited for.
+        Another one is in the graph some announcements after this one came. A plant that was killed
+        stays there until its liveliness lease ends; that is waited for.
         """
         self._host.wait(lambda: "other nodes" if time.monotonic() < self._discovered else "")
         deadline = time.monotonic() + 2 * LIVELINESS_LEASE
-        self._host.wait(lambda: self._topics.duplicate_publisher() if time.monotonic() < deadline else "")
+        self._host.wait(
+            lambda: self._topics.duplicate_publisher() if time.monotonic() < deadline else ""
+        )
         if line := self._topics.duplicate_publisher():
-            raise Fault(f"{line}; possible: one plant in a namespace and ROS domain; end the other, or use another")
+            raise Fault(
+                f"{line}; possible: one plant in a namespace and ROS domain; end the other, or use "
+                "another"
+            )
 
     def _set_priority(self) -> None:
         """Give the loop over steps the real-time priority, not the middleware's threads."""
@@ -196,7 +242,9 @@ class PlantNode:
         try:
             os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
         except OSError as error:
-            self._host.node.get_logger().warning(f"fifo_priority {priority}: not permitted: {error.strerror}")
+            self._host.node.get_logger().warning(
+                f"fifo_priority {priority}: not permitted: {error.strerror}"
+            )
 
     @property
     def _wall_period(self) -> float:
@@ -221,8 +269,12 @@ class PlantNode:
         recorders, trackers = self._settings.expected_recorders, self._settings.expected_trackers
         controllers = self._settings.expected_controllers if self._simulation.scene.sampled else 0
         if self._scheduler.commands_have_come:  # controllers that only command receive no states
-            controllers -= len(self._scheduler.commanding_nodes() - self._topics.subscribing_nodes())
-        subscribers = max(controllers, 0) + trackers + recorders + len(peer_names(self._settings.beside))
+            controllers -= len(
+                self._scheduler.commanding_nodes() - self._topics.subscribing_nodes()
+            )
+        subscribers = (
+            max(controllers, 0) + trackers + recorders + len(peer_names(self._settings.beside))
+        )
         return self._topics.missing(subscribers, recorders) or self._scheduler.missing()
 
     def _make_scheduler(self) -> Scheduler:
@@ -246,13 +298,17 @@ def _clock_leads(scene: Scene, settings: SimpleNamespace) -> bool:
     if leads and peer_names(settings.beside):
         raise ValueError(f"{beside}; cranes on one clock need command_stamps 'state'")
     if leads and not settings.clock:
-        raise ValueError("parameter command_stamps is 'ros'; lockstep by ROS time needs the parameter clock")
+        raise ValueError(
+            "parameter command_stamps is 'ros'; lockstep by ROS time needs the parameter clock"
+        )
     return leads
 
 
 def main() -> int:
     """Run the node; see `node_host.main` for the exit code."""
-    return node_host.main("plant", PARAMETERS, lambda host, settings: PlantNode(host, settings).run(), managed=True)
+    return node_host.main(
+        "plant", PARAMETERS, lambda host, settings: PlantNode(host, settings).run(), managed=True
+    )
 
 
 if __name__ == "__main__":

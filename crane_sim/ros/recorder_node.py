@@ -25,12 +25,23 @@ if TYPE_CHECKING:
 
 PARAMETERS = {
     "scene": Option("knuckle_setpoint", "scene: a name of the catalogue or a path"),
-    "path": Option("runs/run.rrd", "the Rerun recording, with .part behind its name while it grows; empty: none"),
-    "mcap": Option("", "MCAP file of the messages as they came, with .part while it grows; empty: none"),
-    "commanded": Option(False, "ignore the scene's own law and inputs, as a plant with this parameter does"),
-    "live_port": Option(0, "serve the recording to viewers on this local port, too; 0: do not", 0, 65535),
+    "path": Option(
+        "runs/run.rrd",
+        "the Rerun recording, with .part behind its name while it grows; empty: none",
+    ),
+    "mcap": Option(
+        "", "MCAP file of the messages as they came, with .part while it grows; empty: none"
+    ),
+    "commanded": Option(
+        False, "ignore the scene's own law and inputs, as a plant with this parameter does"
+    ),
+    "live_port": Option(
+        0, "serve the recording to viewers on this local port, too; 0: do not", 0, 65535
+    ),
     "recording_id": Option("", "identifier of the recording in the viewer; empty: a new one"),
-    "standby": Option(False, "stand by, and resume, at the request go, where another recorder has failed"),
+    "standby": Option(
+        False, "stand by, and resume, at the request go, where another recorder has failed"
+    ),
     "resets": Option(0, "resets of the plant before this recorder stands by", 0, 1_000_000_000),
 }
 
@@ -55,7 +66,9 @@ def serve(host: NodeHost, settings: SimpleNamespace) -> None:
         outputs = _open_outputs(host, scene, settings, ResumeState())
         subscriptions = RecorderSubscriptions(host.node, outputs.callbacks)
         if settings.live_port:
-            host.node.get_logger().info(f"watch it live: crane view --live --port {settings.live_port}")
+            host.node.get_logger().info(
+                f"watch it live: crane view --live --port {settings.live_port}"
+            )
         host.wait(partial(subscriptions.missing, is_sensed(scene)))
         host.report_ready()
     if outputs:
@@ -77,7 +90,9 @@ def _stand_by(
     buffer = ReplayBuffer(NAMES if settings.mcap else TOPICS, settings.resets)
     subscriptions = RecorderSubscriptions(host.node, [buffer.callbacks()])
     if settings.path:
-        from crane_sim.recording.rerun.recorder import warm_up  # imports Rerun before the fail-over, not in it
+        from crane_sim.recording.rerun.recorder import (
+            warm_up,
+        )  # imports Rerun before the fail-over, not in it
 
         warm_up(scene)
     host.wait(partial(subscriptions.missing, is_sensed(scene)))
@@ -93,13 +108,17 @@ def _stand_by(
     return subscriptions, outputs
 
 
-def _open_outputs(host: NodeHost, scene: "Scene", settings: SimpleNamespace, resume: ResumeState) -> Outputs:
+def _open_outputs(
+    host: NodeHost, scene: "Scene", settings: SimpleNamespace, resume: ResumeState
+) -> Outputs:
     outputs = Outputs(host.node, scene, settings, resume)
     outputs.report_resets(lambda: _report_statistics(host, outputs))
     return outputs
 
 
-def _record_run(host: NodeHost, scene: "Scene", subscriptions: RecorderSubscriptions, outputs: Outputs) -> None:
+def _record_run(
+    host: NodeHost, scene: "Scene", subscriptions: RecorderSubscriptions, outputs: Outputs
+) -> None:
     _record_until_stopped(host, subscriptions, outputs)
     added = _finish_files(host, subscriptions, outputs, *_final_summary(scene, host.stop_reason))
     added |= refused_entry(subscriptions.refused() + outputs.misfits())
@@ -111,7 +130,9 @@ def _record_run(host: NodeHost, scene: "Scene", subscriptions: RecorderSubscript
     host.node.get_logger().info(f"wrote {' and '.join(files)}")
 
 
-def _record_until_stopped(host: NodeHost, subscriptions: RecorderSubscriptions, outputs: Outputs) -> None:
+def _record_until_stopped(
+    host: NodeHost, subscriptions: RecorderSubscriptions, outputs: Outputs
+) -> None:
     errors: set[str] = set()
     reported = dict[str, int]()
     while not host.stop_reason and (host.pipes.attached or not subscriptions.over):
@@ -133,7 +154,11 @@ def _report_statistics(host: NodeHost, outputs: Outputs) -> None:
 
 
 def _finish_files(
-    host: NodeHost, subscriptions: RecorderSubscriptions, outputs: Outputs, summary: dict[str, Any], time_limit: float
+    host: NodeHost,
+    subscriptions: RecorderSubscriptions,
+    outputs: Outputs,
+    summary: dict[str, Any],
+    time_limit: float,
 ) -> dict[str, Any]:
     """Wait for messages on their way, complete the files, return what they add to the summary."""
     steps, start = summary.get("steps"), time.monotonic()
@@ -141,7 +166,9 @@ def _finish_files(
     subscriptions.dispatch()
     for output in outputs.files:
         output.expect_messages()
-    while not all(output.has_all(steps) for output in outputs.files) and time.monotonic() < deadline:
+    while (
+        not all(output.has_all(steps) for output in outputs.files) and time.monotonic() < deadline
+    ):
         host.spin(_PERIOD)
         subscriptions.dispatch()
     subscriptions.dispatch()  # what the last call left pending
@@ -157,7 +184,9 @@ def _final_summary(scene: "Scene", request: str) -> tuple[dict[str, Any], float]
         argument = json.loads(document)
         return argument["summary"], argument["time_limit"]
     entries = {"scene": scene.name, "law": scene.law_name, "seed": scene.seed}
-    return entries | ({"ended_by": request} if request else {}), 0.0 if request == "interrupted" else _FINISH_TIMEOUT
+    return entries | (
+        {"ended_by": request} if request else {}
+    ), 0.0 if request == "interrupted" else _FINISH_TIMEOUT
 
 
 def _lower_priority() -> None:

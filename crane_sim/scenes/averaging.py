@@ -1,9 +1,10 @@
 """Disturbances of a crane at their mean over time, for the linearisation of its equations.
 
-A base rests at the mean of its motion: the offsets of sinusoids, the mean of a record. A given force is its mean: a
-constant, the offset of a sine, the mean of a table over its times. A polynomial that varies has no mean, since it grows
-without bound, and counts as no force. Wind is without its gusts. A prescribed motion rests at its initial position.
-Types are kept, so that compiled equations serve both scenes.
+A base rests at the mean of its motion: the offsets of sinusoids, the mean of a record. A given
+force is its mean: a constant, the offset of a sine, the mean of a table over its times. A
+polynomial that varies has no mean, since it grows without bound, and counts as no force. Wind is
+without its gusts. A prescribed motion rests at its initial position. Types are kept, so that
+compiled equations serve both scenes.
 """
 
 from dataclasses import replace
@@ -23,7 +24,8 @@ from crane_sim.trajectories.profiles import Motion
 from crane_sim.trajectories.wind import Gust
 
 REST = Motion(np.zeros(1), np.zeros((1, 1)))
-"""Zero acceleration: all the equations take from a prescribed motion; its position is part of the state."""
+"""Zero acceleration: all the equations take from a prescribed motion; its position is part of the
+state."""
 
 
 def average_scene(scene: Scene) -> Scene:

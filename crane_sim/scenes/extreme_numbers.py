@@ -17,9 +17,12 @@ def refuse_extreme_numbers(document: Mapping[str, Any]) -> Iterator[None]:
     try:
         yield
     except (ArithmeticError, np.linalg.LinAlgError) as error:
-        key, size = max(_sizes(document, ""), key=lambda each: abs(log10(each[1])), default=("a number", inf))
+        key, size = max(
+            _sizes(document, ""), key=lambda each: abs(log10(each[1])), default=("a number", inf)
+        )
         raise SceneError(
-            f"{key} = {size:g}: the equations cannot be evaluated ({error}); this is the number of the scene "
+            f"{key} = {size:g}: the equations cannot be evaluated ({error}); this is the number of "
+            "the scene "
             "that is the largest or smallest"
         ) from None
 

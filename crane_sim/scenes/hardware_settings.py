@@ -51,7 +51,9 @@ class Periods:
         """
         exact = seconds / self._period
         if exact > MAX_PERIODS:
-            raise SceneError(f"{what}: {seconds:g} s is more than {MAX_PERIODS} periods of {self._period:g} s")
+            raise SceneError(
+                f"{what}: {seconds:g} s is more than {MAX_PERIODS} periods of {self._period:g} s"
+            )
         periods = max(least, round(exact))
         if abs(periods - exact) > CLOSE:
             line = f"{what}: {seconds:g} s is taken as {periods * self._period:g} s"
@@ -70,13 +72,18 @@ def equipment_of(file: SceneFile, period: float) -> tuple[HardwareConfig | None,
         return None, {}
     if not ideal and file.control is not None and file.control.period == "continuous":
         group = next(name for name in ("sensors", "actuators", "faults") if getattr(file, name))
-        raise SceneError(f"{group}: act once a period, and control.period is 'continuous'; give it a number of seconds")
+        raise SceneError(
+            f"{group}: act once a period, and control.period is 'continuous'; give it a number of "
+            "seconds"
+        )
     _check_joints("sensors", file.sensors, (ALL, *file.joint_names))
     _check_joints("actuators", file.actuators, (ALL, *file.actuated))
     periods = Periods(period)
     changes = any(isinstance(fault, PayloadChange) for fault in file.faults.values())
     if changes and getattr(file, "events", ()):
-        raise SceneError("faults: a payload's change and events: both set the payload's mass; take one of them")
+        raise SceneError(
+            "faults: a payload's change and events: both set the payload's mass; take one of them"
+        )
     equipment = HardwareConfig(
         drives=_drives(file, periods),
         sensors=_sensors(file, periods),
@@ -87,7 +94,11 @@ def equipment_of(file: SceneFile, period: float) -> tuple[HardwareConfig | None,
         servos=servos_of(file),
         ideal=ideal,
     )
-    held = stateful_joints(equipment, file.actuated) if getattr(file, "inputs", None) is not None else ()
+    held = (
+        stateful_joints(equipment, file.actuated)
+        if getattr(file, "inputs", None) is not None
+        else ()
+    )
     rounded = {"rounded": periods.rounded} if periods.rounded else {}
     return equipment, rounded | ({"held_inputs": list(held)} if held else {})
 
@@ -105,7 +116,9 @@ def varies_within_period(equipment: HardwareConfig | None, duration: float) -> b
     if equipment is None:
         return False
     drives = equipment.drives
-    return bool(drives.has_state.any() or np.isfinite(drives.peak).any()) or equipment.may_brake(duration)
+    return bool(drives.has_state.any() or np.isfinite(drives.peak).any()) or equipment.may_brake(
+        duration
+    )
 
 
 def stateful_joints(equipment: HardwareConfig | None, actuated: Sequence[str]) -> tuple[str, ...]:
@@ -138,9 +151,14 @@ def _drives(file: SceneFile, periods: Periods) -> Any:
         drive.switch_low, drive.switch_high = _limit_switches(file, joint, group)
         motor = motor_of(file, joint)
         if motor is not None:
-            drive.peak, drive.base_speed = motor.ratio * motor.torque, motor.base_speed / motor.ratio
+            drive.peak, drive.base_speed = (
+                motor.ratio * motor.torque,
+                motor.base_speed / motor.ratio,
+            )
             drive.no_load_speed = motor.no_load_speed / motor.ratio
-        drive.delay = periods.of(f"actuators.{group_name(file.actuators, joint, 'delay')}.delay", group.delay)
+        drive.delay = periods.of(
+            f"actuators.{group_name(file.actuators, joint, 'delay')}.delay", group.delay
+        )
     return drives
 
 
@@ -149,12 +167,17 @@ def _limit_switches(file: SceneFile, joint: str, group: ActuatorGroup) -> tuple[
     if group.limit_switches is None:
         return -inf, inf
     (low, high), start = group.limit_switches, file.initial_q[file.joint_names.index(joint)]
-    key = f"actuators.{group_name(file.actuators, joint, 'limit_switches')}.limit_switches = {[low, high]}"
+    key = (
+        f"actuators.{group_name(file.actuators, joint, 'limit_switches')}.limit_switches = "
+        f"{[low, high]}"
+    )
     if not low <= start <= high:
         raise SceneError(f"{key}: the {joint} starts outside of them, at {start:g}")
     for limit in file.limits:
         if limit.joint == joint and not (limit.low < low and high < limit.high):
-            raise SceneError(f"{key}: must be within {limit.key} = {[limit.low, limit.high]}, where the run ends")
+            raise SceneError(
+                f"{key}: must be within {limit.key} = {[limit.low, limit.high]}, where the run ends"
+            )
     return low, high
 
 
@@ -164,8 +187,14 @@ def _sensors(file: SceneFile, periods: Periods) -> Any:
     for j, joint in enumerate(file.joint_names):
         group = merge_groups(file.sensors, joint, SensorGroup)
         both = [j, j + nq]
-        sensors.noise[both], sensors.bias[both], sensors.quantum[both] = group.noise, group.bias, group.quantisation
-        sensors.delay[both] = periods.of(f"sensors.{group_name(file.sensors, joint, 'delay')}.delay", group.delay)
+        sensors.noise[both], sensors.bias[both], sensors.quantum[both] = (
+            group.noise,
+            group.bias,
+            group.quantisation,
+        )
+        sensors.delay[both] = periods.of(
+            f"sensors.{group_name(file.sensors, joint, 'delay')}.delay", group.delay
+        )
         sensors.dropout[both] = group.dropout
         if group.rate is not None:
             name = f"sensors.{group_name(file.sensors, joint, 'rate')}.rate"
@@ -191,7 +220,10 @@ def _fault(file: SceneFile, name: str, fault: Any) -> tuple[float, float, float,
     if not isinstance(fault, EffortLoss):
         return kind, index, 0.0, *times
     if file.effort_units[index] == "m":
-        raise SceneError(f"faults.{name}: the effort of {fault.joint} is a position, of which no part can be lost")
+        raise SceneError(
+            f"faults.{name}: the effort of {fault.joint} is a position, of which no part can be "
+            "lost"
+        )
     return kind, index, fault.factor, *times
 
 
@@ -199,5 +231,7 @@ def _brakes(file: SceneFile) -> BrakeSettings:
     group, nu = file.brake or BrakeGroup(), len(file.actuated)
     if group.capacity is not None and len(group.capacity) != nu:
         joints = ", ".join(file.actuated)
-        raise SceneError(f"brake.capacity: has {len(group.capacity)} values, the actuated joints are {joints}")
+        raise SceneError(
+            f"brake.capacity: has {len(group.capacity)} values, the actuated joints are {joints}"
+        )
     return BrakeSettings(group.capacity, group.frequency, group.damping)

@@ -25,7 +25,13 @@ def instruments_of(file: SceneFile, period: float) -> tuple[Instruments | None, 
 def _imu(group: ImuGroup, periods: Periods) -> Imu:
     acceleration = group.acceleration_noise, group.acceleration_bias
     turning = group.angular_velocity_noise, group.angular_velocity_bias
-    return Imu(_sampling("imu", group, periods), group.position, acceleration, turning, group.orientation_noise)
+    return Imu(
+        _sampling("imu", group, periods),
+        group.position,
+        acceleration,
+        turning,
+        group.orientation_noise,
+    )
 
 
 def _camera(group: CameraGroup, periods: Periods) -> Camera:

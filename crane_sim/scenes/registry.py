@@ -6,7 +6,13 @@ from pydantic import Field, create_model
 
 from crane_sim.files.types import Positive, Real, Tilt
 from crane_sim.scenes.schema.crane_file import CraneFile
-from crane_sim.scenes.schema.falls_file import FallsFile, HoistedFile, LoadStart, PointLoadStart, PortalStart
+from crane_sim.scenes.schema.falls_file import (
+    FallsFile,
+    HoistedFile,
+    LoadStart,
+    PointLoadStart,
+    PortalStart,
+)
 from crane_sim.scenes.schema.groups import Channel, Group
 from crane_sim.scenes.schema.line_file import LineFile, LineStart
 from crane_sim.scenes.schema.overhead import OverheadFile
@@ -25,16 +31,23 @@ from crane_sim.scenes.schema.supports import (
 )
 from crane_sim.trajectories.inputs import Constant
 
-ADDED = {"rope": {"rope": Positive, "swing_tangential": Tilt, "swing_radial": Tilt}, "hoist": {"hoist": Positive}}
-"""Joints of `initial.q` behind the support's, and the types of their positions, by the joint of the winch."""
+ADDED = {
+    "rope": {"rope": Positive, "swing_tangential": Tilt, "swing_radial": Tilt},
+    "hoist": {"hoist": Positive},
+}
+"""Joints of `initial.q` behind the support's, and the types of their positions, by the joint of the
+winch."""
 
 
 def in_words(kinds: dict[str, Any], per: str = "") -> str:
     """Return the unit of most joints, then all names with other units, from the joints' types."""
-    units = {name: f"{'m' if kind in (Positive, Real) else 'rad'}{per}" for name, kind in kinds.items()}
+    units = {
+        name: f"{'m' if kind in (Positive, Real) else 'rad'}{per}" for name, kind in kinds.items()
+    }
     values = list(units.values())
     most = max(values, key=values.count)
-    return f"{most}, {', '.join(name if unit == most else f'{name} [{unit}]' for name, unit in units.items())}"
+    described = [name if unit == most else f"{name} [{unit}]" for name, unit in units.items()]
+    return f"{most}, {', '.join(described)}"
 
 
 def start_of(support: type[SupportGroups], winch: str, base: type[Group]) -> type[Group]:
@@ -64,7 +77,8 @@ def reference_of(support: type[SupportGroups], winch: str) -> type[Group]:
     return create_model(
         "Reference",
         __base__=ReferenceGroup,
-        __doc__="Target of the actuated joints, and path of joints or payload; at least one of them.",
+        __doc__="Target of the actuated joints, and path of joints or payload; at least one of "
+        "them.",
         __module__=__name__,
         q=(kind, Field(None, description=words)),
     )
@@ -73,7 +87,8 @@ def reference_of(support: type[SupportGroups], winch: str) -> type[Group]:
 def inputs_of(units: dict[str, str]) -> type[Group]:
     """Return the group `inputs` of a crane, from the units of the efforts by joint."""
     fields: dict[str, Any] = {
-        name: (Channel, Field(Constant(0.0), description=f"{unit}, over time")) for name, unit in units.items()
+        name: (Channel, Field(Constant(0.0), description=f"{unit}, over time"))
+        for name, unit in units.items()
     }
     return create_model(
         "Inputs",
@@ -85,15 +100,20 @@ def inputs_of(units: dict[str, str]) -> type[Group]:
 
 
 def file_of(
-    crane: str, support: type[SupportGroups], hanging: type[CraneFile], start: type[Group], *, optional: bool = False
+    crane: str,
+    support: type[SupportGroups],
+    hanging: type[CraneFile],
+    start: type[Group],
+    *,
+    optional: bool = False,
 ) -> type[SceneFile]:
     """Return the schema of a kind of crane: a support, and what hangs below it.
 
     Args:
         crane: its name.
         support, hanging: their groups.
-        start: the group `initial`, or its base where positions are in the order of the joints; `optional`: it may be
-            left out.
+        start: the group `initial`, or its base where positions are in the order of the joints;
+            `optional`: it may be left out.
     """
     any_unit = "effort's unit"
     units = dict.fromkeys(("tip_x", "tip_y", "tip_z"), any_unit)
@@ -108,7 +128,10 @@ def file_of(
         "crane": (Literal[crane], Field(description="the kind of crane")),
         "initial": (own, Field(own() if optional else ..., description="the state at t = 0")),
         "reference": (reference | None, Field(None, description="where the crane should go")),
-        "inputs": (inputs | None, Field(None, description="efforts of the actuated joints where there is no law")),
+        "inputs": (
+            inputs | None,
+            Field(None, description="efforts of the actuated joints where there is no law"),
+        ),
     }
     bases: Any = (support, hanging)
     schema: Any = create_model(
@@ -121,7 +144,11 @@ def file_of(
     return schema
 
 
-_SUPPORTS: dict[str, type[SupportGroups]] = {"knuckle": KnuckleGroups, "tower": TowerGroups, "mobile": MobileGroups}
+_SUPPORTS: dict[str, type[SupportGroups]] = {
+    "knuckle": KnuckleGroups,
+    "tower": TowerGroups,
+    "mobile": MobileGroups,
+}
 SCHEMAS: dict[str, type[SceneFile]] = {
     **{crane: file_of(crane, support, RopeFile, RopeStart) for crane, support in _SUPPORTS.items()},
     "bridge": file_of("bridge", BridgeGroups, RopeFile, RopeStart),
@@ -132,7 +159,10 @@ SCHEMAS: dict[str, type[SceneFile]] = {
 """The kinds of crane, and the schema of their scene files."""
 
 FALLS_SCHEMAS: dict[str, type[SceneFile]] = {
-    **{crane: file_of(crane, support, HoistedFile, LoadStart) for crane, support in _SUPPORTS.items()},
+    **{
+        crane: file_of(crane, support, HoistedFile, LoadStart)
+        for crane, support in _SUPPORTS.items()
+    },
     "pendulum": file_of("pendulum", PointGroups, FallsFile, PointLoadStart),
 }
 """The same of those files that have `falls` in place of a rope."""

@@ -53,12 +53,18 @@ class Scene:
     duration: float  # s
     period: float  # s, between published states, and between commands when sampled
     method: Any  # settings of the integrator
-    law: Law | None = field(compare=False)  # a callable(t, q, v), see `crane_sim.laws`; None without one
+    law: Law | None = field(
+        compare=False
+    )  # a callable(t, q, v), see `crane_sim.laws`; None without one
     law_name: str | None  # None without a law
-    sampled: bool  # drives are commanded once a period; otherwise the equations evaluate `source`, except for `held`
+    # drives are commanded once a period; otherwise the equations evaluate `source`, except for
+    # `held`
+    sampled: bool
     source: Any = field(compare=False)  # open-loop Inputs or a continuous law; None when sampled
     reference: tuple[float, ...] | None  # (nu,)
-    trajectory: Any = field(compare=False)  # compiled `trajectories.trajectory.Trajectory`, None without one
+    trajectory: Any = field(
+        compare=False
+    )  # compiled `trajectories.trajectory.Trajectory`, None without one
     seed: int  # of everything random
     description: str  # in plain words
     joint_names: tuple[str, ...]  # (nq,)
@@ -68,8 +74,12 @@ class Scene:
     limits: tuple[TravelLimits, ...]  # travel limits of the joints that have some
     notes: Mapping[str, Any]  # automatic settings and warnings, entries of the summary
     document: Mapping[str, Any]  # the file as it was read, with all changes
-    file: SceneFile = field(compare=False)  # as it was checked, defaults included and uncertain parameters drawn
-    hardware: Any = field(default=None, compare=False)  # `hardware.settings.HardwareConfig`; None where all is ideal
+    file: SceneFile = field(
+        compare=False
+    )  # as it was checked, defaults included and uncertain parameters drawn
+    hardware: Any = field(
+        default=None, compare=False
+    )  # `hardware.settings.HardwareConfig`; None where all is ideal
     instruments: Instruments | None = None  # camera and motion reference unit; None without
 
     @cached_property
@@ -101,7 +111,9 @@ class Scene:
         own = dict(zip(self.joint_names, self.joint_units, strict=True))
         units = {"velocity": "{}/s", "position": "{}"}
         named = zip(self.actuated, self.commands, self.effort_units, strict=True)
-        return tuple(units[kind].format(own[name]) if kind in units else unit for name, kind, unit in named)
+        return tuple(
+            units[kind].format(own[name]) if kind in units else unit for name, kind, unit in named
+        )
 
     @property
     def idle_command(self) -> tuple[float, ...]:
@@ -136,7 +148,10 @@ class Scene:
         """Return a description in one line."""
         law = f"law {self.law_name!r}" if self.law_name else "no law"
         steps = f"{self.duration:g} s in {self.steps} periods of {self.period:g} s"
-        return f"<Scene {self.name!r}: {self.crane} crane, {law}, {steps}, {type(self.method).__name__}>"
+        return (
+            f"<Scene {self.name!r}: {self.crane} crane, {law}, {steps}, "
+            f"{type(self.method).__name__}>"
+        )
 
     def dump(self, path: Path | str) -> None:
         """Write the scene as a file that `load_scene` reads back."""
@@ -149,23 +164,29 @@ class Scene:
 
 
 SceneSource = str | Path | Mapping[str, Any] | Scene
-"""Sources of `load_scene`: a name of the catalogue, a file, a dict of a file's shape, or a scene."""
+"""Sources of `load_scene`: a name of the catalogue, a file, a dict of a file's shape, or a
+scene."""
 
 
-def load_scene(source: SceneSource, overrides: Mapping[str, Any] | None = None, own_law: bool = True) -> Scene:
+def load_scene(
+    source: SceneSource, overrides: Mapping[str, Any] | None = None, own_law: bool = True
+) -> Scene:
     """Return the scene of a catalogue name, a file path, a dict as in a file, or another scene.
 
     Args:
         source: what to read; a Scene without overrides is returned as it is.
-        overrides: values by dotted key, such as {"payload.mass": 1.2}. Another "control.law" than the scene's own
-            leaves the settings of that one out; `notes` then name them.
-        own_law: whether a law FILE.py:FUNCTION or MODULE:FUNCTION is executed; if not, such a scene has none (`law`).
+        overrides: values by dotted key, such as {"payload.mass": 1.2}. Another "control.law" than
+            the scene's own leaves the settings of that one out; `notes` then name them.
+        own_law: whether a law FILE.py:FUNCTION or MODULE:FUNCTION is executed; if not, such a scene
+            has none (`law`).
 
     Raises:
         SceneError: one line naming the key, its value and what is possible.
     """
     if overrides is not None and not isinstance(overrides, Mapping):
-        raise SceneError(f"overrides = {shorten(overrides)}: must map dotted keys of the scene to values")
+        raise SceneError(
+            f"overrides = {shorten(overrides)}: must map dotted keys of the scene to values"
+        )
     if isinstance(source, Scene) and not overrides:
         return source
     (found,) = load_scenes(source, [overrides or {}], own_law)
@@ -194,10 +215,15 @@ def load_scenes(
     for law, numbers in _by_law(found, own_law).items():
         _add_laws(law, found, numbers)
     control = document.get("control")
-    return [_note_left_out(scene, keys, control) for scene, (_, keys) in zip(found, changed, strict=True)]
+    return [
+        _note_left_out(scene, keys, control)
+        for scene, (_, keys) in zip(found, changed, strict=True)
+    ]
 
 
-def _changed_document(document: dict[str, Any], changes: Mapping[str, Any]) -> tuple[Any, Sequence[str]]:
+def _changed_document(
+    document: dict[str, Any], changes: Mapping[str, Any]
+) -> tuple[Any, Sequence[str]]:
     """Return (the changed document, settings of its law that the changes leave out).
 
     Where that fails it is (the error, none).
@@ -264,7 +290,9 @@ def _with_law(scene: Scene, law: Law) -> Scene:
         line = f"{shorten(name, PATH)} is a sampled law: give a period, in seconds"
         raise SceneError(f"control.period = 'continuous': {line}")
     check_commands(name, law, scene.actuated, scene.commands)
-    return replace(scene, law=law, source=None if scene.sampled else _source(law, scene.method, scene.model))
+    return replace(
+        scene, law=law, source=None if scene.sampled else _source(law, scene.method, scene.model)
+    )
 
 
 def _source(source: Any, method: Any, model: Any) -> Any:
@@ -349,18 +377,28 @@ def _nominal_scene(scene: Scene) -> Scene:
     control = scene.file.control
     assert control is not None
     if scene.document.get("inputs") is not None:
-        raise SceneError("inputs: a scene with a control law takes none (leave out one of inputs, control)")
+        raise SceneError(
+            "inputs: a scene with a control law takes none (leave out one of inputs, control)"
+        )
     document = nominal(dict(scene.document), control.nominal)
-    if scene.sampled and not control.nominal and scene.document.keys() - document.keys() == {"control"}:
+    if (
+        scene.sampled
+        and not control.nominal
+        and scene.document.keys() - document.keys() == {"control"}
+    ):
         file = scene.file.model_copy(update={"control": None})
         return replace(scene, law_name=None, file=file, document=document, source=file.open_loop())
     try:
         own = _build_scene(document, scene.period)
     except SceneError as error:
         raise SceneError(f"control.nominal: {error}") from None
-    if own.actuated != scene.actuated or own.joint_names != scene.joint_names[: len(own.joint_names)]:
+    if (
+        own.actuated != scene.actuated
+        or own.joint_names != scene.joint_names[: len(own.joint_names)]
+    ):
         raise SceneError(
-            f"control.nominal: its joints {own.joint_names}, actuated {own.actuated}, must be the first ones of "
+            f"control.nominal: its joints {own.joint_names}, actuated {own.actuated}, must be the "
+            "first ones of "
             f"the crane's {scene.joint_names}, actuated {scene.actuated}"
         )
     return replace(own, sampled=scene.sampled)
@@ -400,14 +438,22 @@ def _clock(file: SceneFile, period: float | None) -> tuple[float, float, dict[st
     steps = max(1, round(exact))
     if abs(steps - exact) <= CLOSE:
         return period, duration, {}
-    return period, steps * period, {"rounded": [f"duration: {duration:.9g} s is taken as {steps * period:.9g} s"]}
+    return (
+        period,
+        steps * period,
+        {"rounded": [f"duration: {duration:.9g} s is taken as {steps * period:.9g} s"]},
+    )
 
 
 def _period(file: SceneFile) -> float:
     control = file.control
-    period = float(DEFAULT_PERIOD if control is None or control.period == "continuous" else control.period)
+    period = float(
+        DEFAULT_PERIOD if control is None or control.period == "continuous" else control.period
+    )
     if not period <= file.duration <= MAX_STEPS * period:
-        raise SceneError(f"duration = {file.duration}: must be 1 to {MAX_STEPS:g} periods of {period:g} s")
+        raise SceneError(
+            f"duration = {file.duration}: must be 1 to {MAX_STEPS:g} periods of {period:g} s"
+        )
     return period
 
 
@@ -419,9 +465,13 @@ def check_limits(crane: Assembly, target: Sequence[float] | None) -> None:
         if not limit.low < limit.high:
             raise SceneError(f"{key}: must increase")
         if not limit.low <= start <= limit.high:
-            raise SceneError(f"{key}: the {limit.joint} starts outside of them, at {start:g} {unit}")
+            raise SceneError(
+                f"{key}: the {limit.joint} starts outside of them, at {start:g} {unit}"
+            )
         if target is None or limit.joint not in crane.actuated:
             continue
         k = crane.actuated.index(limit.joint)
         if not limit.low <= target[k] <= limit.high:
-            raise SceneError(f"reference: the {limit.joint} should end at {target[k]:g} {unit}, outside of {key}")
+            raise SceneError(
+                f"reference: the {limit.joint} should end at {target[k]:g} {unit}, outside of {key}"
+            )

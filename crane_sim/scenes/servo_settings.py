@@ -6,7 +6,14 @@ from typing import Any
 from crane_sim.files.errors import SceneError
 from crane_sim.hardware.records import effort_servos
 from crane_sim.hardware.servos import COMMANDS
-from crane_sim.scenes.schema.hardware import ALL, ActuatorGroup, EffortLoss, ServoGroup, group_name, merge_groups
+from crane_sim.scenes.schema.hardware import (
+    ALL,
+    ActuatorGroup,
+    EffortLoss,
+    ServoGroup,
+    group_name,
+    merge_groups,
+)
 from crane_sim.scenes.schema.motors import motor_of
 from crane_sim.scenes.schema.scene_file import SceneFile
 
@@ -23,7 +30,10 @@ def servos_of(file: SceneFile) -> Any:
     followed = [joint for joint, group in groups.items() if group.drive != EFFORT]
     for name, group in file.actuators.items():
         if group.servo is not None and not (followed if name == ALL else name in followed):
-            raise SceneError(f"actuators.{name}.servo: belongs to a drive with drive = {VELOCITY!r} or {POSITION!r}")
+            raise SceneError(
+                f"actuators.{name}.servo: belongs to a drive with drive = {VELOCITY!r} or "
+                f"{POSITION!r}"
+            )
     if not followed:
         return None
     servos = effort_servos(len(file.actuated))
@@ -40,7 +50,10 @@ def _fill(servo: Any, group: ActuatorGroup, settings: ServoGroup) -> None:
     servo.stiffness = servo.gain / settings.integral_time if settings.integral_time else 0.0
     servo.position_gain = settings.position_gain or 0.0
     servo.max_speed = settings.max_speed or inf
-    servo.max_acceleration, servo.max_jerk = settings.max_acceleration or inf, settings.max_jerk or inf
+    servo.max_acceleration, servo.max_jerk = (
+        settings.max_acceleration or inf,
+        settings.max_jerk or inf,
+    )
 
 
 def _checked_servo(file: SceneFile, joint: str, group: ActuatorGroup, unit: str) -> ServoGroup:
@@ -56,7 +69,9 @@ def _checked_servo(file: SceneFile, joint: str, group: ActuatorGroup, unit: str)
             name = group_name(file.actuators, joint, key)
             given = f"actuators.{name}.{key} = {getattr(group, key):g}"
             raise SceneError(f"{given}: not with drive = {group.drive!r}; leave it out")
-    _check_keys(f"actuators.{group_name(file.actuators, joint, 'servo')}.servo", group.drive, group.servo)
+    _check_keys(
+        f"actuators.{group_name(file.actuators, joint, 'servo')}.servo", group.drive, group.servo
+    )
     if group.servo.gain == inf:
         _check_exact(file, joint, group)
     return group.servo
@@ -85,18 +100,38 @@ def _check_exact(file: SceneFile, joint: str, group: ActuatorGroup) -> None:
     for key, given in limits.items():
         if given:
             name = group_name(file.actuators, joint, key)
-            raise SceneError(f"actuators.{name}.{key}: limits the effort, and servo.gain = inf follows exactly")
+            raise SceneError(
+                f"actuators.{name}.{key}: limits the effort, and servo.gain = inf follows exactly"
+            )
     if getattr(file, "events", ()) and not hasattr(file, "falls"):
-        why = "jerks the joints, which servo.gain = inf does not let go back to their references; give a finite gain"
+        why = (
+            "jerks the joints, which servo.gain = inf does not let go back to their references; "
+            "give a finite gain"
+        )
         raise SceneError(f"events: an exchange of the load {why}")
     if joint in getattr(file, "backlash", {}):
-        raise SceneError(f"backlash.{joint}: a joint with play cannot follow exactly, as servo.gain = inf does")
+        raise SceneError(
+            f"backlash.{joint}: a joint with play cannot follow exactly, as servo.gain = inf does"
+        )
     for key in ("friction", "lugre"):
         groups = getattr(file, key, None)
-        if groups and (groups.get(joint) if isinstance(groups, dict) else getattr(groups, joint, None)) is not None:
-            raise SceneError(f"{key}.{joint}: a joint that may stick cannot follow exactly, as servo.gain = inf does")
+        if (
+            groups
+            and (groups.get(joint) if isinstance(groups, dict) else getattr(groups, joint, None))
+            is not None
+        ):
+            raise SceneError(
+                f"{key}.{joint}: a joint that may stick cannot follow exactly, as servo.gain = inf "
+                "does"
+            )
     if getattr(getattr(file, joint, None), "friction", None) is not None:  # of a winch
-        raise SceneError(f"{joint}.friction: a winch that may stick cannot follow exactly, as servo.gain = inf does")
+        raise SceneError(
+            f"{joint}.friction: a winch that may stick cannot follow exactly, as servo.gain = inf "
+            "does"
+        )
     for name, fault in file.faults.items():
         if isinstance(fault, EffortLoss) and fault.joint == joint:
-            raise SceneError(f"faults.{name}: the drive of {joint} follows exactly, servo.gain = inf: it loses nothing")
+            raise SceneError(
+                f"faults.{name}: the drive of {joint} follows exactly, servo.gain = inf: it loses "
+                "nothing"
+            )

@@ -45,7 +45,9 @@ def validate(document: dict[str, Any]) -> SceneFile:
         return schema.model_validate(without_nulls(document))
     except ValidationError as error:
         path = foreign_path(error)
-        line = key_of_other_cranes(path, document["crane"]) or one_line(error, schema) + places_of(path)
+        line = key_of_other_cranes(path, document["crane"]) or one_line(error, schema) + places_of(
+            path
+        )
         raise SceneError(line) from None
 
 
@@ -53,7 +55,8 @@ def schema_of(document: Mapping[str, Any]) -> type[SceneFile]:
     """Return the schema of a document; with `falls` that of the crane with falls.
 
     Raises:
-        SceneError: the crane is unknown, or has keys of a rope beside `falls`, or keys of falls without them.
+        SceneError: the crane is unknown, or has keys of a rope beside `falls`, or keys of falls
+            without them.
     """
     crane = str(document["crane"])
     if crane not in SCHEMAS:
@@ -66,22 +69,35 @@ def schema_of(document: Mapping[str, Any]) -> type[SceneFile]:
         schema, other = other, schema
     foreign = other.model_fields.keys() - schema.model_fields.keys()
     for key in (key for key, value in document.items() if value is not None and key in foreign):
-        why, what = ("stands beside falls", "one of both") if on_falls else ("belongs to falls, here are none", key)
+        why, what = (
+            ("stands beside falls", "one of both")
+            if on_falls
+            else ("belongs to falls, here are none", key)
+        )
         raise SceneError(f"{key}: {why}; leave out {what}")
     return schema
 
 
 def key_of_other_cranes(path: Sequence[str], crane: str) -> str:
     """Return a line on an unknown key that other cranes have there, empty where none does."""
-    found, ropes = _cranes(path) if path else "", ", whose ropes are `falls`" if crane == "gantry" else ""
-    return f"{'.'.join(path)}: belongs to crane: {found}; here is crane: {crane}{ropes}" if found else ""
+    found, ropes = (
+        _cranes(path) if path else "",
+        ", whose ropes are `falls`" if crane == "gantry" else "",
+    )
+    return (
+        f"{'.'.join(path)}: belongs to crane: {found}; here is crane: {crane}{ropes}"
+        if found
+        else ""
+    )
 
 
 def places_of(path: Sequence[str]) -> str:
     """Return the end of a line on an unknown key: where cranes have it, empty where none does."""
     if len(path) != 1:
         return ""
-    groups = dict.fromkeys(group for schema in ALL_SCHEMAS.values() for group in schema.model_fields)
+    groups = dict.fromkeys(
+        group for schema in ALL_SCHEMAS.values() for group in schema.model_fields
+    )
     elsewhere = ((f"{group}.{path[-1]}", _cranes((group, path[-1]))) for group in groups)
     lines = [f"{key!r} of crane: {cranes}" for key, cranes in elsewhere if cranes]
     return f"; possible: {'; '.join(lines[:MOST_PLACES])}" if lines else ""

@@ -1,10 +1,10 @@
 """Thousands of cranes at once: one scene with many values of its parameters, on all cores.
 
-    batch = crane_sim.simulate_batch("overhead_swing", {"payload.mass": numpy.linspace(5.0, 20.0, 1024)})
-    batch.q, batch.v, batch.payload, batch.errors
+    batch = crane_sim.simulate_batch("overhead_swing", {"payload.mass": numpy.linspace(5.0, 20.0,
+    1024)}) batch.q, batch.v, batch.payload, batch.errors
 
-Every crane moves as `simulate` moves it alone, to the last bit. Methods with a fixed step move as many of them at once
-as a vector register has lanes.
+Every crane moves as `simulate` moves it alone, to the last bit. Methods with a fixed step move as
+many of them at once as a vector register has lanes.
 
 The scenes of a batch: one document, changed for each crane, and their numbers put into columns.
 """
@@ -45,17 +45,24 @@ from crane_sim.stepping.periods import begin
 from crane_sim.tracing.compile_time import compile_time
 
 
-def scenes_of(scene: SceneSource, parameters: Mapping[str, Any], duration: float | None) -> list[Scene]:
+def scenes_of(
+    scene: SceneSource, parameters: Mapping[str, Any], duration: float | None
+) -> list[Scene]:
     """Return one checked scene for each crane.
 
     Raises:
-        SceneError: the parameters do not fit one another, or the scene of a crane is invalid; it names the crane.
+        SceneError: the parameters do not fit one another, or the scene of a crane is invalid; it
+            names the crane.
     """
     count = _count(parameters)
     if duration is not None and "duration" in parameters:
-        raise SceneError(f"duration = {duration}: is among the parameters, too; leave out one of the two")
+        raise SceneError(
+            f"duration = {duration}: is among the parameters, too; leave out one of the two"
+        )
     always = {} if duration is None else {"duration": duration}
-    changes = [always | {key: _value(parameters[key][i]) for key in parameters} for i in range(count)]
+    changes = [
+        always | {key: _value(parameters[key][i]) for key in parameters} for i in range(count)
+    ]
     scenes: list[Scene] = []
     for i, loaded in enumerate(load_scenes(scene, changes)):
         if isinstance(loaded, SceneError):
@@ -73,21 +80,30 @@ def _value(value: Any) -> Any:
 def _count(parameters: Mapping[str, Any]) -> int:
     """Return the number of cranes."""
     if not isinstance(parameters, Mapping) or not all(isinstance(key, str) for key in parameters):
-        raise SceneError(f"parameters = {parameters!r}: must map keys of the scene to values, one for each crane")
+        raise SceneError(
+            f"parameters = {parameters!r}: must map keys of the scene to values, one for each crane"
+        )
     if not parameters:
-        raise SceneError("parameters: are empty; give at least one key of the scene with a value for each crane")
+        raise SceneError(
+            "parameters: are empty; give at least one key of the scene with a value for each crane"
+        )
     counts: dict[str, int] = {}
     for key, values in parameters.items():
         listed = values.ndim if isinstance(values, np.ndarray) else isinstance(values, Sequence)
         if not listed or isinstance(values, str):
-            raise SceneError(f"parameters: {key!r} = {values!r}: must be an array with one entry for each crane")
+            raise SceneError(
+                f"parameters: {key!r} = {values!r}: must be an array with one entry for each crane"
+            )
         counts[key] = len(values)
     (first, count), *_ = counts.items()
     for key, other in counts.items():
         if not other:
             raise SceneError(f"parameters: {key!r} is empty; give a value for each crane")
         if other != count:
-            raise SceneError(f"parameters: {key!r} has {other} entries, {first!r} has {count}: one for each crane")
+            raise SceneError(
+                f"parameters: {key!r} has {other} entries, {first!r} has {count}: one for each "
+                "crane"
+            )
     return count
 
 
@@ -99,14 +115,25 @@ def _check_alike(first: Scene, scene: Scene, i: int) -> None:
     for name in ("duration", "period"):
         value, expected = getattr(scene, name), getattr(first, name)
         if value != expected:
-            raise SceneError(f"crane {i}: {name} = {value}, that of crane 0 is {expected}: a batch keeps one time")
+            raise SceneError(
+                f"crane {i}: {name} = {value}, that of crane 0 is {expected}: a batch keeps one "
+                "time"
+            )
     if scene.joint_names != first.joint_names:
         own, expected = (shorten(list(each.joint_names)) for each in (scene, first))
-        raise SceneError(f"crane {i}: its joints are {own}, those of crane 0 {expected}: a batch has the same joints")
+        raise SceneError(
+            f"crane {i}: its joints are {own}, those of crane 0 {expected}: a batch has the same "
+            "joints"
+        )
     if scene.hardware is not None and not scene.hardware.ideal:
-        raise SceneError("sensors, actuators and faults: a batch has none; leave them out, or use simulate")
+        raise SceneError(
+            "sensors, actuators and faults: a batch has none; leave them out, or use simulate"
+        )
     if scene.sampled and not system.command.has_implementation(type(scene.law)):
-        raise SceneError(f"control.law = {scene.law_name!r}: has no compiled form, which a batch needs; use simulate")
+        raise SceneError(
+            f"control.law = {scene.law_name!r}: has no compiled form, which a batch needs; use "
+            "simulate"
+        )
 
 
 Array = npt.NDArray[np.float64]
@@ -119,8 +146,8 @@ Share = Callable[[int, int], None]  # simulates cranes `first` to `last` (exclud
 class Batch:
     """Results of n cranes: joint coordinates in the order of joint_names, world frame, SI units.
 
-    Of a crane that failed, `errors` has one line on time and reason, q, v and payload are those at the end of the
-    last whole period before that, and later samples are not numbers.
+    Of a crane that failed, `errors` has one line on time and reason, q, v and payload are those at
+    the end of the last whole period before that, and later samples are not numbers.
     """
 
     joint_names: tuple[str, ...]  # nq
@@ -138,8 +165,12 @@ class Batch:
     lanes: int  # cranes that moved in step
     setup_time: float  # s, to check the scenes and to compile what moves them
     wall_time: float  # s, to move them
-    notes: tuple[Mapping[str, Any], ...]  # (n,), of the scenes: what was chosen, `rounded`, `warnings`
-    metrics: Mapping[str, npt.NDArray[Any]] | None = None  # (n,) each, of the summaries of `simulate`, if asked for
+    notes: tuple[
+        Mapping[str, Any], ...
+    ]  # (n,), of the scenes: what was chosen, `rounded`, `warnings`
+    metrics: Mapping[str, npt.NDArray[Any]] | None = (
+        None  # (n,) each, of the summaries of `simulate`, if asked for
+    )
     events: tuple[tuple[Any, ...], ...] | None = None  # (n,), likewise
 
     @property
@@ -167,26 +198,30 @@ def simulate_batch(
 
     Args:
         scene: a Scene, or what `load_scene` reads.
-        parameters: by dotted key of the scene, such as "payload.mass", "initial.q" or "control.kp": one value for each
-            crane, an array or a sequence whose first axis is the crane.
+        parameters: by dotted key of the scene, such as "payload.mass", "initial.q" or "control.kp":
+            one value for each crane, an array or a sequence whose first axis is the crane.
         duration: s, the scene's own when None.
-        sample_times: instants [s], within the run, increasing, of q, v and payload in addition to the end.
+        sample_times: instants [s], within the run, increasing, of q, v and payload in addition to
+            the end.
         threads: the processor's cores when None.
-        metrics: whether the result has the metrics and events of `simulate`; they are gathered one by one, and cranes
-            with switches run once more for them.
+        metrics: whether the result has the metrics and events of `simulate`; they are gathered one
+            by one, and cranes with switches run once more for them.
         figures: deprecated name of `metrics`, for one release.
 
     Cranes whose scenes differ in kind (of model, method or law) run in groups of one kind.
 
     Raises:
-        SceneError: the scene of a crane is invalid, or it has other joints or periods than the first one.
+        SceneError: the scene of a crane is invalid, or it has other joints or periods than the
+            first one.
         ValueError: the instants are not within the run.
     """
     if threads is not None and threads < 1:
         raise SceneError(f"threads = {threads}: must be at least 1")
     if figures is not None:
         warnings.warn(
-            "simulate_batch(figures=...) is now simulate_batch(metrics=...)", DeprecationWarning, stacklevel=2
+            "simulate_batch(figures=...) is now simulate_batch(metrics=...)",
+            DeprecationWarning,
+            stacklevel=2,
         )
         metrics = figures
     start = time.perf_counter()
@@ -199,7 +234,10 @@ def simulate_batch(
 
 def run_groups(scenes: Sequence[Scene], times: Array, threads: int, metrics: bool) -> Batch:
     """Run scenes that may differ in kind, grouped by kind; arguments of `simulate_batch`."""
-    keys = ((kind_of(make_driven(each)), each.actuated, kind_of_run(each) if metrics else None) for each in scenes)
+    keys = (
+        (kind_of(make_driven(each)), each.actuated, kind_of_run(each) if metrics else None)
+        for each in scenes
+    )
     groups, parts, ends = group_indices(keys), list[Batch](), list[RunEnd]()
     for numbers in groups:
         own = [scenes[i] for i in numbers]
@@ -215,7 +253,11 @@ def run_groups(scenes: Sequence[Scene], times: Array, threads: int, metrics: boo
     if not metrics:
         return batch
     ends = [ends[i] for i in order]
-    return replace(batch, metrics=metric_columns([e.metrics for e in ends]), events=tuple(e.events for e in ends))
+    return replace(
+        batch,
+        metrics=metric_columns([e.metrics for e in ends]),
+        events=tuple(e.events for e in ends),
+    )
 
 
 def measure_cranes(scenes: Sequence[Scene], times: Array) -> tuple[Batch, list[RunEnd]]:
@@ -227,7 +269,9 @@ def measure_cranes(scenes: Sequence[Scene], times: Array) -> tuple[Batch, list[R
     ends, arrays = run_with_metrics(scenes, times)
     compiled = compile_time() - compiled
     grid = TimeGrid(scenes[0].period, scenes[0].steps, times)
-    return _batch(list(scenes), grid, arrays, 1, (compiled, time.perf_counter() - start - compiled)), ends
+    return _batch(
+        list(scenes), grid, arrays, 1, (compiled, time.perf_counter() - start - compiled)
+    ), ends
 
 
 def _join(parts: Sequence[Batch], order: npt.NDArray[np.int64]) -> Batch:
@@ -242,7 +286,9 @@ def _join(parts: Sequence[Batch], order: npt.NDArray[np.int64]) -> Batch:
 
     cranes = ("t", "q", "v", "payload", "errors", "evaluations", "steps", "notes")
     sampled = ("sampled_q", "sampled_v", "sampled_payload")
-    total = {name: sum(getattr(part, name) for part in parts) for name in ("setup_time", "wall_time")}
+    total = {
+        name: sum(getattr(part, name) for part in parts) for name in ("setup_time", "wall_time")
+    }
     joined = {name: along(name) for name in (*cranes, *sampled)}
     return replace(parts[0], **joined, **total, lanes=min(part.lanes for part in parts))
 
@@ -252,7 +298,9 @@ def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) 
     start, n = time.perf_counter(), len(scenes)
     grid = TimeGrid(scenes[0].period, scenes[0].steps, times)
     scenes = [*scenes, *[scenes[-1]] * (-n % LANES if wide else 0)]
-    cranes = stack_columns([make_driven(scene) for scene in scenes])  # first: it rejects scenes that differ
+    cranes = stack_columns(
+        [make_driven(scene) for scene in scenes]
+    )  # first: it rejects scenes that differ
     arrays = allocate_arrays(scenes, len(times))
     batch = cranes, grid, arrays
     alone: Share = partial(simulate_range, *batch)
@@ -262,26 +310,39 @@ def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) 
     ready = time.perf_counter()
     with ThreadPoolExecutor(threads) as pool:
         unit = LANES if wide else 1
-        size = unit * (1 + n // (8 * threads * unit))  # some eight pieces for each thread: they may differ in length
-        list(pool.map(lambda first: share(first, min(first + size, len(scenes))), range(0, len(scenes), size)))
+        size = unit * (
+            1 + n // (8 * threads * unit)
+        )  # some eight pieces for each thread: they may differ in length
+        list(
+            pool.map(
+                lambda first: share(first, min(first + size, len(scenes))),
+                range(0, len(scenes), size),
+            )
+        )
         if wide:  # those that failed once more, to know when and why
             failed = np.flatnonzero(arrays.counts[:n, 0] != Status.OK).tolist()
             # laws with their initial state
             again = stack_columns([make_driven(scene) for scene in scenes]) if failed else None
             list(pool.map(lambda i: simulate_range(again, grid, arrays, i, i + 1), failed))
-    return _batch(scenes[:n], grid, arrays, LANES if wide else 1, (ready - start, time.perf_counter() - ready))
+    return _batch(
+        scenes[:n], grid, arrays, LANES if wide else 1, (ready - start, time.perf_counter() - ready)
+    )
 
 
 def moves_in_lanes(scenes: Sequence[Scene]) -> bool:
     """Return whether the cranes take the same steps, without branches, and fill most lanes."""
     first = scenes[0]
-    in_step = isinstance(first.method, RK4 | RK8) and all(scene.method == first.method for scene in scenes)
+    in_step = isinstance(first.method, RK4 | RK8) and all(
+        scene.method == first.method for scene in scenes
+    )
     starts = begin(first.model, np.array(first.initial_q), np.array(first.initial_v))[0]
     smooth = starts.event_log is None and not system.rhs_into.has_implementation(type(first.model))
     return in_step and smooth and 2 * len(scenes) >= LANES
 
 
-def _batch(scenes: list[Scene], grid: TimeGrid, arrays: BatchArrays, lanes: int, times: tuple[float, float]) -> Batch:
+def _batch(
+    scenes: list[Scene], grid: TimeGrid, arrays: BatchArrays, lanes: int, times: tuple[float, float]
+) -> Batch:
     n, nq = len(scenes), len(scenes[0].joint_names)
     rows, payload, counts = arrays.rows[:n], arrays.payload[:n], arrays.counts[:n]
     end, before = (rows[:, -1], payload[:, -1]), (rows[:, :-1], payload[:, :-1])

@@ -1,6 +1,7 @@
 """Whole runs of many cranes with the metrics of `simulate`, in one compiled call for each kind.
 
-Every crane's metrics, its hash included, are those of `Metrics`, which gathers them by the same compiled functions.
+Every crane's metrics, its hash included, are those of `Metrics`, which gathers them by the same
+compiled functions.
 """
 
 import hashlib
@@ -60,7 +61,9 @@ def run_all(scenes: Sequence[Scene]) -> list[RunEnd]:
 
     Those whose metrics compiled code can gather run in one call for each kind.
     """
-    keys = (kind_of_run(scene) if has_compiled_metrics(scene) else i for i, scene in enumerate(scenes))
+    keys = (
+        kind_of_run(scene) if has_compiled_metrics(scene) else i for i, scene in enumerate(scenes)
+    )
     found: dict[int, RunEnd] = {}
     for group in group_indices(keys):
         own = [scenes[i] for i in group]
@@ -128,7 +131,9 @@ class RunScratch(NamedTuple):
     states: Any  # (AT_ONCE, steps + 1, 1 + 2 nq), time and joints of the runs
 
 
-def run_with_metrics(scenes: Sequence[Scene], times: Array = NO_TIMES) -> tuple[list[RunEnd], BatchArrays]:
+def run_with_metrics(
+    scenes: Sequence[Scene], times: Array = NO_TIMES
+) -> tuple[list[RunEnd], BatchArrays]:
     """Run scenes of one kind, which have compiled metrics, to their end or failure.
 
     Args:
@@ -140,9 +145,16 @@ def run_with_metrics(scenes: Sequence[Scene], times: Array = NO_TIMES) -> tuple[
     """
     first, n = scenes[0], len(scenes)
     watched = [watched_of(scene, scene.model.energy_meter is not None) for scene in scenes]
-    cranes = stack_columns([(make_driven(scene), each) for scene, each in zip(scenes, watched, strict=True)])
+    cranes = stack_columns(
+        [(make_driven(scene), each) for scene, each in zip(scenes, watched, strict=True)]
+    )
     grid, arrays = TimeGrid(first.period, first.steps, times), allocate_arrays(scenes, len(times))
-    scratch, totals, limited, hashes = _allocate_scratch(first), empty_totals(first, n), np.empty(n, int), list[str]()
+    scratch, totals, limited, hashes = (
+        _allocate_scratch(first),
+        empty_totals(first, n),
+        np.empty(n, int),
+        list[str](),
+    )
     for start in range(0, n, AT_ONCE):
         end = min(start + AT_ONCE, n)
         measure_range(cranes, grid, arrays, totals, limited, scratch, start, end)
@@ -206,14 +218,20 @@ def _hash(states: Array, done: Sequence[int]) -> list[str]:
 def _allocate_scratch(scene: Scene) -> RunScratch:
     nq, nu, k = len(scene.joint_names), len(scene.actuated), scene.steps + 1
     rows, commands = np.empty((k - 1, row_width(scene.model, nq, nu))), np.empty((k - 1, nu))
-    times, states = np.arange(k, dtype=np.float64) * scene.period, np.empty((AT_ONCE, k, 1 + 2 * nq))
+    times, states = (
+        np.arange(k, dtype=np.float64) * scene.period,
+        np.empty((AT_ONCE, k, 1 + 2 * nq)),
+    )
     return RunScratch(times, rows, commands, states)
 
 
 def allocate_arrays(scenes: Sequence[Scene], samples: int) -> BatchArrays:
     """Return the arrays of scenes of one kind, with initial states, for `samples` instants."""
     n, nq, nu = len(scenes), len(scenes[0].joint_names), len(scenes[0].actuated)
-    q, v = np.array([scene.initial_q for scene in scenes]), np.array([scene.initial_v for scene in scenes])
+    q, v = (
+        np.array([scene.initial_q for scene in scenes]),
+        np.array([scene.initial_v for scene in scenes]),
+    )
     width = row_width(scenes[0].model, nq, nu)
     rows, payload = np.empty((n, samples + 1, width)), np.empty((n, samples + 1, 3))
     return BatchArrays(q, v, rows, payload, np.empty(n), np.empty((n, 6), np.int64))
@@ -222,6 +240,10 @@ def allocate_arrays(scenes: Sequence[Scene], samples: int) -> BatchArrays:
 def errors_of(scenes: Sequence[Scene], arrays: BatchArrays) -> tuple[str | None, ...]:
     """Return why the runs of scenes ended before their time; None for one that did not."""
     return tuple(
-        None if counts[1] == scene.steps else describe_failure(scene.model, counts[0], counts[5], float(reached))
-        for scene, counts, reached in zip(scenes, arrays.counts.tolist(), arrays.reached, strict=False)
+        None
+        if counts[1] == scene.steps
+        else describe_failure(scene.model, counts[0], counts[5], float(reached))
+        for scene, counts, reached in zip(
+            scenes, arrays.counts.tolist(), arrays.reached, strict=False
+        )
     )

@@ -19,17 +19,19 @@ from crane_sim.tracing.trees import rebuilt
 def export_c(scene: SceneSource, function: str = "rhs") -> str:
     """Return C99 source of a scene, its parameters as constants; it needs the C library only.
 
-    It defines `void rhs(double t, double *x, double *u, double *derivative)`, the derivative of the state x at time
-    t [s] under efforts u, or `void step(double t, double h, double *x, double *u, double *next)`, the state a step of
-    h [s] of the scene's method later, efforts held. Its first comment has the state at the start, the order of the
-    efforts, and the options of the compiler with which it has the bits of the simulator.
+    It defines `void rhs(double t, double *x, double *u, double *derivative)`, the derivative of the
+    state x at time t [s] under efforts u, or `void step(double t, double h, double *x, double *u,
+    double *next)`, the state a step of h [s] of the scene's method later, efforts held. Its first
+    comment has the state at the start, the order of the efforts, and the options of the compiler
+    with which it has the bits of the simulator.
 
     Args:
         scene: a Scene, or what `load_scene` reads.
         function: "rhs" or "step".
 
     Raises:
-        SceneError: the scene is invalid, the function is none of these, or the model has what C is not written for.
+        SceneError: the scene is invalid, the function is none of these, or the model has what C is
+            not written for.
     """
     scene = load_scene(scene)
     if function not in _FUNCTIONS:
@@ -42,12 +44,16 @@ def export_c(scene: SceneSource, function: str = "rhs") -> str:
         traced = trace_on_arrays(make(scene, x), (*sizes, n, nu, n))
         text = c_source(traced, function)
     except TraceError as error:
-        raise SceneError(f"scene {scene.name}: {function} cannot be written in C: {error}") from error
+        raise SceneError(
+            f"scene {scene.name}: {function} cannot be written in C: {error}"
+        ) from error
     return f"{_heading(scene, start)}{text}"
 
 
 def _heading(scene: Any, start: np.ndarray) -> str:
-    efforts = ", ".join(f"{name} [{unit}]" for name, unit in zip(scene.actuated, scene.effort_units, strict=True))
+    efforts = ", ".join(
+        f"{name} [{unit}]" for name, unit in zip(scene.actuated, scene.effort_units, strict=True)
+    )
     return (
         f"/* Crane of the scene {scene.name}.\n"
         f"   State at the start ({len(start)}): {', '.join(map(repr, start.tolist()))}\n"
@@ -77,7 +83,8 @@ def _make_step(scene: Any, like: Any) -> Any:
 
 
 _FUNCTIONS = {"rhs": (_make_rhs, (None,)), "step": (_make_step, (None, None))}
-"""What makes each function, and the sizes of its arguments before state, efforts and result: None of a number."""
+"""What makes each function, and the sizes of its arguments before state, efforts and result: None
+of a number."""
 
 
 def _state_like(like: Any, x: Any, first: int) -> Any:

@@ -17,14 +17,19 @@ ONE_KIND = "a batch takes one kind of model, method and law"
 
 def make_driven(scene: Scene) -> Driven:
     """Return method, model and source of a scene, its law with its initial state."""
-    return Driven(scene.method, scene.model, Sampled(with_initial_state(scene.law)) if scene.sampled else scene.source)
+    return Driven(
+        scene.method,
+        scene.model,
+        Sampled(with_initial_state(scene.law)) if scene.sampled else scene.source,
+    )
 
 
 def stack_columns(trees: Sequence[Any], path: str = "") -> Any:
     """Return the tree whose numbers are arrays over all trees; None and NamedTuple types stay.
 
     Raises:
-        SceneError: the trees are not of one type; it names the first one that differs from tree 0, and where.
+        SceneError: the trees are not of one type; it names the first one that differs from tree 0,
+            and where.
     """
     first = trees[0]
     if not _are_alike(trees):
@@ -32,9 +37,14 @@ def stack_columns(trees: Sequence[Any], path: str = "") -> Any:
     if first is None:
         return None
     if not isinstance(first, tuple):
-        return np.array(trees).view(type(first)) if isinstance(first, np.recarray) else np.array(trees)
+        return (
+            np.array(trees).view(type(first)) if isinstance(first, np.recarray) else np.array(trees)
+        )
     names = getattr(first, "_fields", range(len(first)))
-    parts = [stack_columns(part, f"{path}{name}.") for name, part in zip(names, zip(*trees, strict=True), strict=True)]
+    parts = [
+        stack_columns(part, f"{path}{name}.")
+        for name, part in zip(names, zip(*trees, strict=True), strict=True)
+    ]
     return rebuilt(first, parts)
 
 
@@ -52,7 +62,13 @@ def _are_alike(trees: Sequence[Any]) -> bool:
     if len(types) > 1:
         return types <= {int, float, bool}
     (kind,) = types
-    sizes = [tree.shape for tree in trees] if issubclass(kind, np.ndarray) else map(len, trees) if kind is tuple else ()
+    sizes = (
+        [tree.shape for tree in trees]
+        if issubclass(kind, np.ndarray)
+        else map(len, trees)
+        if kind is tuple
+        else ()
+    )
     return len(set(sizes)) <= 1
 
 
@@ -60,7 +76,9 @@ def _difference_error(trees: Sequence[Any], path: str) -> SceneError:
     """Return an error that names the first tree that is not like tree 0."""
     i = next(i for i, tree in enumerate(trees) if not _are_alike((trees[0], tree)))
     form, expected = _form(trees[i]), _form(trees[0])
-    return SceneError(f"crane {i}: {path or 'its model'} is {form}, that of crane 0 is {expected}: {ONE_KIND}")
+    return SceneError(
+        f"crane {i}: {path or 'its model'} is {form}, that of crane 0 is {expected}: {ONE_KIND}"
+    )
 
 
 def _form(tree: Any) -> str:
@@ -69,7 +87,13 @@ def _form(tree: Any) -> str:
         return f"an array of {' x '.join(map(str, tree.shape))}"
     if type(tree) is tuple:
         return f"{len(tree)} values"
-    return "a number" if isinstance(tree, int | float) else "none" if tree is None else type(tree).__name__
+    return (
+        "a number"
+        if isinstance(tree, int | float)
+        else "none"
+        if tree is None
+        else type(tree).__name__
+    )
 
 
 def kind_of(tree: Any) -> Any:

@@ -14,7 +14,9 @@ from crane_sim.scenes.scene import Scene
 
 Array = npt.NDArray[np.float64]
 
-DIFFERENCE_STEP = 1e-3  # s: rounding leaves 1e-8 of an acceleration, what the third power of time does less
+DIFFERENCE_STEP = (
+    1e-3  # s: rounding leaves 1e-8 of an acceleration, what the third power of time does less
+)
 
 
 def tip_acceleration(p, t, q, v, u):
@@ -22,8 +24,8 @@ def tip_acceleration(p, t, q, v, u):
 
     These are joint positions, joint velocities and efforts.
 
-    Second difference of the tip's position, along a parabola of the joints with the model's accelerations: exact up to
-    the square of its step.
+    Second difference of the tip's position, along a parabola of the joints with the model's
+    accelerations: exact up to the square of its step.
     """
     points, tip = np.empty((3, system.point_count(p), 3)), system.tip_index(p)
     qdd, position = system.acceleration(p, t, system.state(p, t, q, v), u), np.empty(len(q))
@@ -34,7 +36,9 @@ def tip_acceleration(p, t, q, v, u):
         system.points(p, t, system.state(p, t, position, v), points[k])
     squared_norm = 0.0
     for j in range(3):
-        second = (points[0, tip, j] - 2.0 * points[1, tip, j] + points[2, tip, j]) / (DIFFERENCE_STEP * DIFFERENCE_STEP)
+        second = (points[0, tip, j] - 2.0 * points[1, tip, j] + points[2, tip, j]) / (
+            DIFFERENCE_STEP * DIFFERENCE_STEP
+        )
         squared_norm += second * second
     return np.sqrt(squared_norm)
 
@@ -122,12 +126,15 @@ def fall_tensions(model: Any, t: Array, q: Array, v: Array, u: Array) -> Array:
 
     Args:
         model: the crane.
-        t, q, v, u: times (K,), positions and velocities of the joints (K, nq), efforts applied (K, nu).
+        t, q, v, u: times (K,), positions and velocities of the joints (K, nq), efforts applied (K,
+            nu).
     """
     falls = system.fall_count(model)
     out = np.empty((len(t), falls + 2 if falls else 0))
     if falls:
-        fill_falls(model, *(np.ascontiguousarray(part, dtype=np.float64) for part in (t, q, v, u)), out)
+        fill_falls(
+            model, *(np.ascontiguousarray(part, dtype=np.float64) for part in (t, q, v, u)), out
+        )
     return out
 
 
@@ -140,7 +147,8 @@ def fill_derived(p, t, q, v, u, nodes, scalars, tensions):
         p: parameters.
         t, q, v, u: times, positions, velocities, efforts applied.
         nodes: (K, N, 3), to fill.
-        scalars: (K, 4), to fill: kinetic and potential energy relative to the base, and what the base adds to each.
+        scalars: (K, 4), to fill: kinetic and potential energy relative to the base, and what the
+            base adds to each.
         tensions: (K, L), to fill.
     """
     for i in range(len(q)):
@@ -177,7 +185,9 @@ def derive(scene: Scene, t: Array, q: Array, v: Array, u: Array) -> Derived:
 
     q and v are joint positions and velocities.
     """
-    points, tip_index = world_points(scene.model, 0.0, np.array(scene.initial_q), np.array(scene.initial_v))
+    points, tip_index = world_points(
+        scene.model, 0.0, np.array(scene.initial_q), np.array(scene.initial_v)
+    )
     nodes, scalars = np.empty((len(q), *points.shape)), np.empty((len(q), 4))
     tensions = np.empty((len(q), system.link_count(scene.model)))
     rows = (np.ascontiguousarray(part, dtype=np.float64) for part in (t, q, v, u))
@@ -186,9 +196,13 @@ def derive(scene: Scene, t: Array, q: Array, v: Array, u: Array) -> Derived:
     kinetic, potential, more_kinetic, more_potential = scalars.T
     world = kinetic + more_kinetic, potential + more_potential
     falls = fall_tensions(scene.model, t, q, v, u)
-    return Derived(nodes, nodes[:, tip_index], nodes[:, -1], *world, kinetic, potential, tensions, swing, falls)
+    return Derived(
+        nodes, nodes[:, tip_index], nodes[:, -1], *world, kinetic, potential, tensions, swing, falls
+    )
 
 
 def derive_instant(scene: Scene, t: float, q: Sequence[float], v: Sequence[float]) -> Derived:
     """Return `derive` of one instant, K = 1, without efforts: q (nq,), v (nq,), t in s."""
-    return derive(scene, np.array([t]), np.array([q]), np.array([v]), np.zeros((1, len(scene.actuated))))
+    return derive(
+        scene, np.array([t]), np.array([q]), np.array([v]), np.zeros((1, len(scene.actuated)))
+    )

@@ -24,7 +24,9 @@ def joint_acceleration(p, t, q, v, u):
     Joints held by friction start to slip first where the efforts exceed static friction.
     """
     switches = system.switching(p)
-    integration = apply_pending_events(switches, p, u, start(p, t, system.state(p, t, q, v), make_event_log(switches)))
+    integration = apply_pending_events(
+        switches, p, u, start(p, t, system.state(p, t, q, v), make_event_log(switches))
+    )
     return system.acceleration(p, t, integration.x, u)
 
 
@@ -55,18 +57,22 @@ def _time(t: Any) -> float:
     return float(t)
 
 
-def acceleration(scene: SceneSource, q: Vector, v: Vector, u: Vector, t: float = 0.0) -> npt.NDArray[np.float64]:
+def acceleration(
+    scene: SceneSource, q: Vector, v: Vector, u: Vector, t: float = 0.0
+) -> npt.NDArray[np.float64]:
     """Return the accelerations of all joints (nq,) [m/s² or rad/s²], by forward dynamics.
 
     Args:
         scene: a Scene, or what `load_scene` reads.
-        q, v: joint positions (nq,) [m or rad] and velocities (nq,) [m/s or rad/s], relative to the base.
-        u: efforts of the actuated joints (nu,), in their units (N or N m for drives by force); they are not clipped to
-            the limits of the drives.
+        q, v: joint positions (nq,) [m or rad] and velocities (nq,) [m/s or rad/s], relative to the
+            base.
+        u: efforts of the actuated joints (nu,), in their units (N or N m for drives by force); they
+            are not clipped to the limits of the drives.
         t: time [s], on which the motion of the base, the wind and changes of the payload depend.
 
     Raises:
-        SceneError: the scene is invalid, or q, v, u or t is not of the right number of finite values.
+        SceneError: the scene is invalid, or q, v, u or t is not of the right number of finite
+            values.
     """
     scene = load_scene(scene)
     nq, nu = len(scene.joint_names), len(scene.actuated)
@@ -79,18 +85,22 @@ def energy(scene: SceneSource, q: Vector, v: Vector, t: float = 0.0, frame: str 
 
     Args:
         scene: a Scene, or what `load_scene` reads.
-        q, v: joint positions (nq,) [m or rad] and velocities (nq,) [m/s or rad/s], relative to the base.
+        q, v: joint positions (nq,) [m or rad] and velocities (nq,) [m/s or rad/s], relative to the
+            base.
         t: time [s], which determines position and velocity of a moving base.
-        frame: "world": velocities and heights in the world; "base": those relative to the base, as if it rested at
-            height 0. They differ only where the base moves.
+        frame: "world": velocities and heights in the world; "base": those relative to the base, as
+            if it rested at height 0. They differ only where the base moves.
 
     Raises:
-        SceneError: the scene is invalid, q, v or t is not of the right number of finite values, or the frame is
-            unknown.
+        SceneError: the scene is invalid, q, v or t is not of the right number of finite values, or
+            the frame is unknown.
     """
     if frame not in ("world", "base"):
         raise SceneError(f"frame = {frame!r}: possible: world, base")
     scene = load_scene(scene)
-    at = (np.array(_as_vector(name, vector, len(scene.joint_names))) for name, vector in (("q", q), ("v", v)))
+    at = (
+        np.array(_as_vector(name, vector, len(scene.joint_names)))
+        for name, vector in (("q", q), ("v", v))
+    )
     relative, added = energy_at(scene.model, _time(t), *at)
     return relative + added if frame == "world" else relative

@@ -1,7 +1,8 @@
 """Energy balance of a run: its energy less the initial and the supplied one, ideally zero.
 
-The balance is of energies relative to the base. It sees errors that change the energy, and only those: a state that is
-wrong along the surface of its energy, such as a swing that is late, passes unseen. A small one does not prove a run.
+The balance is of energies relative to the base. It sees errors that change the energy, and only
+those: a state that is wrong along the surface of its energy, such as a swing that is late, passes
+unseen. A small one does not prove a run.
 """
 
 from typing import Any, NamedTuple
@@ -18,7 +19,8 @@ class Balance(NamedTuple):
     last: Any  # (2, nu), positions and efforts of the last instant
     extremes: Any  # (4,) J: largest error and kinetic energy, lowest and highest potential
     count: Any  # (1,) instants
-    errors: Any  # (2,), of the end and the largest of all instants, relative to the range of the energies
+    # (2,), of the end and the largest of all instants, relative to the range of the energies
+    errors: Any
 
 
 def empty_balance(nu: int, *runs: int) -> Balance:

@@ -35,7 +35,10 @@ def cell_of(value: Any) -> Any:
 
 def metric_columns(rows: Sequence[Mapping[str, Any]]) -> dict[str, npt.NDArray[Any]]:
     """Return the metrics of n runs, from `flatten`, as arrays (n,); missing numbers are NaN."""
-    columns = {key: [row.get(key) for row in rows] for key in dict.fromkeys(key for row in rows for key in row)}
+    columns = {
+        key: [row.get(key) for row in rows]
+        for key in dict.fromkeys(key for row in rows for key in row)
+    }
     return {key: _column(values) for key, values in columns.items()}
 
 
@@ -47,7 +50,10 @@ def _column(values: list[Any]) -> npt.NDArray[Any]:
 
 def one_run(metrics: Mapping[str, Any]) -> dict[str, Any]:
     """Return the metrics of the first of n runs, arrays (n,) in groups, as plain numbers."""
-    return {key: one_run(value) if isinstance(value, Mapping) else plain(value[0]) for key, value in metrics.items()}
+    return {
+        key: one_run(value) if isinstance(value, Mapping) else plain(value[0])
+        for key, value in metrics.items()
+    }
 
 
 def plain(value: Any) -> Any:

@@ -21,8 +21,8 @@ def follows_path(scene: Scene) -> bool:
 def target_position(scene: Scene) -> Array:
     """Return the payload's position (1, 3) [m] at rest at the joints' target, in the base frame.
 
-    Of cranes that bend or have an elastic cable it is their rest under the means of what disturbs them, steady wind
-    included; of all others the payload is straight below the tip, without wind.
+    Of cranes that bend or have an elastic cable it is their rest under the means of what disturbs
+    them, steady wind included; of all others the payload is straight below the tip, without wind.
 
     Raises:
         SceneError: the crane bends or its cable is elastic, and nothing holds it at rest there.
@@ -30,7 +30,11 @@ def target_position(scene: Scene) -> Array:
     assert scene.reference is not None, "the caller has a scene with a target"
     # deflections and the lengths of an elastic cable are part of the solution
     bends = any(name.startswith("node_") or name.endswith(DEFLECTION) for name in scene.joint_names)
-    q = equilibrium(without_dry_friction(scene))[0] if bends else hanging_positions(scene, scene.reference)
+    q = (
+        equilibrium(without_dry_friction(scene))[0]
+        if bends
+        else hanging_positions(scene, scene.reference)
+    )
     nodes, _ = world_points(scene.model, 0.0, q, np.zeros_like(q))
     return express_in_base(scene.model, np.zeros(1), nodes[-1:])
 

@@ -1,7 +1,8 @@
 """Simulated drives, brakes, sensors and faults of one run.
 
-Brake parameters that a scene does not specify are computed at the initial posture. The static load is that at the mean
-of the disturbances (`crane_sim.scenes.averaging`), independent of a sea's state at t = 0.
+Brake parameters that a scene does not specify are computed at the initial posture. The static load
+is that at the mean of the disturbances (`crane_sim.scenes.averaging`), independent of a sea's state
+at t = 0.
 """
 
 from collections.abc import Sequence
@@ -43,7 +44,8 @@ HOLDING_FACTOR = 2.0
 
 
 BRAKE_DECELERATION = 2.0
-"""rad/s² or m/s², deceleration by a brake in addition to the static load, all other joints locked."""
+"""rad/s² or m/s², deceleration by a brake in addition to the static load, all other joints
+locked."""
 
 
 MAX_JOINT_FREQUENCY = 100.0  # rad/s, of a joint on its brake's spring, all other joints locked
@@ -77,9 +79,12 @@ def fit_brakes(drives: Any, scene: Scene) -> None:
         else joints.inertia_others_free * settings.frequency**2
     )
     drives.stiffness = spring * stiffness
-    drives.damping = spring * 2.0 * settings.damping * np.sqrt(stiffness * joints.inertia_others_free)
+    drives.damping = (
+        spring * 2.0 * settings.damping * np.sqrt(stiffness * joints.inertia_others_free)
+    )
     drives.capacity = spring * (
-        HOLDING_FACTOR * np.abs(joints.static_load) + BRAKE_DECELERATION * joints.inertia_others_locked
+        HOLDING_FACTOR * np.abs(joints.static_load)
+        + BRAKE_DECELERATION * joints.inertia_others_locked
     )
     if settings.capacity is not None:
         drives.capacity = spring * settings.capacity
@@ -106,10 +111,14 @@ def joint_mechanics(scene: Scene) -> JointMechanics:
 
     def accelerations(u: Any, direction: float = 1.0) -> Array:
         rates = direction * v[: len(places)]
-        return np.array(joint_acceleration(model, 0.0, places, rates, tuple(map(float, u))))[actuated]
+        return np.array(joint_acceleration(model, 0.0, places, rates, tuple(map(float, u))))[
+            actuated
+        ]
 
     forwards = accelerations(np.zeros(nu))
-    at_rest = 0.5 * (forwards + accelerations(np.zeros(nu), -1.0))  # without dry friction, whatever it holds
+    at_rest = 0.5 * (
+        forwards + accelerations(np.zeros(nu), -1.0)
+    )  # without dry friction, whatever it holds
     mobility: Array = np.column_stack([accelerations(unit) - forwards for unit in np.eye(nu)])
     static_load: Array = -np.linalg.lstsq(mobility, at_rest, rcond=None)[0].astype(np.float64)
     free: Array = 1.0 / np.maximum(np.diag(mobility), 1e-12)
@@ -124,7 +133,9 @@ def holding_efforts(scene: Scene, config: HardwareConfig) -> Array:
     integral = config.servos.stiffness > 0.0
     if not integral.any():
         return np.zeros(len(integral))
-    return np.clip(integral * joint_mechanics(scene).static_load, config.drives.low, config.drives.high)
+    return np.clip(
+        integral * joint_mechanics(scene).static_load, config.drives.low, config.drives.high
+    )
 
 
 def choose_brake_stiffness(scene: Scene, joints: JointMechanics) -> Array:
@@ -133,9 +144,13 @@ def choose_brake_stiffness(scene: Scene, joints: JointMechanics) -> Array:
     The control period is that of the slip.
     """
     safe_step = getattr(scene.method, "safe_step", None)
-    step_limit = np.inf if safe_step is None else safe_step(1.0) / scene.method.step / FREQUENCY_MARGIN
+    step_limit = (
+        np.inf if safe_step is None else safe_step(1.0) / scene.method.step / FREQUENCY_MARGIN
+    )
     period_limit = min(MAX_JOINT_FREQUENCY, 1.0 / scene.period)
-    return np.minimum(joints.inertia_others_locked * period_limit**2, joints.inertia_others_free * step_limit**2)
+    return np.minimum(
+        joints.inertia_others_locked * period_limit**2, joints.inertia_others_free * step_limit**2
+    )
 
 
 MAX_FAULT_EVENTS = 1000
@@ -148,19 +163,23 @@ class HardwareRun:
     Attributes:
         state: parameters and state, which compiled code takes and changes.
         faults: names of the faults.
-        inputs: what the equations evaluate in place of commands: the scene's open-loop inputs, behind the delays of
-            drives that do not hold them; None where the scene is commanded.
+        inputs: what the equations evaluate in place of commands: the scene's open-loop inputs,
+            behind the delays of drives that do not hold them; None where the scene is commanded.
         initial_demands: see there.
     """
 
     def __init__(self, scene: Scene) -> None:
         """Prepare the hardware at the start of a run."""
-        config: HardwareConfig = scene.hardware or ideal_hardware(len(scene.joint_names), len(scene.actuated))
+        config: HardwareConfig = scene.hardware or ideal_hardware(
+            len(scene.joint_names), len(scene.actuated)
+        )
         self._scene, self.faults = scene, config.names
         self._step = hardware_step.with_own_calls()
         self.state = _initial_hardware(scene, config)
         self.initial_demands = initial_demands(scene, config)
-        set_initial_demands(self.state, np.array([self.initial_demands.get(name, 0.0) for name in scene.actuated]))
+        set_initial_demands(
+            self.state, np.array([self.initial_demands.get(name, 0.0) for name in scene.actuated])
+        )
         self.inputs = None if scene.sampled else _delayed_inputs(scene, self.state)
         self._has_brakes = False
         if config.servos is not None:
@@ -199,12 +218,18 @@ class HardwareRun:
         """Sample the initial state; return (q, v) as the sensors measure them."""
         return sample_first_state(model, self.state, integration, period)
 
-    def open_loop_command(self, t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, ...]:
+    def open_loop_command(
+        self, t: float, q: tuple[float, ...], v: tuple[float, ...]
+    ) -> tuple[float, ...]:
         """Return the value (nu,) of the scene's source at t [s], zero without; drives hold it."""
         source = unwrap(self._scene.source)
         if type(source) is tuple:
             return source
-        return (0.0,) * len(self.state.drives) if source is None else system.compute_command(source, t, q, v)
+        return (
+            (0.0,) * len(self.state.drives)
+            if source is None
+            else system.compute_command(source, t, q, v)
+        )
 
     def step(self, run: Any, inputs: Any, command: tuple[float, ...], k: int) -> Any:
         """Integrate over period k; arguments and results of `hardware_step`."""
@@ -238,7 +263,9 @@ class HardwareRun:
     def summary(self) -> dict[str, Any]:
         """Return the entries of the hardware in the run's summary."""
         totals = self._totals
-        metrics: dict[str, Any] = {"faults": self.events()[:MAX_EVENTS_IN_SUMMARY]} if self.faults else {}
+        metrics: dict[str, Any] = (
+            {"faults": self.events()[:MAX_EVENTS_IN_SUMMARY]} if self.faults else {}
+        )
         metrics |= {"lost_samples": int(totals.lost_samples)} if totals.lost_samples else {}
         metrics |= {"initial_demand": self.initial_demands} if self.initial_demands else {}
         tripped = {
@@ -247,7 +274,9 @@ class HardwareRun:
             if drive.tripped
         }
         metrics |= {"overtravel": tripped} if tripped else {}
-        return metrics | ({"braked_time": float(totals.braked) * self._scene.period} if totals.braked else {})
+        return metrics | (
+            {"braked_time": float(totals.braked) * self._scene.period} if totals.braked else {}
+        )
 
 
 def is_sensed(scene: Scene) -> bool:
@@ -270,8 +299,8 @@ def sensed_coordinates(equipment: HardwareConfig | None, nq: int) -> tuple[int, 
 def measure(scene: Scene, q: Array, v: Array) -> Array:
     """Return measurements (K, 2 nq) of true states q, v (K, nq) at starts of the first periods.
 
-    Their random numbers are functions of the period's number: these are the very values that the law got in the run,
-    whose faults were those of the scene's schedule.
+    Their random numbers are functions of the period's number: these are the very values that the
+    law got in the run, whose faults were those of the scene's schedule.
     """
     assert scene.hardware is not None
     measured = np.empty((len(q), 2 * q.shape[1]))
@@ -283,7 +312,9 @@ def measure(scene: Scene, q: Array, v: Array) -> Array:
 def set_initial_demands(hardware: HardwareState, demands: Array) -> None:
     """Let the drives begin with the effects of demands (nu,) that were there for long."""
     drives, hardware.queue[:] = hardware.drives, demands
-    drives.start_effort = np.clip(np.where(np.abs(demands) < drives.deadband, 0.0, demands), drives.low, drives.high)
+    drives.start_effort = np.clip(
+        np.where(np.abs(demands) < drives.deadband, 0.0, demands), drives.low, drives.high
+    )
 
 
 def _delayed_inputs(scene: Scene, hardware: HardwareState) -> Any:
@@ -292,7 +323,9 @@ def _delayed_inputs(scene: Scene, hardware: HardwareState) -> Any:
     delays = np.where(drives.has_state, 0, drives.delay) * scene.period
     if not delays.any() or type(scene.source) is tuple:
         return scene.source
-    return with_breakpoints(delay_inputs(unwrap(scene.source), delays.tolist(), before), scene.model)
+    return with_breakpoints(
+        delay_inputs(unwrap(scene.source), delays.tolist(), before), scene.model
+    )
 
 
 def _initial_servos(scene: Scene, loops: Any) -> Servos | None:
@@ -309,7 +342,9 @@ def _initial_hardware(scene: Scene, config: HardwareConfig) -> HardwareState:
     """Return the hardware at the start of a run."""
     drives, sensors, n = config.drives, config.sensors, len(config.names)
     totals = make_records(TOTALS, 1)
-    totals.payload_mass = config.payload_fault.nominal_mass if config.payload_fault is not None else 0.0
+    totals.payload_mass = (
+        config.payload_fault.nominal_mass if config.payload_fault is not None else 0.0
+    )
     return HardwareState(
         seed=seed_to_uint64(scene.seed),
         faults=config.faults,

@@ -1,7 +1,7 @@
 """Demands before a run starts, which a delay, a lag or a rate limit still has at t = 0.
 
-A drive begins with what its scene says, else with what holds its joint: a force or torque carries the weight on it, a
-position is the initial one, everything else is zero.
+A drive begins with what its scene says, else with what holds its joint: a force or torque carries
+the weight on it, a position is the initial one, everything else is zero.
 """
 
 from collections.abc import Sequence

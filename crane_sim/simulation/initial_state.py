@@ -70,7 +70,9 @@ def resume(metered: Any, integration: Any, t: float, q: Sequence[float], v: Sequ
 
     It goes on from time t [s] and joints q, v.
     """
-    initial, _, _ = begin(metered, np.array(q), np.array(v))  # without a meter no part of a state depends on the time
+    initial, _, _ = begin(
+        metered, np.array(q), np.array(v)
+    )  # without a meter no part of a state depends on the time
     evaluations, steps, rejected = integration.evaluations, integration.steps, integration.rejected
     return initial._replace(t0=t, t=t, evaluations=evaluations, steps=steps, rejected=rejected)
 
@@ -87,11 +89,17 @@ def with_initial(scene: Scene, q: Sequence[float] | None, v: Sequence[float] | N
     velocities = _as_tuple(scene, "velocities", scene.initial_v if v is None else v)
     start = replace(scene, initial_q=positions, initial_v=velocities)
     integration, *shown = begin(scene.model, np.array(positions), np.array(velocities))
-    for what, wanted, actual in zip(("positions", "velocities"), (positions, velocities), shown, strict=True):
+    for what, wanted, actual in zip(
+        ("positions", "velocities"), (positions, velocities), shown, strict=True
+    ):
         _check_possible(scene, what, wanted, as_tuple(actual))
-    integration = switch_at_start(_without_slack_guard(scene.model), integration, np.zeros(len(scene.actuated)))
+    integration = switch_at_start(
+        _without_slack_guard(scene.model), integration, np.zeros(len(scene.actuated))
+    )
     if integration.status == Status.TERMINATED:
-        raise SceneError(f"positions: {system.describe_event(scene.model, integration.terminal_guard)[0]} there")
+        raise SceneError(
+            f"positions: {system.describe_event(scene.model, integration.terminal_guard)[0]} there"
+        )
     return start
 
 
@@ -101,26 +109,41 @@ def _without_slack_guard(model: Any) -> Any:
     Without efforts a boom may accelerate faster than its falling payload.
     """
     stops, overhead = getattr(model, "stops", None), getattr(model, "overhead", None)
-    return model if stops is None or overhead is not None else model._replace(stops=stops._replace(taut=0.0))
+    return (
+        model
+        if stops is None or overhead is not None
+        else model._replace(stops=stops._replace(taut=0.0))
+    )
 
 
 def _as_tuple(scene: Scene, what: str, values: Sequence[float]) -> tuple[float, ...]:
     try:
         numbers = tuple(map(float, values))
     except (TypeError, ValueError):
-        raise SceneError(f"{what} = {shorten(values)}: must be a number for each of the joints") from None
+        raise SceneError(
+            f"{what} = {shorten(values)}: must be a number for each of the joints"
+        ) from None
     if len(numbers) != len(scene.joint_names):
-        raise SceneError(f"{what}: has {len(numbers)} values, the joints are {', '.join(scene.joint_names)}")
+        raise SceneError(
+            f"{what}: has {len(numbers)} values, the joints are {', '.join(scene.joint_names)}"
+        )
     for name, value in zip(scene.joint_names, numbers, strict=True):
         if not isfinite(value):
             raise SceneError(f"{what}: {name} = {value}: must be finite")
     return numbers
 
 
-def _check_possible(scene: Scene, what: str, wanted: tuple[float, ...], actual: tuple[float, ...]) -> None:
+def _check_possible(
+    scene: Scene, what: str, wanted: tuple[float, ...], actual: tuple[float, ...]
+) -> None:
     """Raise SceneError for a joint that the crane holds elsewhere, e.g. a locked rope's length."""
-    for name, unit, expected, possible in zip(scene.joint_names, scene.joint_units, wanted, actual, strict=True):
+    for name, unit, expected, possible in zip(
+        scene.joint_names, scene.joint_units, wanted, actual, strict=True
+    ):
         turn = unit == "rad" and what == "positions"
         gap = remainder(expected - possible, 2.0 * pi) if turn else expected - possible
         if not abs(gap) <= _TOLERANCE * max(1.0, abs(expected)):
-            raise SceneError(f"{what}: {name} = {expected:g}: is not possible, this crane would have {possible:g}")
+            raise SceneError(
+                f"{what}: {name} = {expected:g}: is not possible, this crane would have "
+                f"{possible:g}"
+            )

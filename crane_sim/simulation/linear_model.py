@@ -12,7 +12,12 @@ import numpy.typing as npt
 
 from crane_sim.files.errors import SceneError, shorten
 from crane_sim.scenes.scene import Scene, SceneSource, load_scene
-from crane_sim.simulation.linearisation import equilibrium, state_matrices, tangent_basis, without_dry_friction
+from crane_sim.simulation.linearisation import (
+    equilibrium,
+    state_matrices,
+    tangent_basis,
+    without_dry_friction,
+)
 
 Array = npt.NDArray[np.float64]
 _UNIT_VECTOR = 1e-12  # entries of a basis vector smaller than this are rounding
@@ -29,7 +34,8 @@ class LinearModel:
     b: Array  # (2 n, nu)
     q: Array  # (nq,) joint positions at rest
     u: Array  # (nu,) efforts that hold them
-    basis: Array  # (nq, n): deviations of joint positions are basis @ x[:n]; the identity without unit vectors
+    # (nq, n): deviations of joint positions are basis @ x[:n]; the identity without unit vectors
+    basis: Array
     states: tuple[str, ...]  # (2 n,) names: those of joints, of their rates with /s
     state_units: tuple[str, ...]  # (2 n,)
     inputs: tuple[str, ...]  # (nu,) names of actuated joints
@@ -85,7 +91,9 @@ def _equilibrium_positions(scene: Scene, at: Sequence[float] | None) -> tuple[fl
         positions = ()
     if len(positions) != len(scene.actuated) or not np.all(np.isfinite(positions)):
         names = ", ".join(scene.actuated)
-        raise SceneError(f"at = {shorten(at)}: must be a finite position for each actuated joint: {names}")
+        raise SceneError(
+            f"at = {shorten(at)}: must be a finite position for each actuated joint: {names}"
+        )
     return positions
 
 

@@ -1,7 +1,7 @@
 """A scene about a point where it can be held: the point, and the linear equations of deviations.
 
-All of it is about the mean of what disturbs the crane (`crane_sim.scenes.averaging`), not about one instant of a wave
-or gust.
+All of it is about the mean of what disturbs the crane (`crane_sim.scenes.averaging`), not about one
+instant of a wave or gust.
 """
 
 from collections.abc import Sequence
@@ -30,7 +30,8 @@ DISSIPATIVE = {"friction", "lugre", "rope", "hoist"}
 """Groups that may have dry friction."""
 REACH = 1e-8  # to both sides of a point: far enough for a mode to change, and 1e-16 of what bends
 ROUNDING = 1e-12  # of the largest acceleration along a direction: what counts as none
-MAX_TURN = 0.5  # rad, in one of them: full steps from below may end a turn further, or above the suspension
+# rad, in one of them: full steps from below may end a turn further, or above the suspension
+MAX_TURN = 0.5
 
 
 def without_dry_friction(scene: Scene) -> Scene:
@@ -38,12 +39,17 @@ def without_dry_friction(scene: Scene) -> Scene:
 
     Dry friction jumps where the equations are to be linearised.
 
-    So does that of bristles. A winch below a support loses all of its friction, and sheaves their loss.
+    So does that of bristles. A winch below a support loses all of its friction, and sheaves their
+    loss.
     """
     if not scene.document.keys() & DISSIPATIVE:
         return scene
     document = scene.to_dict()
-    friction, bristles, removed = document.get("friction") or {}, document.pop("lugre", None) or {}, list[object]()
+    friction, bristles, removed = (
+        document.get("friction") or {},
+        document.pop("lugre", None) or {},
+        list[object](),
+    )
     for winch in (document.get("rope") or {}, document.get("hoist") or {}):
         sheaves = (winch.get("reeving") or {}).get("sheaves") or {}
         removed += [winch.pop("friction", None), sheaves.pop("loss", None)]
@@ -51,7 +57,11 @@ def without_dry_friction(scene: Scene) -> Scene:
         return scene
     none, viscous = {"coulomb": 0.0, "static": 0.0}, {"viscous": 0.0}
     rubbing = {joint: group | none for joint, group in friction.items() if group}
-    creeping = {joint: none | {"viscous": (viscous | group)["viscous"]} for joint, group in bristles.items() if group}
+    creeping = {
+        joint: none | {"viscous": (viscous | group)["viscous"]}
+        for joint, group in bristles.items()
+        if group
+    }
     if rubbing or creeping:
         document["friction"] = rubbing | creeping
     return replace(load_scene(document), period=scene.period, sampled=scene.sampled)
@@ -62,7 +72,9 @@ def acceleration_at(p, z, nq):
 
     z: joint positions, velocities and efforts.
     """
-    return joint_acceleration(p, 0.0, z[:nq], z[nq : 2 * nq], system.efforts_from_row(p, z[2 * nq :]))
+    return joint_acceleration(
+        p, 0.0, z[:nq], z[nq : 2 * nq], system.efforts_from_row(p, z[2 * nq :])
+    )
 
 
 @entry_point
@@ -90,11 +102,15 @@ def fill_accelerations(models, points, directions, out, slopes):
                 for j in range(size):
                     for k in range(first, last):
                         seeds[j, k - first] = directions[i, k, j]
-                qdd, rows = directional_derivatives(acceleration_at, (p, z, nq), (None, seeds, None))
+                qdd, rows = directional_derivatives(
+                    acceleration_at, (p, z, nq), (None, seeds, None)
+                )
                 for j in range(len(qdd)):
                     out[i, j] = qdd[j]
                     for k in range(first, last if side < 2 else first):
-                        slopes[i, k, j] = 0.5 * rows[j][k - first] + (slopes[i, k, j] if side == 1 else 0.0)
+                        slopes[i, k, j] = 0.5 * rows[j][k - first] + (
+                            slopes[i, k, j] if side == 1 else 0.0
+                        )
 
 
 def move_aside(point, directions, distance, z):
@@ -134,7 +150,8 @@ def accelerations(scenes: Sequence[Scene], points: Array, directions: Array) -> 
 def equilibria(scenes: Sequence[Scene]) -> list[tuple[Array, Array] | SceneError]:
     """Return what `equilibrium` returns for each of the scenes, or the error that it raises.
 
-    Most cranes that hang straight down are at rest without efforts, which is seen for all scenes of a kind at once.
+    Most cranes that hang straight down are at rest without efforts, which is seen for all scenes of
+    a kind at once.
     """
     found: list[tuple[Array, Array] | SceneError] = []
     for scene, rests in zip(scenes, _hang_at_rest(scenes), strict=True):
@@ -153,7 +170,13 @@ def _hang_at_rest(scenes: Sequence[Scene]) -> list[tuple[Array, Array] | None]:
         if first.reference is None or not first.actuated:
             continue
         own = [average_scene(scenes[i]) for i in group]
-        q = np.array([hanging_positions(scene, scene.reference) for scene in own if scene.reference is not None])
+        q = np.array(
+            [
+                hanging_positions(scene, scene.reference)
+                for scene in own
+                if scene.reference is not None
+            ]
+        )
         points = np.concatenate([q, np.zeros((len(q), q.shape[1] + len(first.actuated)))], axis=1)
         qdd = accelerations(own, points, np.zeros((len(q), 1, points.shape[1]))).values
         for i, at, rates in zip(group, q, np.abs(qdd).max(axis=1), strict=True):
@@ -164,7 +187,9 @@ def _hang_at_rest(scenes: Sequence[Scene]) -> list[tuple[Array, Array] | None]:
 
 def by_kind(scenes: Sequence[Scene]) -> list[list[int]]:
     """Return the indices of scenes whose models are of one kind, group by group."""
-    return group_indices((kind_of(scene.model), scene.joint_names, scene.actuated) for scene in scenes)
+    return group_indices(
+        (kind_of(scene.model), scene.joint_names, scene.actuated) for scene in scenes
+    )
 
 
 def equilibrium(scene: Scene) -> tuple[Array, Array]:
@@ -173,10 +198,13 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
     The other joints hang.
 
     Raises:
-        SceneError: there is no target, or no joint to command, or Newton's method finds nothing that stays at rest.
+        SceneError: there is no target, or no joint to command, or Newton's method finds nothing
+            that stays at rest.
     """
     if scene.reference is None or not scene.actuated:
-        raise SceneError(f"reference: LQR needs a target of commanded joints; actuated are {scene.actuated}")
+        raise SceneError(
+            f"reference: LQR needs a target of commanded joints; actuated are {scene.actuated}"
+        )
     scene, target = average_scene(scene), scene.reference
     q, u = hanging_positions(scene, target), np.zeros(len(scene.actuated))
     actuated = [scene.joint_names.index(name) for name in scene.actuated]
@@ -189,11 +217,15 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
         if np.max(np.abs(qdd)) < ZERO_ACCELERATION:
             return q, u
         n = basis.shape[1]
-        rounding = 1e-15 * np.max(np.abs(a[n:, :n])) * (1.0 + np.max(np.abs(q)))  # of stiff springs' accelerations
+        rounding = (
+            1e-15 * np.max(np.abs(a[n:, :n])) * (1.0 + np.max(np.abs(q)))
+        )  # of stiff springs' accelerations
         if np.max(np.abs(qdd)) < ZERO_ACCELERATION + rounding:
             return q, u
         free = ~(imposed_rows(a, b) | np.any(basis[actuated] != 0.0, axis=0))
-        pulls = a[n:, :n] * (np.abs(a[n:, :n]) > ROUNDING * np.max(np.abs(a)))  # else a load turns by rounding
+        pulls = a[n:, :n] * (
+            np.abs(a[n:, :n]) > ROUNDING * np.max(np.abs(a))
+        )  # else a load turns by rounding
         step = np.linalg.lstsq(np.hstack([pulls[:, free], b[n:]]), -basis.T @ qdd)[0]
         dq, du = basis[:, free] @ step[: free.sum()], step[free.sum() :]
         scale = _step_scale(scene, dq)
@@ -211,7 +243,12 @@ def hanging_positions(scene: Scene, reference: tuple[float, ...]) -> Array:
     down = {"rad": 0.0}
     start = zip(scene.joint_names, scene.joint_units, scene.initial_q, strict=True)
     upright = {"_z": -1.0, "qw": 1.0}
-    q = np.array([upright.get(name[-2:], 0.0) if unit == "1" else down.get(unit, x) for name, unit, x in start])
+    q = np.array(
+        [
+            upright.get(name[-2:], 0.0) if unit == "1" else down.get(unit, x)
+            for name, unit, x in start
+        ]
+    )
     q[[scene.joint_names.index(name) for name in scene.actuated]] = reference
     return q
 
@@ -243,8 +280,8 @@ def _normalise(scene: Scene, q: Array) -> Array:
 def tangent_basis(scene: Scene, q: Array) -> Array:
     """Return an orthonormal basis (nq, n) of deviations from q (nq,) that keep unit lengths.
 
-    A unit vector has two and a quaternion three, perpendicular to it; any other joint its own. Without them it is the
-    identity.
+    A unit vector has two and a quaternion three, perpendicular to it; any other joint its own.
+    Without them it is the identity.
     """
     sizes, blocks, i = _unit_vectors(scene), [], 0
     if not sizes:
@@ -264,7 +301,9 @@ def state_matrices(scene: Scene, q: Array, u: Array) -> tuple[Array, Array]:
     return a[0], b[0]
 
 
-def state_matrices_of(scenes: Sequence[Scene], q: Sequence[Array], u: Sequence[Array]) -> tuple[Array, Array]:
+def state_matrices_of(
+    scenes: Sequence[Scene], q: Sequence[Array], u: Sequence[Array]
+) -> tuple[Array, Array]:
     """Return A (c, 2 n, 2 n) and B (c, 2 n, nu) of c scenes of one kind, see `state_matrices`."""
     bases = [tangent_basis(scene, x) for scene, x in zip(scenes, q, strict=True)]
     averaged = [average_scene(scene) for scene in scenes]
@@ -274,7 +313,9 @@ def state_matrices_of(scenes: Sequence[Scene], q: Sequence[Array], u: Sequence[A
 
 def _points(q: Sequence[Array], u: Sequence[Array]) -> Array:
     """Return the points (c, 2 nq + nu) of rest at joint positions (nq,) under efforts (nu,)."""
-    return np.array([np.concatenate([x, np.zeros(len(x)), efforts]) for x, efforts in zip(q, u, strict=True)])
+    return np.array(
+        [np.concatenate([x, np.zeros(len(x)), efforts]) for x, efforts in zip(q, u, strict=True)]
+    )
 
 
 def _directions(bases: Sequence[Array], nu: int) -> Array:
@@ -292,7 +333,9 @@ def _directions(bases: Sequence[Array], nu: int) -> Array:
 
 def _to_state_matrices(slopes: Array, bases: Sequence[Array]) -> tuple[Array, Array]:
     """Return A and B from derivatives (c, 2 n + nu, nq) of accelerations along `_directions`."""
-    rows = np.swapaxes([each @ basis + 0.0 for each, basis in zip(slopes, bases, strict=True)], 1, 2)
+    rows = np.swapaxes(
+        [each @ basis + 0.0 for each, basis in zip(slopes, bases, strict=True)], 1, 2
+    )
     count, n, size = rows.shape
     a, b = np.zeros((count, 2 * n, 2 * n)), np.zeros((count, 2 * n, size - 2 * n))
     a[:, :n, n:], a[:, n:], b[:, n:] = np.eye(n), rows[:, :, : 2 * n], rows[:, :, 2 * n :]
@@ -306,5 +349,7 @@ def imposed_rows(a: Array, b: Array) -> npt.NDArray[np.bool_]:
     """
     slopes = np.abs(np.concatenate([a, b], axis=-1)[..., a.shape[-1] // 2 :, :])
     largest = slopes.max(axis=-2, keepdims=True)
-    sizes = np.maximum(largest, REACH * largest.max(axis=-1, keepdims=True))  # one may have nothing but rounding
+    sizes = np.maximum(
+        largest, REACH * largest.max(axis=-1, keepdims=True)
+    )  # one may have nothing but rounding
     return ~np.any(slopes > ROUNDING * sizes, axis=-1)

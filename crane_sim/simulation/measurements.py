@@ -24,18 +24,24 @@ class ImuSample(NamedTuple):
 
     specific_force: Array  # (3,) m/s², acceleration less gravity
     angular_velocity: Array  # (3,) rad/s
-    rotation: Array | None  # (3, 3), takes vectors of the base to the world; None where it is not measured
+    rotation: (
+        Array | None
+    )  # (3, 3), takes vectors of the base to the world; None where it is not measured
 
 
 def measure_imu(scene: Scene, imu: Imu, k: int) -> ImuSample:
     """Return the sample of an inertial measurement unit at the beginning of period k.
 
-    At its position r the specific force is f + α × r + ω × (ω × r), f the one at the origin of the base, ω and α the
-    base's angular velocity and acceleration.
+    At its position r the specific force is f + α × r + ω × (ω × r), f the one at the origin of the
+    base, ω and α the base's angular velocity and acceleration.
     """
     base, r = base_state(scene, k * scene.period), np.array(imu.position)
     omega = base.angular_velocity
-    force = base.specific_force + np.cross(base.angular_acceleration, r) + np.cross(omega, np.cross(omega, r))
+    force = (
+        base.specific_force
+        + np.cross(base.angular_acceleration, r)
+        + np.cross(omega, np.cross(omega, r))
+    )
     noise = standard_normals(scene.seed, IMU_STREAM, k, 9).reshape(3, 3)
     measured = [
         true + bias + deviation * normals
@@ -43,7 +49,11 @@ def measure_imu(scene: Scene, imu: Imu, k: int) -> ImuSample:
             (force, omega), (imu.acceleration, imu.angular_velocity), noise[:2], strict=True
         )
     ]
-    rotation = None if imu.orientation is None else base.rotation @ rotation_matrix(imu.orientation * noise[2])
+    rotation = (
+        None
+        if imu.orientation is None
+        else base.rotation @ rotation_matrix(imu.orientation * noise[2])
+    )
     return ImuSample(measured[0], measured[1], rotation)
 
 

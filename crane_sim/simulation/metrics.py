@@ -41,7 +41,10 @@ class Metrics:
     def __init__(self, scene: Scene, model: Any, x: Any, picklable: bool = False) -> None:
         """Start with state x of the model that is integrated; `picklable`: as of `StateHash`."""
         self._scene, self._model = scene, model
-        self._watched, self._totals = watched_of(scene, model.energy_meter is not None), empty_totals(scene)
+        self._watched, self._totals = (
+            watched_of(scene, model.energy_meter is not None),
+            empty_totals(scene),
+        )
         self._totals.balance.start[0] = read_meters(model, x)[0]
         self._hash = StateHash(picklable)
 
@@ -62,14 +65,18 @@ class Metrics:
         self._watched = self._watched._replace(metered=metered)
         self._scene, self._model = scene, model
 
-    def summary(self, t: float, q: Vector, v: Vector, integration: Any, saturated: int) -> dict[str, Any]:
+    def summary(
+        self, t: float, q: Vector, v: Vector, integration: Any, saturated: int
+    ) -> dict[str, Any]:
         """Return the metrics of the run that ends at t [s] with q, v; see `name_metrics`."""
         totals, end = _copy(self._totals), (np.array(q), np.array(v))
         meters = read_final_meters(self._model, integration.x, t, *end)
         finish(self._scene.model, self._watched, totals, t, *end, meters)
         sha = self._hash.hexdigest(np.array([t, *q, *v]))
         counts = np.array([integration.evaluations]), np.array([saturated])
-        ended = Ended(np.array([t]), *counts, [sha], _as_columns(self._watched), _as_columns(totals))
+        ended = Ended(
+            np.array([t]), *counts, [sha], _as_columns(self._watched), _as_columns(totals)
+        )
         named, of_some = name_metrics(self._scene, ended), name_further_metrics(self._scene, ended)
         return one_run(named) | dict(self._scene.notes) | one_run(of_some)
 
@@ -104,15 +111,19 @@ def name_metrics(first: Scene, ended: Ended) -> dict[str, Any]:
 
     None: a run has none.
 
-    `settling_time` is the time after which a joint stays near its target, see `crane_sim.simulation.settling`;
-    `residual_swing_deg` is the largest swing in the last quarter of the scene's duration; tensions are the smallest and
-    the largest of all links at the start of every period, `negative_tension_steps` the periods that began with a link
-    that pushed; `energy_audit_error` is the energy that appeared from nowhere up to the end, `energy_audit_max` up to
-    any period, both relative to the energies in play, as of `crane_sim.simulation.energy_balance`; `state_sha256` is
-    over the little-endian float64 bytes of t, q, v of every control step and of the final state.
+    `settling_time` is the time after which a joint stays near its target, see
+    `crane_sim.simulation.settling`; `residual_swing_deg` is the largest swing in the last quarter
+    of the scene's duration; tensions are the smallest and the largest of all links at the start of
+    every period, `negative_tension_steps` the periods that began with a link that pushed;
+    `energy_audit_error` is the energy that appeared from nowhere up to the end, `energy_audit_max`
+    up to any period, both relative to the energies in play, as of
+    `crane_sim.simulation.energy_balance`; `state_sha256` is over the little-endian float64 bytes of
+    t, q, v of every control step and of the final state.
     """
     totals, nothing = ended.totals, np.zeros(3)
-    peak, residual = (np.degrees(swing_angles(nothing, totals.swing[:, part, :3])) for part in range(2))
+    peak, residual = (
+        np.degrees(swing_angles(nothing, totals.swing[:, part, :3])) for part in range(2)
+    )
     low, high = or_none(totals.tension, np.isfinite(totals.tension)).T
     errors, settled = _of_targets(first, ended) if first.reference is not None else ({}, {})
     return {
@@ -149,20 +160,25 @@ def _by_joint(scene: Scene, values: npt.NDArray[Any]) -> dict[str, npt.NDArray[A
 def name_further_metrics(first: Scene, ended: Ended) -> dict[str, Any]:
     """Return the metrics that only some scenes have, as `name_metrics` does.
 
-    `peak_contact_force` is the largest normal force of a surface on the load; of a reeved rope there are the largest
-    tensions of lead line and falls, and of the drum's torque, all at the start of every period; `limit_margin` is the
-    least distance of each joint to its travel limits, negative beyond them; `peak_tilt_deg` is the largest angle of the
-    load's z axis from the base's, and `peak_skew_deg`, `peak_trim_deg`, `peak_list_deg` its largest rotations about z,
-    y and x below a support that does not slew; `peak_JOINT_deg` the largest angles by which a structure bends.
+    `peak_contact_force` is the largest normal force of a surface on the load; of a reeved rope
+    there are the largest tensions of lead line and falls, and of the drum's torque, all at the
+    start of every period; `limit_margin` is the least distance of each joint to its travel limits,
+    negative beyond them; `peak_tilt_deg` is the largest angle of the load's z axis from the base's,
+    and `peak_skew_deg`, `peak_trim_deg`, `peak_list_deg` its largest rotations about z, y and x
+    below a support that does not slew; `peak_JOINT_deg` the largest angles by which a structure
+    bends.
 
-    Over all control steps and the final state, e the error of the path's own coordinates: `tracking_mse` is the mean
-    of e·e, `tracking_mae` of |e|, `tracking_peak` the largest |e|, in the coordinates' unit (m in the base frame, for a
-    payload). `peak_tip_acceleration` [m/s²] is relative to the base, at the control steps.
+    Over all control steps and the final state, e the error of the path's own coordinates:
+    `tracking_mse` is the mean of e·e, `tracking_mae` of |e|, `tracking_peak` the largest |e|, in
+    the coordinates' unit (m in the base frame, for a payload). `peak_tip_acceleration` [m/s²] is
+    relative to the base, at the control steps.
     """
     totals = ended.totals
     contact = {} if totals.contact is None else {"peak_contact_force": totals.contact[:, 0]}
     falls = {} if totals.falls is None else _of_falls(totals.falls[:, 0])
-    tracking = {} if totals.tracking is None else _of_path(totals.tracking, totals.balance.count[:, 0] + 1)
+    tracking = (
+        {} if totals.tracking is None else _of_path(totals.tracking, totals.balance.count[:, 0] + 1)
+    )
     return contact | falls | _margins(first, ended) | _angles(first, totals) | tracking
 
 
@@ -188,15 +204,24 @@ def _margins(first: Scene, ended: Ended) -> dict[str, Any]:
     """Return the least distances of joints to their travel limits."""
     found = dict[str, Array]()
     for k, limit in enumerate(first.limits):
-        ranges, (low, high) = ended.totals.ranges[:, :, first.joint_names.index(limit.joint)], ended.watched.limits[k]
+        ranges, (low, high) = (
+            ended.totals.ranges[:, :, first.joint_names.index(limit.joint)],
+            ended.watched.limits[k],
+        )
         found[limit.joint] = np.minimum(ranges[:, 0] - low, high - ranges[:, 1])
     return {"limit_margin": found} if found else {}
 
 
 def _angles(first: Scene, totals: Totals) -> dict[str, Any]:
     """Return the largest angles of a load and of a structure that bends."""
-    shown = ("tilt",) if "slew" in first.joint_names else Tilt._fields  # a slewing crane turns the load on purpose
+    shown = (
+        ("tilt",) if "slew" in first.joint_names else Tilt._fields
+    )  # a slewing crane turns the load on purpose
     load = {} if totals.tilt is None else dict(zip(shown, totals.tilt.T, strict=False))
     furthest = np.abs(totals.ranges).max(axis=1)
-    bends = {name: furthest[:, i] for i, name in enumerate(first.joint_names) if name.endswith(DEFLECTION)}
+    bends = {
+        name: furthest[:, i]
+        for i, name in enumerate(first.joint_names)
+        if name.endswith(DEFLECTION)
+    }
     return {f"peak_{name}_deg": np.degrees(angle) for name, angle in (load | bends).items()}

@@ -23,13 +23,20 @@ from crane_sim.simulation.initial_state import (
 )
 from crane_sim.simulation.metrics import Metrics
 from crane_sim.simulation.status import SimulationError, check_status, events_of, noted_events
-from crane_sim.stepping.periods import RunUnderWay, StoredIntegration, continuous_step, entries, zero_order_hold_step
+from crane_sim.stepping.periods import (
+    RunUnderWay,
+    StoredIntegration,
+    continuous_step,
+    entries,
+    zero_order_hold_step,
+)
 from crane_sim.stepping.rows import row_width
 
 __all__ = ["Plant", "SimulationError", "check_status", "events_of", "noted_events"]
 
 BLOCK = 512
-SLOW = 5e-3  # rad/s or m/s, below which a joint counts as at rest: a swinging payload still deflects its brake
+# rad/s or m/s, below which a joint counts as at rest: a swinging payload still deflects its brake
+SLOW = 5e-3
 RESTED = 0.1  # s
 
 
@@ -50,16 +57,21 @@ class Plant:
 
         Args:
             scene: what moves.
-            picklable: whether it can be pickled, at the price of the memory of all states of the run; it can be copied
-                by `copy.deepcopy` in any case.
+            picklable: whether it can be pickled, at the price of the memory of all states of the
+                run; it can be copied by `copy.deepcopy` in any case.
 
         Raises:
             SceneError: there is something else than a Scene.
         """
         if not isinstance(scene, Scene):
-            raise SceneError(f"scene = {shorten(scene)}: must be a Scene, as `crane_sim.load_scene` returns")
+            raise SceneError(
+                f"scene = {shorten(scene)}: must be a Scene, as `crane_sim.load_scene` returns"
+            )
         self.scene, self._picklable = scene, picklable
-        self._hold_step, self._follow_step = zero_order_hold_step.with_own_calls(), continuous_step.with_own_calls()
+        self._hold_step, self._follow_step = (
+            zero_order_hold_step.with_own_calls(),
+            continuous_step.with_own_calls(),
+        )
         self._driven = [scene.joint_names.index(name) for name in scene.actuated]
         self.faults: tuple[str, ...] = scene.hardware.names if scene.hardware is not None else ()
         self.reset()
@@ -74,17 +86,28 @@ class Plant:
         Raises:
             SceneError: the crane cannot be in that state; the plant is unchanged.
         """
-        self._start = scene = with_initial(self.scene, q, v)  # the scene with the state that this run began in
+        self._start = scene = with_initial(
+            self.scene, q, v
+        )  # the scene with the state that this run began in
         self.seen: tuple[tuple[float, ...], tuple[float, ...]]
         integration, self.q, self.v, self.seen, self._hardware = make_initial(scene)
-        self._failed: Any = None  # the integration that ended within the period that begins, until one succeeds
+        self._failed: Any = (
+            None  # the integration that ended within the period that begins, until one succeeds
+        )
         self.rates_before = self.v
         self.k, self._flushed, self._saturated, self._still, self._braking = 0, 0, 0, 0, False
-        self._has_followed = False  # the last step was one under the scene's own source: it may have passed the period
+        # the last step was one under the scene's own source: it may have passed the period
+        self._has_followed = False
         self.applied: tuple[float, ...] = (0.0,) * len(scene.actuated)
         rows = np.empty((BLOCK, row_width(scene.model, len(self.q), len(self.applied))))
         self._run = RunUnderWay(
-            scene.method, scene.model, _stored(integration), scene.period, scene.steps, rows, scene.initial_q
+            scene.method,
+            scene.model,
+            _stored(integration),
+            scene.period,
+            scene.steps,
+            rows,
+            scene.initial_q,
         )
         self._metrics = Metrics(scene, scene.model, integration.x, self._picklable)
 
@@ -174,7 +197,9 @@ class Plant:
         """
         if self._hardware is None or name not in self.faults:
             known = unknown_key(name, self.faults, "fault")
-            raise ValueError(known if self.faults else f"unknown fault {name!r}: the scene has none")
+            raise ValueError(
+                known if self.faults else f"unknown fault {name!r}: the scene has none"
+            )
         if on and self._hardware.applies_brake(name):
             self._prepare_brakes()
         self._hardware.override_fault(name, on)
@@ -183,11 +208,12 @@ class Plant:
         """Integrate over one control period.
 
         Args:
-            u: efforts (nu,) held over the period; None when the equations evaluate the scene's own source. While the
-                brakes hold, they are ignored.
+            u: efforts (nu,) held over the period; None when the equations evaluate the scene's own
+                source. While the brakes hold, they are ignored.
 
         Raises:
-            ValueError: there are not nu efforts, or none for a scene without a source; the message is one line.
+            ValueError: there are not nu efforts, or none for a scene without a source; the message
+                is one line.
             SimulationError: the integration failed; the plant stays at the start of the period.
         """
         reached, (q, v), measured, applied = self._integrate(self._take_efforts(u))
@@ -204,7 +230,9 @@ class Plant:
     def _take_efforts(self, u: Sequence[float] | None) -> tuple[float, ...] | None:
         if u is None:
             if self.scene.sampled and not self._braking:
-                raise ValueError(f"u: is missing; scene {self.scene.name} takes efforts every period")
+                raise ValueError(
+                    f"u: is missing; scene {self.scene.name} takes efforts every period"
+                )
             return None
         try:
             count = len(u)
@@ -213,7 +241,9 @@ class Plant:
             raise ValueError(message) from None
         if count != len(self._driven):
             driven = ", ".join(self.scene.actuated) or "none"
-            raise ValueError(f"u = {shorten(u)}: has {count} values; joints that take efforts: {driven}")
+            raise ValueError(
+                f"u = {shorten(u)}: has {count} values; joints that take efforts: {driven}"
+            )
         return tuple(map(float, u))
 
     def _integrate(self, u: tuple[float, ...] | None) -> tuple[bool, Any, Any, tuple[float, ...]]:
@@ -239,16 +269,24 @@ class Plant:
         if integration.t <= self.t:
             return
         if (drives := self._hardware) is None:
-            restarted = restart_within_step(method, self.model, self.scene.source, integration, self.t)
+            restarted = restart_within_step(
+                method, self.model, self.scene.source, integration, self.t
+            )
         else:
             crane = drives.model_with_payload(self.model, mass)
-            restarted = restart_under_drives(method, crane, drives.state, drives.inputs, integration, self.t)
+            restarted = restart_under_drives(
+                method, crane, drives.state, drives.inputs, integration, self.t
+            )
         self._run.integration.store(self.k, restarted)
 
     def _integrate_with_hardware(
         self, hardware: HardwareRun, u: tuple[float, ...] | None
     ) -> tuple[bool, Any, Any, tuple[float, ...]]:
-        driven = (None, u) if u is not None else (hardware.inputs, hardware.open_loop_command(self.t, self.q, self.v))
+        driven = (
+            (None, u)
+            if u is not None
+            else (hardware.inputs, hardware.open_loop_command(self.t, self.q, self.v))
+        )
         mass, energy = hardware.payload_mass, hardware.payload_energy
         if self._has_followed and u is not None:
             self._restart_at_period(mass)

@@ -40,7 +40,9 @@ class RawRun(NamedTuple):
     saturated: int  # periods in which a command was limited
     commands: Array  # (periods, nu), of the law before limits; NaN without one
     hardware: HardwareRun | None = None  # of a scene with hardware
-    loads: Array = np.empty((0, 2))  # (begun periods, 2) of the payload: kg, J that its changes supplied up to there
+    loads: Array = np.empty(
+        (0, 2)
+    )  # (begun periods, 2) of the payload: kg, J that its changes supplied up to there
 
     def segments(self, scene: Scene) -> list[tuple[int, int, Any]]:
         """Return (first period, last one + 1, model) of stretches of constant payload mass."""
@@ -78,7 +80,9 @@ def run_raw(scene: Scene, law: Any, times: Array) -> RawRun:
     if scene.hardware is not None and not scene.hardware.ideal:
         return _with_hardware(scene, law, integration, out)
     source = Sampled(_compile_law(scene, law)) if scene.sampled else scene.source
-    integration, periods_done = roll_out(scene.method, model, source, integration, scene.period, out)
+    integration, periods_done = roll_out(
+        scene.method, model, source, integration, scene.period, out
+    )
     commands = out.commands[:periods_done]
     limited = np.any(commands != split(rows[:periods_done], nq, nu).u, axis=1)
     given = commands if scene.sampled else np.full_like(commands, np.nan)
@@ -95,25 +99,44 @@ def _with_hardware(scene: Scene, law: Any, integration: Any, out: Output) -> Raw
     if type(source) is tuple:
         source = Replay(scene.model, scene.period, np.tile(source, (scene.steps, 1)))
     integration, periods_done = hardware_rollout(
-        scene.method, scene.model, source, hardware.state, hardware.inputs, integration, scene.period, out, loads
+        scene.method,
+        scene.model,
+        source,
+        hardware.state,
+        hardware.inputs,
+        integration,
+        scene.period,
+        out,
+        loads,
     )
     commands, loads = out.commands[:periods_done], loads[: periods_done + 1]
     commands[:] = commands if scene.sampled else np.nan
-    return RawRun(*_whole(scene, out, periods_done), integration, hardware.saturated, commands, hardware, loads)
+    return RawRun(
+        *_whole(scene, out, periods_done),
+        integration,
+        hardware.saturated,
+        commands,
+        hardware,
+        loads,
+    )
 
 
 def _whole(scene: Scene, out: Output, periods_done: int) -> tuple[Array, Array]:
     """Return rows and samples up to the end of the last whole period."""
-    samples = out.samples[out.times <= periods_done * scene.period] if periods_done < scene.steps else out.samples
+    samples = (
+        out.samples[out.times <= periods_done * scene.period]
+        if periods_done < scene.steps
+        else out.samples
+    )
     return out.rows[: periods_done + 1], samples
 
 
 def _compile_law(scene: Scene, law: Any) -> Any:
     """Return the law where it is compiled, else a replay of its commands.
 
-    A law in Python is evaluated with a `Plant` in a run of its own, and the second run replays its commands: so there
-    is one compiled loop, which writes rows, samples and events alike whatever the law is, at the cost of a second
-    integration, small beside calls from Python.
+    A law in Python is evaluated with a `Plant` in a run of its own, and the second run replays its
+    commands: so there is one compiled loop, which writes rows, samples and events alike whatever
+    the law is, at the cost of a second integration, small beside calls from Python.
     """
     return (
         law
@@ -151,10 +174,15 @@ class Rollout:
     q: Array  # (K, nq)
     v: Array  # (K, nq)
     u: Array  # (K, nu), efforts applied from t on
-    tensions: Array  # (K, L) N, of the links from the top to the payload, positive where a link pulls
-    commands: Array  # (periods, nu) efforts that the law demanded at the start of each period; NaN in open loop
+    tensions: (
+        Array  # (K, L) N, of the links from the top to the payload, positive where a link pulls
+    )
+    # (periods, nu) efforts that the law demanded at the start of each period; NaN in open loop
+    commands: Array
     derived: Derived  # what is computed from the states: nodes, energies, swing, ...
-    stats: dict[str, Any]  # rhs_evaluations, steps, rejected, wall_time, and compile_time, which is no part of that [s]
+    stats: dict[
+        str, Any
+    ]  # rhs_evaluations, steps, rejected, wall_time, and compile_time, which is no part of that [s]
     summary: dict[str, Any]  # the metrics that docs/summary.md explains
     events: list[tuple[float, str]]  # (s, what happened), of models whose equations switch
 
@@ -163,7 +191,9 @@ class Rollout:
         law = f"law {self.scene.law_name!r}" if self.scene.law_name else "no law of the scene's own"
         shape = f"{len(self.t)} instants up to {self.t[-1]:g} s" if len(self.t) else "no instants"
         ended = f"peak swing {self.summary['peak_swing_deg']:.3g} deg, {len(self.events)} events"
-        return f"<Rollout of {self.scene.name!r}, {law}: {shape}, {self.q.shape[1]} joints\n {ended}>"
+        return (
+            f"<Rollout of {self.scene.name!r}, {law}: {shape}, {self.q.shape[1]} joints\n {ended}>"
+        )
 
     @property
     def payload(self) -> Array:
@@ -218,7 +248,8 @@ class Rollout:
 
         It is the same as that of a run over ROS.
 
-        `crane_sim.read_recording` reads it back; the `rerun` viewer shows it. Returns the file's path.
+        `crane_sim.read_recording` reads it back; the `rerun` viewer shows it. Returns the file's
+        path.
 
         Raises:
             ValueError: the run has samples at other times than its control periods.
@@ -247,7 +278,9 @@ class Rollout:
         shaped = getattr(self.scene.law, "lyapunov", None)
         if shaped is None:
             raise TypeError(f"law {self.scene.law_name!r} shapes no energy")
-        return np.array([shaped(t, tuple(q), tuple(v)) for t, q, v in zip(self.t, self.q, self.v, strict=True)])
+        return np.array(
+            [shaped(t, tuple(q), tuple(v)) for t, q, v in zip(self.t, self.q, self.v, strict=True)]
+        )
 
 
 def simulate(
@@ -262,15 +295,17 @@ def simulate(
 
     Args:
         scene: a Scene, or what `load_scene` reads.
-        law: None: the scene's own; a name; or a callable(t, q, v) -> efforts (nu,), evaluated every control period.
+        law: None: the scene's own; a name; or a callable(t, q, v) -> efforts (nu,), evaluated every
+            control period.
         duration: s, the scene's own when None.
-        sample_times: instants of the result [s], within the run, increasing; None: every control period. They do not
-            change the steps.
+        sample_times: instants of the result [s], within the run, increasing; None: every control
+            period. They do not change the steps.
         overrides: changes of the scene by dotted key, as `load_scene` takes them.
 
     Raises:
         SceneError: the scene, its changes, the law or the instants are not possible.
-        SimulationError: the integration failed or the model is no longer valid; its `run` is the run up to there.
+        SimulationError: the integration failed or the model is no longer valid; its `run` is the
+            run up to there.
         LawError: the law failed, or its answer is not a vector of efforts.
     """
     _check_law(law)
@@ -279,7 +314,10 @@ def simulate(
     times = checked_times(sample_times, scene.steps * scene.period)
     started, compiled_before = time.perf_counter(), compile_time()
     if scene.law_name is not None and scene.law is None and not callable(law):
-        line = f"control.law = {shorten(scene.law_name)}: is not executed (own_law=False); give the law to use"
+        line = (
+            f"control.law = {shorten(scene.law_name)}: is not executed (own_law=False); give the "
+            "law to use"
+        )
         raise SceneError(line)
     scene = scene.with_external_commands() if callable(law) else scene
     run = run_raw(scene, with_initial_state(law if callable(law) else scene.law), times)
@@ -316,17 +354,30 @@ def _check_law(law: Any) -> None:
     if law is None or isinstance(law, str) or callable(law):
         return
     line = f"law = {shorten(law)}: must be a name or a callable(t, q, v) -> efforts"
-    raise SceneError(f"{line}; changes of the scene go by name, overrides=..." if isinstance(law, Mapping) else line)
+    raise SceneError(
+        f"{line}; changes of the scene go by name, overrides=..."
+        if isinstance(law, Mapping)
+        else line
+    )
 
 
-def _with_changes(scene: SceneSource, named: Mapping[str, Any], overrides: Mapping[str, Any] | None) -> Scene:
+def _with_changes(
+    scene: SceneSource, named: Mapping[str, Any], overrides: Mapping[str, Any] | None
+) -> Scene:
     """Return the scene with changes given by name (None: nothing) and by dotted key."""
     by_name = {key: value for key, value in named.items() if value is not None}
     for key in by_name:
         if isinstance(overrides, Mapping) and key in overrides:
-            raise SceneError(f"overrides: {key!r} is given by name, too: {by_name[key]!r}; leave out one of the two")
+            raise SceneError(
+                f"overrides: {key!r} is given by name, too: {by_name[key]!r}; leave out one of the "
+                "two"
+            )
     changes = (
-        by_name if overrides is None else {**overrides, **by_name} if isinstance(overrides, Mapping) else overrides
+        by_name
+        if overrides is None
+        else {**overrides, **by_name}
+        if isinstance(overrides, Mapping)
+        else overrides
     )
     return load_scene(scene, changes)
 
@@ -340,7 +391,9 @@ def checked_times(times: Sequence[float] | Array | None, end: float) -> Array:
     instants = np.empty(0) if times is None else np.array(times, dtype=np.float64)
     beyond = instants[~((instants >= 0.0) & (instants <= end * (1.0 + 1e-12)))]
     if instants.ndim != 1:
-        raise ValueError(f"sample_times: must be a list of instants, here the shape is {instants.shape}")
+        raise ValueError(
+            f"sample_times: must be a list of instants, here the shape is {instants.shape}"
+        )
     if len(beyond):
         raise ValueError(f"sample_times: {beyond[:1]} is outside the run, 0 .. {end:g} s")
     if np.any(np.diff(instants) < 0.0):
@@ -351,27 +404,45 @@ def checked_times(times: Sequence[float] | Array | None, end: float) -> Array:
 def summarize(scene: Scene, run: RawRun) -> dict[str, Any]:
     """Return the metrics of a run: the summary, without what was measured by the clock."""
     model, rows, integration, nq = scene.model, run.rows, run.integration, len(scene.joint_names)
-    metrics = Metrics(scene, model, begin(model, np.array(scene.initial_q), np.array(scene.initial_v))[0].x)
+    metrics = Metrics(
+        scene, model, begin(model, np.array(scene.initial_q), np.array(scene.initial_v))[0].x
+    )
     t = np.arange(len(rows), dtype=np.float64) * scene.period
     for first, last, laden in run.segments(scene):
         if laden is not model:
-            metrics.change(replace(scene, model=laden), laden, tuple(rows[first, :nq]), run.payload_energy(first))
+            metrics.change(
+                replace(scene, model=laden),
+                laden,
+                tuple(rows[first, :nq]),
+                run.payload_energy(first),
+            )
         metrics.extend(t[first:last], rows[first:last])
-    found = metrics.summary(t[-1], tuple(rows[-1, :nq]), tuple(rows[-1, nq : 2 * nq]), integration, run.saturated)
+    found = metrics.summary(
+        t[-1], tuple(rows[-1, :nq]), tuple(rows[-1, nq : 2 * nq]), integration, run.saturated
+    )
     head = {"scene": scene.name, "law": scene.law_name, "mode": "simulate", "seed": scene.seed}
     further = run.hardware.summary() if run.hardware is not None else {}
-    return head | found | noted_events(integration, model, t[-1], len(rows) <= scene.steps) | further
+    return (
+        head | found | noted_events(integration, model, t[-1], len(rows) <= scene.steps) | further
+    )
 
 
-def make_rollout(scene: Scene, run: RawRun, t: Array, rows: Array, stats: Any, summary: Any, events: Any) -> Rollout:
+def make_rollout(
+    scene: Scene, run: RawRun, t: Array, rows: Array, stats: Any, summary: Any, events: Any
+) -> Rollout:
     """Return a run with what is derived from its states, rows (K, width) at instants t (K,) [s]."""
     nq = len(scene.joint_names)
     q, v, u, _, tensions = split(rows, nq, len(scene.actuated))
-    parts = [np.searchsorted(t, np.array((first, last)) * scene.period) for first, last, _ in run.segments(scene)]
+    parts = [
+        np.searchsorted(t, np.array((first, last)) * scene.period)
+        for first, last, _ in run.segments(scene)
+    ]
     parts[-1][1] = len(t)
     pieces = [
         derive(replace(scene, model=laden), t[i:j], q[i:j], v[i:j], u[i:j])
         for (i, j), (_, _, laden) in zip(parts, run.segments(scene), strict=True)
     ]
-    whole = pieces[0] if len(pieces) == 1 else Derived(*map(np.concatenate, zip(*pieces, strict=True)))
+    whole = (
+        pieces[0] if len(pieces) == 1 else Derived(*map(np.concatenate, zip(*pieces, strict=True)))
+    )
     return Rollout(scene, t, q, v, u, tensions, run.commands, whole, stats, summary, events)

@@ -25,7 +25,9 @@ def is_outside(target, near, q):
     return not abs(target - q) <= near
 
 
-def settling_times(target: Array, near: Array, outside: Array, t: Array, q: Array, period: float) -> Array:
+def settling_times(
+    target: Array, near: Array, outside: Array, t: Array, q: Array, period: float
+) -> Array:
     """Return when the joints of n runs had settled (n, nu) [s], NaN for one that has not.
 
     A joint that was never away from its target has settled at 0.

@@ -12,7 +12,8 @@ Array = npt.NDArray[np.float64]
 class StateHash:
     """SHA-256 of the little-endian float64 bytes of rows.
 
-    A copy goes on by itself. OpenSSL's hash cannot be pickled: one that shall be `picklable` keeps all rows.
+    A copy goes on by itself. OpenSSL's hash cannot be pickled: one that shall be `picklable` keeps
+    all rows.
     """
 
     def __init__(self, picklable: bool = False) -> None:
@@ -36,14 +37,18 @@ class StateHash:
     def __deepcopy__(self, memo: dict[int, Any]) -> "StateHash":
         """Return a hash of the same rows."""
         copy = StateHash(self._blocks is not None)
-        copy._sha, copy._blocks = self._sha.copy(), None if self._blocks is None else [*self._blocks]
+        copy._sha, copy._blocks = (
+            self._sha.copy(),
+            None if self._blocks is None else [*self._blocks],
+        )
         return copy
 
     def __getstate__(self) -> list[bytes]:
         """Return what it has taken; raises TypeError where that is not kept."""
         if self._blocks is None:
             raise TypeError(
-                "the hash of a run's states is pickled only where they are kept: Plant(scene, picklable=True)"
+                "the hash of a run's states is pickled only where they are kept: Plant(scene, "
+                "picklable=True)"
             )
         return self._blocks
 

@@ -40,17 +40,23 @@ def describe_failure(model: Any, status: int, terminal_guard: int, t: float) -> 
     return f"stopped at t = {t:.6g} s: {cause}; {remedy}"
 
 
-def events_of(integration: Any, model: Any, end: float, failed: bool = False) -> list[tuple[float, str]]:
+def events_of(
+    integration: Any, model: Any, end: float, failed: bool = False
+) -> list[tuple[float, str]]:
     """Return (time [s], what happened) of every event that was kept, in the order of time.
 
-    Steps that follow the solution may reach beyond `end` [s], the end of the last whole period: what happens there is
-    part of a run that `failed` in the period after it, and of no other.
+    Steps that follow the solution may reach beyond `end` [s], the end of the last whole period:
+    what happens there is part of a run that `failed` in the period after it, and of no other.
     """
     if integration.event_log is None:
         return []
-    rows = integration.event_log.rows[: min(integration.event_log.total, len(integration.event_log.rows))]
+    rows = integration.event_log.rows[
+        : min(integration.event_log.total, len(integration.event_log.rows))
+    ]
     last = integration.t if failed else end
-    return [(float(t), system.describe_event(model, int(which))[0]) for t, which in rows if t <= last]
+    return [
+        (float(t), system.describe_event(model, int(which))[0]) for t, which in rows if t <= last
+    ]
 
 
 def noted_events(integration: Any, model: Any, end: float, failed: bool = False) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """Totals of a run up to an instant: one compiled accumulator for runs, batches, studies, plants.
 
-`add_rows` takes instants, however many at once; `finish` takes the end of a run. A run's metrics are functions of the
-totals (`metrics`).
+`add_rows` takes instants, however many at once; `finish` takes the end of a run. A run's metrics
+are functions of the totals (`metrics`).
 """
 
 from math import asin, atan2, hypot
@@ -14,7 +14,13 @@ from crane_sim.numerics.jit import LIGHT, NONE, entry_point, optimisation, routi
 from crane_sim.scenes.scene import Scene
 from crane_sim.scenes.schema.rigging import ATTITUDE
 from crane_sim.simulation.derived import tip_acceleration, to_base
-from crane_sim.simulation.energy_balance import Balance, add_energies, add_work, empty_balance, relative_errors
+from crane_sim.simulation.energy_balance import (
+    Balance,
+    add_energies,
+    add_work,
+    empty_balance,
+    relative_errors,
+)
 from crane_sim.simulation.settling import is_outside, nearness
 from crane_sim.trajectories.trajectory import Trajectory, derivatives_at
 
@@ -30,12 +36,18 @@ class Watched(NamedTuple):
     """What a run's metrics depend on besides its rows; of many runs, each number is a column."""
 
     late: Any  # s, when the last part of the run begins
-    metered: Any  # whether the model's meter tells what is supplied, and not the work of held efforts
+    metered: (
+        Any  # whether the model's meter tells what is supplied, and not the work of held efforts
+    )
     driven: Any  # (nu,), indices of the actuated joints
     target: Any  # (nu,), of the actuated joints
     near: Any  # (nu,), which distance from it counts as near
-    limits: tuple[tuple[Any, Any], ...]  # lowest and highest positions of the joints with travel limits
-    attitude: Any  # index of the first entry of a load's quaternion among the joints; None without one
+    limits: tuple[
+        tuple[Any, Any], ...
+    ]  # lowest and highest positions of the joints with travel limits
+    attitude: (
+        Any  # index of the first entry of a load's quaternion among the joints; None without one
+    )
     joint_path: Trajectory | None  # of the actuated joints
     payload_path: Trajectory | None  # in the axes of the base
 
@@ -44,7 +56,9 @@ class Totals(NamedTuple):
     """Largest and least values and sums of one run; of many runs, each array is a column."""
 
     balance: Balance
-    swing: Any  # (2, 4) m, from tip to payload at the largest swing of the run, and of its last part; distance across
+    # (2, 4) m, from tip to payload at the largest swing of the run, and of its last part; distance
+    # across
+    swing: Any
     effort: Any  # (nu,), largest magnitudes
     tension: Any  # (2,) N, the least and the greatest of all links
     ranges: Any  # (2, nq), least and greatest joint positions
@@ -52,8 +66,12 @@ class Totals(NamedTuple):
     pushed: Any  # (1,), instants at which a link pushed
     tilt: Any  # (4,) rad, largest magnitudes of `Tilt`; None without a body
     contact: Any  # (1,) N, largest normal force; None without contact
-    falls: Any  # (2, n + 2), of `system.fall_tensions` the largest magnitudes, and those of an instant; None without
-    tracking: Any  # (4,), errors from the path: sums of squares and of sizes, the largest; m/s², of the tip; or None
+    # (2, n + 2), of `system.fall_tensions` the largest magnitudes, and those of an instant; None
+    # without
+    falls: Any
+    # (4,), errors from the path: sums of squares and of sizes, the largest; m/s², of the tip; or
+    # None
+    tracking: Any
 
 
 class Tilt(NamedTuple):
@@ -76,13 +94,19 @@ def watched_of(scene: Scene, metered: bool) -> Watched:
     attitude = names.index(ATTITUDE[0]) if ATTITUDE[0] in names else None
     paths = (path, None) if path is not None and path.of_joints else (None, path)
     limits = tuple((float(limit.low), float(limit.high)) for limit in scene.limits)
-    return Watched((1.0 - LAST) * scene.duration, metered, driven, target, near, limits, attitude, *paths)
+    return Watched(
+        (1.0 - LAST) * scene.duration, metered, driven, target, near, limits, attitude, *paths
+    )
 
 
 def empty_totals(scene: Scene, *runs: int) -> Totals:
     """Return the totals before the first instant of one or many runs; the start's energy is 0."""
     nq, nu, falls = len(scene.joint_names), len(scene.actuated), system.fall_count(scene.model)
-    swing, tension, ranges = np.zeros((*runs, 2, 4)), np.full((*runs, 2), np.inf), np.full((*runs, 2, nq), np.inf)
+    swing, tension, ranges = (
+        np.zeros((*runs, 2, 4)),
+        np.full((*runs, 2), np.inf),
+        np.full((*runs, 2, nq), np.inf),
+    )
     swing[..., 2], tension[..., 1], ranges[..., 1, :] = -1.0, -np.inf, -np.inf
     return Totals(
         empty_balance(nu, *runs),
@@ -112,10 +136,17 @@ def add_rows(p, watched, totals, t, rows):
 @routine
 def add_instants(p, watched, totals, t, rows, count):
     """Take the first `count` rows into the totals; arguments of `add_rows`."""
-    nq, nu, points = totals.ranges.shape[1], len(totals.effort), np.empty((system.point_count(p), 3))
+    nq, nu, points = (
+        totals.ranges.shape[1],
+        len(totals.effort),
+        np.empty((system.point_count(p), 3)),
+    )
     for i in range(count):
         q, v = rows[i, :nq], rows[i, nq : 2 * nq]
-        x, u = system.state(p, t[i], q, v), system.efforts_from_row(p, rows[i, 2 * nq : 2 * nq + nu])
+        x, u = (
+            system.state(p, t[i], q, v),
+            system.efforts_from_row(p, rows[i, 2 * nq : 2 * nq + nu]),
+        )
         add_position(p, watched, totals, t[i], q, x, points, t[i] >= watched.late)
         add_work(totals.balance, watched, q, u, rows[i, 2 * nq + nu])
         add_energies(totals.balance, system.kinetic(p, x), system.potential(p, x))
@@ -136,10 +167,17 @@ def add_position(p, watched, totals, t, q, x, points, is_late):
     `points` is overwritten.
     """
     for j in range(len(system.joints(p, x)[0])):  # a tuple of joints is no loop
-        totals.ranges[0, j], totals.ranges[1, j] = min(totals.ranges[0, j], q[j]), max(totals.ranges[1, j], q[j])
+        totals.ranges[0, j], totals.ranges[1, j] = (
+            min(totals.ranges[0, j], q[j]),
+            max(totals.ranges[1, j], q[j]),
+        )
     system.points(p, t, x, points)
     tip, end = system.tip_index(p), len(points) - 1
-    rope = points[end, 0] - points[tip, 0], points[end, 1] - points[tip, 1], points[end, 2] - points[tip, 2]
+    rope = (
+        points[end, 0] - points[tip, 0],
+        points[end, 1] - points[tip, 1],
+        points[end, 2] - points[tip, 2],
+    )
     distance = np.sqrt(rope[0] * rope[0] + rope[1] * rope[1])
     for part in range(2 if is_late else 1):
         if swings_further(distance, rope[2], totals.swing[part]):
@@ -202,7 +240,10 @@ def add_tensions(totals, tensions):
     least, greatest = np.inf, -np.inf
     for j in range(len(tensions)):
         least, greatest = min(least, tensions[j]), max(greatest, tensions[j])
-    totals.tension[0], totals.tension[1] = min(totals.tension[0], least), max(totals.tension[1], greatest)
+    totals.tension[0], totals.tension[1] = (
+        min(totals.tension[0], least),
+        max(totals.tension[1], greatest),
+    )
     totals.pushed[0] += least < PUSHED
 
 
@@ -250,7 +291,7 @@ def read_final_meters(p, x, t, q, v):
 
     That is the last instant that counts.
 
-    One that failed within a period has a state beyond these joints. Without a meter the work is that up to them, so the
-    energy must be, too.
+    One that failed within a period has a state beyond these joints. Without a meter the work is
+    that up to them, so the energy must be, too.
     """
     return read_meters(p, system.state(p, t, q, v) if p.energy_meter is None else x)

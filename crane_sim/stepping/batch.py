@@ -57,7 +57,9 @@ def simulate_range(cranes, grid, arrays, first, last):
     """Simulate cranes `first` to `last` (excluded), one after the other."""
     for i in range(first, last):
         method, p, source = take_entry(cranes, i)
-        integration = start(p, 0.0, state_at_start(p, arrays, i), make_event_log(system.switching(p)))
+        integration = start(
+            p, 0.0, state_at_start(p, arrays, i), make_event_log(system.switching(p))
+        )
         rows, m = arrays.rows[i], len(grid.times)
         out = Output(grid.steps, None, None, rows[m:], grid.times, rows[:m])
         integration, periods_done = roll_out(method, p, source, integration, grid.period, out)
@@ -77,7 +79,11 @@ def store_result(p, grid, arrays, i, integration, periods_done):
     """
     counts, rows, nq, m = arrays.counts[i], arrays.rows[i], arrays.q.shape[1], len(grid.times)
     counts[0], counts[1] = integration.status, periods_done
-    counts[2], counts[3], counts[4] = integration.evaluations, integration.steps, integration.rejected
+    counts[2], counts[3], counts[4] = (
+        integration.evaluations,
+        integration.steps,
+        integration.rejected,
+    )
     counts[5] = integration.terminal_guard
     arrays.reached[i], end = integration.t, periods_done * grid.period
     points = np.empty((system.point_count(p), 3))
@@ -103,7 +109,9 @@ def pass_lanes(method, cranes, grid, arrays, first, last):
         grid, arrays, first, last: see `simulate_range`.
     """
     use_wide_vectors()
-    for block in range(max(first, 0), last, LANES):  # an index that may be negative would be a gather
+    for block in range(
+        max(first, 0), last, LANES
+    ):  # an index that may be negative would be a gather
         like = first_lane(cranes, arrays, block)
         xs, us = np.empty((dimension(like[0]), LANES)), np.empty((len(like[1]), LANES))
         for j in simd_range(LANES):
@@ -112,18 +120,34 @@ def pass_lanes(method, cranes, grid, arrays, first, last):
         for k in range(0, grid.steps, span):
             for j in simd_range(LANES):
                 crane = take_entry(cranes, block + j)
-                put_lane(us, j, held_efforts(crane.source, crane.model, k * grid.period, lane(like[0], xs, j)))
+                put_lane(
+                    us,
+                    j,
+                    held_efforts(crane.source, crane.model, k * grid.period, lane(like[0], xs, j)),
+                )
             end = min(k + span, grid.steps) * grid.period
             while t < end:
                 h, after = equal_step(method.step, t, end)
                 while i < len(grid.times) and grid.times[i] < after:
                     for j in simd_range(LANES):
-                        crane, x, u = take_entry(cranes, block + j), lane(like[0], xs, j), lane(like[1], us, j)
+                        crane, x, u = (
+                            take_entry(cranes, block + j),
+                            lane(like[0], xs, j),
+                            lane(like[1], us, j),
+                        )
                         sample(method, crane, x, u, t, grid.times[i], arrays.rows[block + j], i)
                     i += 1
                 for j in simd_range(LANES):
                     crane, x = take_entry(cranes, block + j), lane(like[0], xs, j)
-                    x = step(method, crane.model, t, x, driving(crane.source, lane(like[1], us, j)), h, None)
+                    x = step(
+                        method,
+                        crane.model,
+                        t,
+                        x,
+                        driving(crane.source, lane(like[1], us, j)),
+                        h,
+                        None,
+                    )
                     put_lane(xs, j, x)
                 t, taken = after, taken + 1
         for j in simd_range(LANES):
@@ -171,7 +195,9 @@ def end_lane(method, crane, x, efforts, grid, arrays, i, taken, sampled):
     """
     end, rows, u = grid.steps * grid.period, arrays.rows[i], driving(crane.source, efforts)
     integration = start(crane.model, end, x, None)
-    integration = integration._replace(status=status_of(x), evaluations=taken * method.stages, steps=taken)
+    integration = integration._replace(
+        status=status_of(x), evaluations=taken * method.stages, steps=taken
+    )
     m = len(grid.times)
     out = Output(grid.steps, None, None, rows[m:], grid.times, rows[:m])
     finish(method, crane.model, u, integration, end, out, sampled)

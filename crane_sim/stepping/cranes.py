@@ -40,12 +40,18 @@ def advance_crane(crane, command, k, period, rows, i):
     """Return (integration, (q, v), measured (q, v)) after period k; write the row of its start."""
     method, model, hardware, integration = crane
     if hardware is None:
-        integration, q, v, _ = hold_period(method, model, command, integration, (k + 1) * period, rows, i)
+        integration, q, v, _ = hold_period(
+            method, model, command, integration, (k + 1) * period, rows, i
+        )
         return integration, (q, v), (q, v)
     out = Output(k + 1, rows, None, None, rows[0, :0], rows[:0])
     args = (None, command, integration, k, period, out, i, 0)
     integration, _, x, _ = hardware_period(method, model, hardware, *args)
-    return integration, system.joints(laden(model, hardware), x), read_measurements(model, hardware, x)
+    return (
+        integration,
+        system.joints(laden(model, hardware), x),
+        read_measurements(model, hardware, x),
+    )
 
 
 @entry_point

@@ -5,12 +5,19 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crane_sim import system
-from crane_sim.hardware.drives import Drives, accept_command, effort_at, latch_efforts, next_breakpoint
+from crane_sim.hardware.drives import (
+    Drives,
+    accept_command,
+    effort_at,
+    latch_efforts,
+    next_breakpoint,
+)
 from crane_sim.integrators import OK, apply_pending_events, integrate_to, make_event_log, start
 from crane_sim.numerics.derivatives import directional_derivatives
 from crane_sim.numerics.jit import entry_point, routine
 
-MEAN_STEPS = 1000  # from instant to instant, above which an integration is given up: it is near a singularity
+# from instant to instant, above which an integration is given up: it is near a singularity
+MEAN_STEPS = 1000
 
 
 class Excitation(NamedTuple):
@@ -28,12 +35,16 @@ class Excitation(NamedTuple):
 def start_at(p, excitation, q, v):
     """Return the integration from the first instant on, with joint states q, v (nq,)."""
     t = excitation.times[excitation.first]
-    return start(p, t, system.project(p, system.state(p, t, q, v)), make_event_log(system.switching(p)))
+    return start(
+        p, t, system.project(p, system.state(p, t, q, v)), make_event_log(system.switching(p))
+    )
 
 
 def write_positions(excitation, p, integration, out, i):
     """Write the joint positions (nq,) into out[i]; return whether the integration may go on."""
-    if integration.t < excitation.times[i] or integration.steps > MEAN_STEPS * (i - excitation.first + 1):
+    if integration.t < excitation.times[i] or integration.steps > MEAN_STEPS * (
+        i - excitation.first + 1
+    ):
         return False
     q, _ = system.joints(p, integration.x)
     inside = True
@@ -88,18 +99,22 @@ def differentiate_held(method, p, excitation, q, v, out, directions):
 def integrate_with_drives(method, p, drives, servos, excitation, q, v, out):
     """Integrate with drives that follow the commands; otherwise as `integrate_held`.
 
-    Before the first instant only the drives move: what they apply is a function of the commands alone.
+    Before the first instant only the drives move: what they apply is a function of the commands
+    alone.
 
     Args:
         drives: records of `DRIVE` (nu,) without delay, which are changed.
-        servos: `servos.Servos`, None where all drives are commanded efforts; with them `first` must be 0.
+        servos: `servos.Servos`, None where all drives are commanded efforts; with them `first` must
+            be 0.
     """
     times, queue = excitation.times, np.zeros((1, len(drives)))
     integration = start_at(p, excitation, q, v)
     write_positions(excitation, p, integration, out, excitation.first)
     for i in range(excitation.last):
         u = Drives(times[i], drives, servos, None)
-        accept_command(p, u, integration.x, queue, i, system.efforts_from_row(p, excitation.commands[i]))
+        accept_command(
+            p, u, integration.x, queue, i, system.efforts_from_row(p, excitation.commands[i])
+        )
         if i < excitation.first:
             for j in range(len(drives)):
                 drives[j].start_effort = effort_at(drives[j], times[i + 1] - times[i])

@@ -1,11 +1,13 @@
 """Compiled loops over control periods with hardware, the same in `simulate` and under ROS.
 
-Period k: the drives take the command, brakes and faults act, the equations are integrated (steps end where a drive's
-rate limit stops binding), brakes slip, and the sensors sample the state that period k + 1 begins with.
+Period k: the drives take the command, brakes and faults act, the equations are integrated (steps
+end where a drive's rate limit stops binding), brakes slip, and the sensors sample the state that
+period k + 1 begins with.
 
-Steps end with the period where efforts may change there. Open-loop inputs whose drives have no state are functions of
-time: then the error alone determines the steps, as in `stepping.periods`, and what happens once a period (sensors,
-limit switches, rows) sees states interpolated between them. A fault, or a brake, cuts back the step under way.
+Steps end with the period where efforts may change there. Open-loop inputs whose drives have no
+state are functions of time: then the error alone determines the steps, as in `stepping.periods`,
+and what happens once a period (sensors, limit switches, rows) sees states interpolated between
+them. A fault, or a brake, cuts back the step under way.
 """
 
 from typing import Any, NamedTuple
@@ -14,7 +16,13 @@ import numpy as np
 
 from crane_sim import system
 from crane_sim.hardware.brakes import read_limit_switch, slip
-from crane_sim.hardware.drives import Drives, accept_command, change_with_period, latch_efforts, next_breakpoint
+from crane_sim.hardware.drives import (
+    Drives,
+    accept_command,
+    change_with_period,
+    latch_efforts,
+    next_breakpoint,
+)
 from crane_sim.hardware.faults import (
     FaultLog,
     Faults,
@@ -85,10 +93,19 @@ def integrate_drives_to(u, method, p, integration, t, latest):
 @routine
 def sample_sensors(p, hardware, x, k, period):
     """Sample the state x at the start of period k, with the faults that are active by then."""
-    update_active(hardware.faults, hardware.overrides, hardware.active, hardware.log, k * period, 1e-9 * period)
+    update_active(
+        hardware.faults,
+        hardware.overrides,
+        hardware.active,
+        hardware.log,
+        k * period,
+        1e-9 * period,
+    )
     apply_to_sensors(hardware.faults, hardware.active, hardware.sensors)
     q, v = system.joints(p, x)
-    hardware.totals[0].lost_samples += sense(hardware.seed, hardware.sensors, hardware.ring, k, q, v)
+    hardware.totals[0].lost_samples += sense(
+        hardware.seed, hardware.sensors, hardware.ring, k, q, v
+    )
 
 
 def read_measurements(p, hardware, x):
@@ -115,9 +132,18 @@ def measure_states(hardware, period, q, v, out):
     They are the first K periods.
     """
     for k in range(len(q)):
-        update_active(hardware.faults, hardware.overrides, hardware.active, hardware.log, k * period, 1e-9 * period)
+        update_active(
+            hardware.faults,
+            hardware.overrides,
+            hardware.active,
+            hardware.log,
+            k * period,
+            1e-9 * period,
+        )
         apply_to_sensors(hardware.faults, hardware.active, hardware.sensors)
-        hardware.totals[0].lost_samples += sense(hardware.seed, hardware.sensors, hardware.ring, k, q[k], v[k])
+        hardware.totals[0].lost_samples += sense(
+            hardware.seed, hardware.sensors, hardware.ring, k, q[k], v[k]
+        )
         out[k] = hardware.sensors.reading
 
 
@@ -133,12 +159,16 @@ def update_payload(p, hardware, x):
     The energy that the change supplies goes to the totals.
     """
     totals = hardware.totals[0]
-    mass = compute_payload_mass(hardware.faults, hardware.active, nominal_payload_mass(hardware.payload_fault))
+    mass = compute_payload_mass(
+        hardware.faults, hardware.active, nominal_payload_mass(hardware.payload_fault)
+    )
     if mass == totals.payload_mass:
         return False
     before = relative_energy(apply_payload_fault(hardware.payload_fault, p, totals.payload_mass), x)
     totals.payload_mass = mass
-    totals.payload_energy += relative_energy(apply_payload_fault(hardware.payload_fault, p, mass), x) - before
+    totals.payload_energy += (
+        relative_energy(apply_payload_fault(hardware.payload_fault, p, mass), x) - before
+    )
     return True
 
 
@@ -153,9 +183,17 @@ def apply_command(p, hardware, u, x, k, period, command):
 
     Returns whether faults or brakes change.
 
-    Without faults and brakes, efforts change there of drives only whose steps end with the period anyway.
+    Without faults and brakes, efforts change there of drives only whose steps end with the period
+    anyway.
     """
-    update_active(hardware.faults, hardware.overrides, hardware.active, hardware.log, k * period, 1e-9 * period)
+    update_active(
+        hardware.faults,
+        hardware.overrides,
+        hardware.active,
+        hardware.log,
+        k * period,
+        1e-9 * period,
+    )
     totals = hardware.totals[0]
     saturated = accept_command(p, u, x, hardware.queue, k, command)
     totals.saturated += 1 if saturated and not totals.braking else 0
@@ -173,7 +211,9 @@ def begin_period(method, p, hardware, u, integration, k, period, command):
         (integration, state at the period's start)
     """
     t, mass = k * period, hardware.totals[0].payload_mass
-    x = state_at(u.inputs, method, apply_payload_fault(hardware.payload_fault, p, mass), u, integration, t)
+    x = state_at(
+        u.inputs, method, apply_payload_fault(hardware.payload_fault, p, mass), u, integration, t
+    )
     if apply_command(p, hardware, u, x, k, period, command) and integration.t > t:
         integration = restart(integration, t, x)
     if integration.t > t:
@@ -190,7 +230,11 @@ def laden(p, hardware):
 
 def latest_end(method, u, k, steps, period):
     """Return the instant [s] that no step in period k of `steps` may pass."""
-    return (k + 1) * period if change_with_period(u.inputs, u.records) else latest_step_end(method, k, steps, period)
+    return (
+        (k + 1) * period
+        if change_with_period(u.inputs, u.records)
+        else latest_step_end(method, k, steps, period)
+    )
 
 
 @routine
@@ -199,7 +243,9 @@ def integrate_period_with_drives(method, p, u, integration, end, latest, out, i)
     while True:
         break_time = next_breakpoint(u, integration.t, end)
         last = latest if break_time == end else break_time
-        integration, i = integrate_period(method, p, u, integration, break_time, last, out.times, out.samples, i)
+        integration, i = integrate_period(
+            method, p, u, integration, break_time, last, out.times, out.samples, i
+        )
         if integration.status != OK or integration.t >= end:
             return integration, i
 
@@ -226,16 +272,28 @@ def hardware_step(run, hardware, inputs, command, k):
         hardware, inputs, command, k: see `hardware_period`.
 
     Returns:
-        (whether the period's end was reached, (q, v), measured (q, v), effort applied), q and v tuples
+        (whether the period's end was reached, (q, v), measured (q, v), effort applied), q and v
+        tuples
     """
     p, period, rows, like = run.p, run.period, run.rows, run.like
-    integration, out = run.integration.load(k), Output(run.steps, rows, None, None, rows[0, :0], rows[:0])
+    integration, out = (
+        run.integration.load(k),
+        Output(run.steps, rows, None, None, rows[0, :0], rows[:0]),
+    )
     args = (inputs, command, integration, k, period, out, k % len(rows), 0)
     integration, _, x, applied = hardware_period(run.method, p, hardware, *args)
     run.integration.store(k + 1, integration)
-    (q, v), (measured_q, measured_v) = system.joints(laden(p, hardware), x), read_measurements(p, hardware, x)
+    (q, v), (measured_q, measured_v) = (
+        system.joints(laden(p, hardware), x),
+        read_measurements(p, hardware, x),
+    )
     measured = as_floats(like, measured_q), as_floats(like, measured_v)
-    return reaches(integration, (k + 1) * period), (as_floats(like, q), as_floats(like, v)), measured, applied
+    return (
+        reaches(integration, (k + 1) * period),
+        (as_floats(like, q), as_floats(like, v)),
+        measured,
+        applied,
+    )
 
 
 def hardware_period(method, p, hardware, inputs, command, integration, k, period, out, row, i):
@@ -250,7 +308,8 @@ def hardware_period(method, p, hardware, inputs, command, integration, k, period
         i: index of the first sample not yet written.
 
     Returns:
-        (integration, index of the next sample, state at the period's end, effort applied at its start)
+        (integration, index of the next sample, state at the period's end, effort applied at its
+        start)
     """
     u, end = Drives(k * period, hardware.drives, hardware.servos, inputs), (k + 1) * period
     integration, x = begin_period(method, p, hardware, u, integration, k, period, command)
@@ -258,7 +317,9 @@ def hardware_period(method, p, hardware, inputs, command, integration, k, period
     applied = system.effort(u, crane, k * period, x)
     write(out.rows, row, crane, k * period, x, u)
     latest = latest_end(method, u, k, out.steps, period)
-    integration, i = integrate_period_with_drives(method, crane, u, integration, end, latest, out, i)
+    integration, i = integrate_period_with_drives(
+        method, crane, u, integration, end, latest, out, i
+    )
     x = integration.x
     if reaches(integration, end):
         if out.end is not None and k == out.steps - 1:
@@ -275,9 +336,10 @@ def hardware_rollout(method, p, law, hardware, inputs, integration, period, out,
     Args:
         method, p, law, integration, period, out: see `stepping.periods.roll_out`.
         hardware: `HardwareState` at the start of the run, which is changed.
-        inputs: open-loop source of demands, whose values at the starts of periods `law` gives; None: the law commands.
-        loads: array (steps, 2), filled with the payload's mass [kg] in every period and the energy [J] that changes of
-            it have supplied until then.
+        inputs: open-loop source of demands, whose values at the starts of periods `law` gives;
+            None: the law commands.
+        loads: array (steps, 2), filled with the payload's mass [kg] in every period and the energy
+            [J] that changes of it have supplied until then.
 
     Returns:
         (last integration, number of periods integrated)

@@ -1,9 +1,9 @@
 """Compiled loops over control periods, the same in `simulate` and under ROS.
 
-A row of results is [q (nq), v (nq), effort applied (nu), energy supplied, tensions (L)], see `crane_sim.stepping.rows`.
-Functions `zero_order_hold_*` hold the commanded efforts within a period. In functions `continuous_*` the equations
-evaluate a source themselves (open-loop inputs, a law in continuous time): the error alone determines the steps, and
-rows are interpolated between them.
+A row of results is [q (nq), v (nq), effort applied (nu), energy supplied, tensions (L)], see
+`crane_sim.stepping.rows`. Functions `zero_order_hold_*` hold the commanded efforts within a period.
+In functions `continuous_*` the equations evaluate a source themselves (open-loop inputs, a law in
+continuous time): the error alone determines the steps, and rows are interpolated between them.
 """
 
 from typing import Any, NamedTuple
@@ -52,7 +52,8 @@ class Output(NamedTuple):
     steps: int
     rows: Any  # (steps, width) or more, at the start of each period
     commands: Any  # (steps, nu), of law or inputs at the start of each period, before limits
-    end: Any  # (1, width), the row at the end, or at the start of the period in which the integration failed
+    # (1, width), the row at the end, or at the start of the period in which the integration failed
+    end: Any
     times: Any  # (m,) s, increasing: sample times
     samples: Any  # (m, width), rows at these times
 
@@ -60,7 +61,8 @@ class Output(NamedTuple):
 class StoredIntegration(NamedTuple):
     """An integration that stays in arrays from period to period.
 
-    That at the start of period k is in entries k % 2: a period that fails leaves what it began with.
+    That at the start of period k is in entries k % 2: a period that fails leaves what it began
+    with.
     """
 
     columns: Any  # two entries of each of its numbers and states
@@ -109,7 +111,9 @@ def begin(p, q, v):
 
     The state is that of joint positions and velocities q, v, projected onto the constraints.
     """
-    integration = start(p, 0.0, system.project(p, system.state(p, 0.0, q, v)), make_event_log(system.switching(p)))
+    integration = start(
+        p, 0.0, system.project(p, system.state(p, 0.0, q, v)), make_event_log(system.switching(p))
+    )
     return integration, *system.joints(p, integration.x)
 
 
@@ -149,7 +153,8 @@ def integrate_to_breakpoints(inputs, u, method, p, integration, t, latest):
         end = min(latest, last_instant_before(breakpoint_, integration.t))
         integration = integrate_to(method, p, u, integration, min(t, end), end)
         if integration.t == end and end < latest:
-            # the size to try next may be one of a crane at rest: take it as if it had grown in this step
+            # the size to try next may be one of a crane at rest: take it as if it had grown in this
+            # step
             largest = MAX_FACTOR * (integration.t - integration.t0)
             integration = integration._replace(h=min(integration.h, largest))
             integration = integration._replace(t=breakpoint_)
@@ -167,7 +172,11 @@ def integrate_period(method, p, u, integration, end, latest, times, samples, i):
         times, samples: of an `Output`; the samples are written.
         i: index of the first sample not yet written.
     """
-    while i < len(times) and times[i] < end and (integration.status == OK or integration.t >= times[i]):
+    while (
+        i < len(times)
+        and times[i] < end
+        and (integration.status == OK or integration.t >= times[i])
+    ):
         integration = integrate_source_to(u, method, p, integration, times[i], latest)
         write(samples, i, p, times[i], dense_output(method, p, u, integration, times[i]), u)
         i += 1
@@ -187,7 +196,9 @@ def zero_order_hold_step(run, command, k):
         (whether the period's end was reached, (q, v), effort applied), q and v tuples
     """
     end, i = (k + 1) * run.period, k % len(run.rows)
-    integration, q, v, u = hold_period(run.method, run.p, command, run.integration.load(k), end, run.rows, i)
+    integration, q, v, u = hold_period(
+        run.method, run.p, command, run.integration.load(k), end, run.rows, i
+    )
     run.integration.store(k + 1, integration)
     return reaches(integration, end), (as_floats(run.like, q), as_floats(run.like, v)), u
 
@@ -223,7 +234,8 @@ def continuous_step(run, source, k):
     """Integrate over period k with the source in the equations; see `zero_order_hold_step`.
 
     Returns:
-        (whether the period's end was reached, (q, v), effort applied, effort demanded), as of `zero_order_hold_step`
+        (whether the period's end was reached, (q, v), effort applied, effort demanded), as of
+        `zero_order_hold_step`
     """
     method, p, period, integration = run.method, run.p, run.period, run.integration.load(k)
     t, end = k * period, (k + 1) * period
@@ -270,7 +282,10 @@ def hold_each_period(method, p, law, integration, period, out):
     """Return the result of `roll_out` under a law that is sampled every period."""
     i = 0
     for k in range(out.steps):
-        u, end = sampled_source(law, p, k * period, integration.x, out.commands, k), (k + 1) * period
+        u, end = (
+            sampled_source(law, p, k * period, integration.x, out.commands, k),
+            (k + 1) * period,
+        )
         before = apply_pending_events(system.switching(p), p, u, integration)
         if out.rows is not None:
             write(out.rows, k, p, before.t, before.x, u)
@@ -311,7 +326,9 @@ def pass_each_period(method, p, source, integration, period, out):
             store(out.commands, k, 0, system.demand(source, p, t, x))
             write(out.rows, k, p, t, x, source)
         latest = latest_step_end(method, k, out.steps, period)
-        integration, i = integrate_period(method, p, source, integration, end, latest, out.times, out.samples, i)
+        integration, i = integrate_period(
+            method, p, source, integration, end, latest, out.times, out.samples, i
+        )
         if integration.status != OK and integration.t < end:
             write(out.end, 0, p, t, dense_output(method, p, source, before, t), source)
             return integration, k

@@ -28,4 +28,10 @@ def row_width(model: Any, nq: int, nu: int) -> int:
 def split(rows: Array, nq: int, nu: int) -> Rows:
     """Return the parts of rows (K, width); they are views."""
     after = 2 * nq + nu
-    return Rows(rows[:, :nq], rows[:, nq : 2 * nq], rows[:, 2 * nq : after], rows[:, after], rows[:, after + 1 :])
+    return Rows(
+        rows[:, :nq],
+        rows[:, nq : 2 * nq],
+        rows[:, 2 * nq : after],
+        rows[:, after],
+        rows[:, after + 1 :],
+    )

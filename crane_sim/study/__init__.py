@@ -4,8 +4,9 @@
     result.table            # pyarrow.Table, a row for each run
     result.differences("residual_swing_deg")
 
-`schema` is that of a study's file, `cases` its runs, `execution` runs them on all cores, `store` keeps the rows on
-disk, `statistics` compares variants on the same samples, `recordings` records selected runs, `tuning` searches gains.
+`schema` is that of a study's file, `cases` its runs, `execution` runs them on all cores, `store`
+keeps the rows on disk, `statistics` compares variants on the same samples, `recordings` records
+selected runs, `tuning` searches gains.
 """
 
 from crane_sim.study.cases import Case, cases
@@ -14,4 +15,14 @@ from crane_sim.study.result import StudyResult, read_result
 from crane_sim.study.schema import Study, load_study
 from crane_sim.study.tuning import TuningResult, tune
 
-__all__ = ["Case", "Study", "StudyResult", "TuningResult", "cases", "load_study", "read_result", "run", "tune"]
+__all__ = [
+    "Case",
+    "Study",
+    "StudyResult",
+    "TuningResult",
+    "cases",
+    "load_study",
+    "read_result",
+    "run",
+    "tune",
+]

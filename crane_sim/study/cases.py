@@ -45,7 +45,10 @@ class CaseList:
         """
         found, value = get_value(self._document, key)
         if not found and not isinstance(self.study.parameters[key], Values):
-            raise SceneError(f"study: parameters.{key}: the scene has no {key} of its own to vary; list values of it")
+            raise SceneError(
+                f"study: parameters.{key}: the scene has no {key} of its own to vary; list values "
+                "of it"
+            )
         return value
 
     def __len__(self) -> int:
@@ -75,7 +78,11 @@ class CaseList:
         parameters = self._parameters(sample)
         # of a design of sensitivity one seed: else noise would count as a parameter's effect
         seed = scene_seed(self.study.seed, 0 if self.study.design in (MORRIS, SALTELLI) else sample)
-        changes = {"seed": seed} if self.study.duration is None else {"seed": seed, "duration": self.study.duration}
+        changes = (
+            {"seed": seed}
+            if self.study.duration is None
+            else {"seed": seed, "duration": self.study.duration}
+        )
         changes |= self.study.changes | self.variants[variant] | parameters
         return Case(number, sample, variant, parameters, changes)
 
@@ -88,8 +95,14 @@ class CaseList:
         if self.study.design == "grid":
             shape = tuple(len(each.values) for each in chosen.values())
             index = np.unravel_index(sample, shape)
-            return {key: each.values[int(i)] for (key, each), i in zip(chosen.items(), index, strict=True)}
-        return {key: self._quantile(key, float(p)) for key, p in zip(chosen, self._probabilities[sample], strict=True)}
+            return {
+                key: each.values[int(i)]
+                for (key, each), i in zip(chosen.items(), index, strict=True)
+            }
+        return {
+            key: self._quantile(key, float(p))
+            for key, p in zip(chosen, self._probabilities[sample], strict=True)
+        }
 
     def _quantile(self, key: str, p: float) -> Any:
         distribution = self.study.parameters[key]

@@ -11,7 +11,8 @@ PARAMETER = "parameter."
 """What a column of a parameter begins with, before the parameter's dotted key."""
 COLUMNS = (*FIRST_COLUMNS, PARAMETER, "events", "versions", "wall_time")
 SIGNED = ("final_error",)
-"""Metrics with a sign, whose magnitudes are compared: an overshoot is an error as large as what is missing."""
+"""Metrics with a sign, whose magnitudes are compared: an overshoot is an error as large as what is
+missing."""
 LARGER_IS_BETTER = ("limit_margin", "min_rope_tension")
 """Metrics of which the least value is the worst one; of all others that is the largest."""
 
@@ -26,7 +27,8 @@ def worst_joint(metric: str, by_joint: Sequence[Any]) -> npt.NDArray[np.float64]
 
     Args:
         metric: its name, or that of its column of one joint.
-        by_joint: its columns in the table, of shape (n,), or one run's values; NaN of one joint is NaN of all.
+        by_joint: its columns in the table, of shape (n,), or one run's values; NaN of one joint is
+            NaN of all.
     """
     values = np.array(by_joint, dtype=float)
     if metric.partition(".")[0] in SIGNED:

@@ -1,7 +1,7 @@
 """Designs of a study: the probabilities at which the parameters' values are quantiles.
 
-Morris' design changes one parameter at a time along paths through a grid of four levels, Saltelli's crosses two Sobol
-sequences: from them `sensitivity` finds how metrics depend on the parameters.
+Morris' design changes one parameter at a time along paths through a grid of four levels, Saltelli's
+crosses two Sobol sequences: from them `sensitivity` finds how metrics depend on the parameters.
 """
 
 from math import prod
@@ -24,7 +24,9 @@ def sample_count(study: Study) -> int:
     """Return how many samples of the parameters the study's design has."""
     d, n = len(study.parameters), study.samples
     if n is None:
-        return prod(len(each.values) for each in study.parameters.values() if isinstance(each, Values))
+        return prod(
+            len(each.values) for each in study.parameters.values() if isinstance(each, Values)
+        )
     return n * {MORRIS: d + 1, SALTELLI: d + 2}.get(study.design, 1)
 
 
@@ -56,7 +58,9 @@ def draw_design(study: Study) -> Array:
         SceneError: SALib is not installed.
     """
     if study.design == MORRIS:
-        return load_salib("sample.morris").sample(salib_problem(study), study.samples, LEVELS, seed=study.seed)
+        return load_salib("sample.morris").sample(
+            salib_problem(study), study.samples, LEVELS, seed=study.seed
+        )
     return load_salib("sample.sobol").sample(
         salib_problem(study), study.samples, calc_second_order=False, seed=study.seed
     )

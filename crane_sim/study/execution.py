@@ -41,19 +41,23 @@ def run(
 
     Args:
         study: the study, its file, or a dict of a file's shape.
-        folder: where rows are written; the rows of an interrupted run of the same study there are kept.
-        workers: processes of this machine; None: one for each core; 1: this process. They change no number but times.
-        scheduler: the address of a Dask scheduler, whose workers run the study in place of processes of this machine,
-            or "local" for a Dask cluster on this machine. Workers need this package in the same version.
+        folder: where rows are written; the rows of an interrupted run of the same study there are
+            kept.
+        workers: processes of this machine; None: one for each core; 1: this process. They change no
+            number but times.
+        scheduler: the address of a Dask scheduler, whose workers run the study in place of
+            processes of this machine, or "local" for a Dask cluster on this machine. Workers need
+            this package in the same version.
         on_progress: called with (runs that are done, all runs) after each block.
         pool: workers that have been started already, and are used first.
-        check_first: whether a study is refused whose first sample is not possible with every variant, whose own
-            metrics cannot be columns there, or that has no metric there by which the worst runs shall be recorded;
-            else that is in the rows of this sample, as of any other one, or an error at the end.
+        check_first: whether a study is refused whose first sample is not possible with every
+            variant, whose own metrics cannot be columns there, or that has no metric there by which
+            the worst runs shall be recorded; else that is in the rows of this sample, as of any
+            other one, or an error at the end.
 
     Raises:
-        SceneError: the study is not possible, the folder holds another one, or there is no such scheduler; nothing
-            was started.
+        SceneError: the study is not possible, the folder holds another one, or there is no such
+            scheduler; nothing was started.
         RuntimeError: processes of the study ended again and again.
     """
     load_pyarrow()
@@ -81,7 +85,8 @@ def run(
 def check_cases(study: Study) -> CaseList:
     """Return the cases of a study whose first sample is possible with every variant.
 
-    Later samples are checked when they are run: one that is not possible is a row with the status `refused`.
+    Later samples are checked when they are run: one that is not possible is a row with the status
+    `refused`.
 
     Raises:
         SceneError: a key or value is not possible.
@@ -118,7 +123,10 @@ def check_metrics(listed: CaseList) -> None:
 
 
 def _run_missing(
-    store: Store, study: Study, pools: Iterator[AbstractContextManager[Workers]], on_progress: Progress
+    store: Store,
+    study: Study,
+    pools: Iterator[AbstractContextManager[Workers]],
+    on_progress: Progress,
 ) -> None:
     """Run the missing blocks and write their rows.
 
@@ -138,12 +146,17 @@ def _run_missing(
         except errors_of_ended_workers():
             attempts -= 1
             if not attempts:
-                line = f"processes of the study ended {ATTEMPTS} times in a row; its next block is {min(missing)}"
+                line = (
+                    f"processes of the study ended {ATTEMPTS} times in a row; its next block is "
+                    f"{min(missing)}"
+                )
                 raise RuntimeError(line) from None
     on_progress(store.cases, store.cases)
 
 
-def _results(store: Store, study: Study, blocks: list[int], workers: Workers) -> Iterator[tuple[int, Table]]:
+def _results(
+    store: Store, study: Study, blocks: list[int], workers: Workers
+) -> Iterator[tuple[int, Table]]:
     """Yield (block, rows) as workers finish them."""
     task = study.model_dump_json(), *block_needs(store.identity)
     pending, waiting = dict[Future[Table], int](), iter(blocks)
@@ -167,19 +180,29 @@ def _cases_of(study: str, scene: str) -> tuple[CaseList, dict[str, Any]]:
 
 
 def run_block(
-    study: str, scene: str, versions: dict[str, str], functions: dict[str, str], first: int, end: int
+    study: str,
+    scene: str,
+    versions: dict[str, str],
+    functions: dict[str, str],
+    first: int,
+    end: int,
 ) -> Table:
     """Return the rows of the cases `first` to `end` (excluded).
 
     Raises:
-        SceneError: this process would compute with other versions, or with other functions of one's own.
+        SceneError: this process would compute with other versions, or with other functions of one's
+            own.
     """
     if differing := differing_keys(deciding_versions(), versions):
         raise SceneError(f"a worker has other versions than this process: {differing}")
     listed, document = _cases_of(study, scene)
     mine = hash_functions(listed.study, document)
     if absent := ", ".join(sorted(functions.keys() - mine.keys())):
-        raise SceneError(f"{absent}: is not there for a worker; workers need it under the same name")
+        raise SceneError(
+            f"{absent}: is not there for a worker; workers need it under the same name"
+        )
     if changed := differing_keys(mine, functions):
-        raise SceneError(f"{changed}: not as when the study began; undo that, or begin it in another folder")
+        raise SceneError(
+            f"{changed}: not as when the study began; undo that, or begin it in another folder"
+        )
     return rows_of(listed, first, end, document)

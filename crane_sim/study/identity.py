@@ -69,7 +69,9 @@ def hash_of(identity: dict[str, Any]) -> str:
 
 def differing_keys(mine: Mapping[str, str], other: Mapping[str, str]) -> str:
     """Return the keys at which two identities differ, in one line; empty where they do not."""
-    return ", ".join(key for key in sorted(mine.keys() | other.keys()) if mine.get(key) != other.get(key))
+    return ", ".join(
+        key for key in sorted(mine.keys() | other.keys()) if mine.get(key) != other.get(key)
+    )
 
 
 def read_identity(file: Path) -> dict[str, Any]:
@@ -85,7 +87,9 @@ def read_identity(file: Path) -> dict[str, Any]:
     except ValueError:  # no JSON, or no text
         known = None
     groups = ("study", "versions", "functions")
-    if not isinstance(known, dict) or not all(isinstance(known.get(name, {}), dict) for name in groups):
+    if not isinstance(known, dict) or not all(
+        isinstance(known.get(name, {}), dict) for name in groups
+    ):
         raise SceneError(f"{file}: is damaged; name another folder, or remove this one")
     return known
 
@@ -93,12 +97,17 @@ def read_identity(file: Path) -> dict[str, Any]:
 def hash_functions(study: Study, document: Mapping[str, Any]) -> dict[str, str]:
     """Return the SHA-256 of the sources of the user's functions that a study or its scene names.
 
-    They are by file or module. One that is not there has none: what names it is refused where it is used.
+    They are by file or module. One that is not there has none: what names it is refused where it is
+    used.
     """
-    values = {key: each.values for key, each in study.parameters.items() if isinstance(each, Values)}
+    values = {
+        key: each.values for key, each in study.parameters.items() if isinstance(each, Values)
+    }
     searched = {} if study.tune is None else study.tune.changes
     laws = _find_laws([document, study.changes, study.variants, values, searched])
-    hashes = {name.rpartition(":")[0]: hash_source(name) for name in sorted({study.metrics, *laws} - {""})}
+    hashes = {
+        name.rpartition(":")[0]: hash_source(name) for name in sorted({study.metrics, *laws} - {""})
+    }
     return {place: each for place, each in hashes.items() if each is not None}
 
 

@@ -33,9 +33,14 @@ def _load(name: str, _: str | None) -> Measure:
     """Load a function anew where its source has another hash."""
     try:
         function = load_function("study: metrics", name)
-    except (Exception, SystemExit) as error:  # of the user's own module: any error of it is one line
+    except (
+        Exception,
+        SystemExit,
+    ) as error:  # of the user's own module: any error of it is one line
         raise (
-            error if isinstance(error, SceneError) else SceneError(f"study: metrics = {name!r}: {_cause(error)}")
+            error
+            if isinstance(error, SceneError)
+            else SceneError(f"study: metrics = {name!r}: {_cause(error)}")
         ) from error
 
     def measure(run: Rollout) -> dict[str, float | None]:
@@ -61,7 +66,10 @@ def _numbers_by_name(found: Any, run: Rollout) -> dict[str, float | None]:
     Raises UnusableMetrics where it cannot.
     """
     if not isinstance(found, Mapping):
-        line = f"returned {shorten(found)}; must return a dict of name: number, None where a run has none"
+        line = (
+            f"returned {shorten(found)}; must return a dict of name: number, None where a run has "
+            "none"
+        )
         raise UnusableMetrics(line)
     taken = {name.partition(".")[0] for name in (*COLUMNS, *flatten(run.summary))}
     for name in found:
@@ -69,7 +77,9 @@ def _numbers_by_name(found: Any, run: Rollout) -> dict[str, float | None]:
             raise UnusableMetrics(f"returned {shorten(name)} as a name; names are text")
         if name.partition(".")[0] in taken:
             reason = "is taken by the table's own columns"
-            raise UnusableMetrics(f"returned {name!r}, which {reason}; take another name, such as 'own_{name}'")
+            raise UnusableMetrics(
+                f"returned {name!r}, which {reason}; take another name, such as 'own_{name}'"
+            )
     return {name: _to_float(name, value) for name, value in found.items()}
 
 

@@ -28,9 +28,13 @@ def selected_cases(result: StudyResult) -> list[int]:
     if wanted.worst is not None:
         name = wanted.worst.metric
         columns = {each: result.column(each) if each == name else () for each in result.types}
-        values = worst_joint(name, [_to_numbers(name, columns)]) * (-1.0 if is_better_larger(name) else 1.0)
+        values = worst_joint(name, [_to_numbers(name, columns)]) * (
+            -1.0 if is_better_larger(name) else 1.0
+        )
         values[np.isnan(values) & (status == OK)] = np.inf  # as a run that never settles
-        order = np.argsort(-np.where(np.isnan(values), -np.inf, values), kind="stable")[: wanted.worst.count]
+        order = np.argsort(-np.where(np.isnan(values), -np.inf, values), kind="stable")[
+            : wanted.worst.count
+        ]
         chosen |= set(number[[i for i in order if not np.isnan(values[i])]].tolist())
     return sorted(chosen)
 
@@ -56,7 +60,9 @@ def check_worst_metric(listed: CaseList) -> None:
 def _to_numbers(metric: str, columns: Mapping[str, Any]) -> Any:
     """Return the column of `worst.metric` as numbers; raises SceneError if missing or text."""
     if metric not in columns:
-        raise SceneError(f"study: {unknown_key(metric, list(columns), 'metric', 'of recordings.worst.metric')}")
+        raise SceneError(
+            f"study: {unknown_key(metric, list(columns), 'metric', 'of recordings.worst.metric')}"
+        )
     if any(isinstance(value, str) for value in columns[metric]):
         raise SceneError(f"study: recordings.worst.metric = {metric!r}: is text, not a number")
     return np.array(columns[metric], dtype=float)
@@ -66,13 +72,19 @@ def record_selected(result: StudyResult) -> None:
     """Write the study's recordings that are missing: FOLDER/recordings/000012.rrd."""
     if result.study.recordings == Recordings() or not (chosen := selected_cases(result)):
         return
-    folder, listed, document = result.folder / "recordings", cases(result.study), scene_document(result.study)
+    folder, listed, document = (
+        result.folder / "recordings",
+        cases(result.study),
+        scene_document(result.study),
+    )
     folder.mkdir(exist_ok=True)
     for number in chosen:
         file = folder / f"{number:06d}.rrd"
         if file.exists():
             continue
-        unfinished_name(file).unlink(missing_ok=True)  # of a process that was killed: the same run is recorded anew
+        unfinished_name(file).unlink(
+            missing_ok=True
+        )  # of a process that was killed: the same run is recorded anew
         run, _, _ = simulate_case(listed[number], document)
         if run is not None and len(run.t):  # a scene that was refused has no run
             run.record(file)

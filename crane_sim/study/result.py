@@ -16,11 +16,17 @@ from crane_sim.study.columns import worst_joint
 from crane_sim.study.identity import read_identity
 from crane_sim.study.runs import OK
 from crane_sim.study.schema import Study, rename_keys
-from crane_sim.study.statistics import FailureDifference, PairedDifference, compare_failures, compare_pairs
+from crane_sim.study.statistics import (
+    FailureDifference,
+    PairedDifference,
+    compare_failures,
+    compare_pairs,
+)
 from crane_sim.study.store import OWN_METRIC, SEARCH, TABLE, load_pyarrow
 
 DEPRECATED_OWN_METRIC = {b"figure": b"own"}
-"""Metadata of a column that is a metric by the study's own function, in tables of the previous release."""
+"""Metadata of a column that is a metric by the study's own function, in tables of the previous
+release."""
 
 
 def read_result(folder: Path) -> "StudyResult":
@@ -48,7 +54,9 @@ def check_folder(folder: Path) -> None:
     if not (folder / "study.json").is_file():
         raise SceneError(f"folder {folder}: holds no study; crane sweep makes one")
     if not (folder / TABLE).is_file():
-        raise SceneError(f"folder {folder}: its study is not finished; the same crane sweep goes on with it")
+        raise SceneError(
+            f"folder {folder}: its study is not finished; the same crane sweep goes on with it"
+        )
 
 
 def columns_of(metric: str, columns: Sequence[str]) -> list[str]:
@@ -91,12 +99,20 @@ class StudyResult:
     def own_metrics(self) -> list[str]:
         """Columns of the metrics by the study's own function."""
         marks = OWN_METRIC.items() | DEPRECATED_OWN_METRIC.items()
-        return [field.name for field in self._file.schema_arrow if marks & (field.metadata or {}).items()]
+        return [
+            field.name
+            for field in self._file.schema_arrow
+            if marks & (field.metadata or {}).items()
+        ]
 
     @property
     def own_figures(self) -> list[str]:
         """Deprecated name of `own_metrics`, for one release."""
-        warnings.warn("StudyResult.own_figures is now StudyResult.own_metrics", DeprecationWarning, stacklevel=2)
+        warnings.warn(
+            "StudyResult.own_figures is now StudyResult.own_metrics",
+            DeprecationWarning,
+            stacklevel=2,
+        )
         return self.own_metrics
 
     def __len__(self) -> int:
@@ -113,7 +129,10 @@ class StudyResult:
     def __repr__(self) -> str:
         """Return name, runs and failures in one line."""
         failed = int(np.sum(self.column("status") != OK))
-        return f"<StudyResult of {self.study.name!r}: {len(self)} runs, {failed} failed, {self.folder}>"
+        return (
+            f"<StudyResult of {self.study.name!r}: {len(self)} runs, {failed} failed, "
+            f"{self.folder}>"
+        )
 
     def to_dataframe(self) -> Any:
         """Return the table as a `pandas.DataFrame`; needs the package pandas."""
@@ -124,8 +143,9 @@ class StudyResult:
 
         It is NaN too for runs that have no such metric.
 
-        The name of a metric of every joint, as `settling_time`, stands for that of the worst one: the greatest, of
-        `limit_margin` the least. Of `final_error`, also of one joint, it is the magnitude; `column` has the sign.
+        The name of a metric of every joint, as `settling_time`, stands for that of the worst one:
+        the greatest, of `limit_margin` the least. Of `final_error`, also of one joint, it is the
+        magnitude; `column` has the sign.
 
         Raises:
             SceneError: there is no such metric or variant.
@@ -136,7 +156,9 @@ class StudyResult:
 
     def figure(self, name: str, variant: str) -> npt.NDArray[np.float64]:
         """Deprecated name of `metric`, for one release."""
-        warnings.warn("StudyResult.figure is now StudyResult.metric", DeprecationWarning, stacklevel=2)
+        warnings.warn(
+            "StudyResult.figure is now StudyResult.metric", DeprecationWarning, stacklevel=2
+        )
         return self.metric(name, variant)
 
     def failed(self, variant: str) -> npt.NDArray[np.bool_]:

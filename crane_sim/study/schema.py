@@ -26,7 +26,8 @@ from crane_sim.laws import switch_law
 from crane_sim.scenes.schema.uncertain import DISTRIBUTIONS, Distribution
 
 DEPRECATED_KEYS = {"figures": "metrics"}
-"""New names of a study's keys by those of the previous release, which still work in files of this one."""
+"""New names of a study's keys by those of the previous release, which still work in files of this
+one."""
 Count = Annotated[int, BeforeValidator(reject_bool), Field(ge=1, le=10_000_000)]
 
 
@@ -56,7 +57,9 @@ def _write_parameter(parameter: Any) -> Any:
     defaults = parameter._field_defaults
     name = next(name for name, kind in DISTRIBUTIONS.items() if type(parameter) is kind)
     return {"distribution": name} | {
-        key: value for key, value in parameter._asdict().items() if key not in defaults or value != defaults[key]
+        key: value
+        for key, value in parameter._asdict().items()
+        if key not in defaults or value != defaults[key]
     }
 
 
@@ -65,9 +68,15 @@ def _read_parameter(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return Values(values=tuple(value))
     if not isinstance(value, dict):
-        raise ValueError(f"{no_group()}: values, or distribution with its numbers; or a list of values")
+        raise ValueError(
+            f"{no_group()}: values, or distribution with its numbers; or a list of values"
+        )
     try:
-        return Values.model_validate(value) if "values" in value else _DISTRIBUTION.validate_python(value)
+        return (
+            Values.model_validate(value)
+            if "values" in value
+            else _DISTRIBUTION.validate_python(value)
+        )
     except ValidationError as error:
         raise ValueError(one_line(error, Values)) from None
 
@@ -78,7 +87,8 @@ Parameter = Annotated[Any, BeforeValidator(_read_parameter), PlainSerializer(_wr
 class Worst(_Group):
     """Runs to record because they are the worst ones by a metric."""
 
-    metric: str  # a column of the table; the worst values are the largest, those of `LARGER_IS_BETTER` the least
+    # a column of the table; the worst values are the largest, those of `LARGER_IS_BETTER` the least
+    metric: str
     count: Count = 3  # -
 
 
@@ -110,8 +120,12 @@ class Tune(_Group):
     """What `crane tune` searches: the gains of least metrics, judged on other samples."""
 
     gains: Annotated[dict[str, Gain], Field(min_length=1)]  # by dotted key of the scene
-    changes: dict[str, Any] = {}  # of the scene in every trial, by dotted key: another law, a list that gains enter
-    objectives: Annotated[tuple[str, ...], Field(min_length=1)]  # metrics whose mean over the samples shall be least
+    changes: dict[
+        str, Any
+    ] = {}  # of the scene in every trial, by dotted key: another law, a list that gains enter
+    objectives: Annotated[
+        tuple[str, ...], Field(min_length=1)
+    ]  # metrics whose mean over the samples shall be least
     trials: Count = 100  # -
     keep: Count = 3  # -, of the Pareto-optimal gains, evaluated beside the best of each objective
 
@@ -127,15 +141,23 @@ class Study(_Group):
 
     name: Name = ""  # left out: the file's
     scene: str | dict[str, Any]  # a name of the catalogue, a file, or a scene in place
-    design: Literal["grid", "latin_hypercube", "sobol", "monte_carlo", "morris", "saltelli"] = "grid"
-    samples: Count | None = None  # -, of every design but the grid, which has as many as its values make; of morris:
-    # paths of one more samples than parameters, of saltelli: base samples, each with two more than parameters
+    design: Literal["grid", "latin_hypercube", "sobol", "monte_carlo", "morris", "saltelli"] = (
+        "grid"
+    )
+    samples: Count | None = (
+        None  # -, of every design but the grid, which has as many as its values make; of morris:
+    )
+    # paths of one more samples than parameters, of saltelli: base samples, each with two more than
+    # parameters
     seed: Seed = 0  # of the samples, and of the scenes' own random numbers
     duration: Positive | None = None  # s; left out: the scene's
     changes: dict[str, Any] = {}  # of the scene in every run, by dotted key
     parameters: Annotated[dict[str, Parameter], Field(min_length=1)]  # by dotted key of the scene
-    variants: dict[str, dict[str, Any]] = {}  # name: changes by dotted key; all run on the same samples
-    metrics: str = ""  # FILE.py:FUNCTION or MODULE:FUNCTION, a function of a run: its further metrics, numbers by name
+    variants: dict[
+        str, dict[str, Any]
+    ] = {}  # name: changes by dotted key; all run on the same samples
+    # FILE.py:FUNCTION or MODULE:FUNCTION, a function of a run: its further metrics, numbers by name
+    metrics: str = ""
     recordings: Recordings = Recordings()
     tune: Tune | None = None  # what `crane tune` searches; other commands refuse it
 
@@ -184,7 +206,9 @@ def _read_file(path: Path) -> dict[str, Any]:
     for key in ("metrics", *DEPRECATED_KEYS):
         if isinstance(document.get(key), str):
             document[key] = function_from(document[key], folder)
-    variants, tune, parameters = (_group(document.get(key)) for key in ("variants", "tune", "parameters"))
+    variants, tune, parameters = (
+        _group(document.get(key)) for key in ("variants", "tune", "parameters")
+    )
     for changes in map(_group, (document.get("changes"), tune.get("changes"), *variants.values())):
         if "control.law" in changes:
             changes["control.law"] = _law_from(changes["control.law"], folder)
@@ -212,7 +236,9 @@ def _check_design(study: Study) -> None:
     """Raise SceneError where design, samples and parameters contradict each other."""
     grid, samples = study.design == "grid", study.samples
     if grid and samples is not None:
-        raise SceneError(f"study: samples = {samples}: a grid has as many as its values make; leave it out")
+        raise SceneError(
+            f"study: samples = {samples}: a grid has as many as its values make; leave it out"
+        )
     if not grid and samples is None:
         raise SceneError(f"study: samples is missing: how many a design of {study.design} draws")
     for key, parameter in study.parameters.items():
@@ -224,29 +250,40 @@ def _check_design(study: Study) -> None:
     if study.design in ("sobol", SALTELLI) and samples is not None and samples & (samples - 1):
         near = 1 << (samples.bit_length() - 1)
         raise SceneError(
-            f"study: samples = {samples}: a Sobol sequence is balanced at powers of two only: {near}, {2 * near}"
+            f"study: samples = {samples}: a Sobol sequence is balanced at powers of two only: "
+            f"{near}, {2 * near}"
         )
 
 
 def _check_changes(study: Study) -> None:
     """Raise SceneError where two of a study's groups set the same of the scene.
 
-    A run takes its parameters last: what changes set at or below a parameter's key would be ignored. A change of a
+    A run takes its parameters last: what changes set at or below a parameter's key would be
+    ignored. A change of a
     whole group or list may be above it: the parameter varies one number of that.
     """
     for where, key, value in _changes_of(study):
         if key == "duration" and study.duration is not None:
-            raise SceneError(f"study: duration = {study.duration:g}: is in {where}, too; give one of them")
-        others = study.parameters.keys() - {key} if where == "parameters" else study.parameters.keys()
+            raise SceneError(
+                f"study: duration = {study.duration:g}: is in {where}, too; give one of them"
+            )
+        others = (
+            study.parameters.keys() - {key} if where == "parameters" else study.parameters.keys()
+        )
         above = parameter_above(others, key)
         if above is not None and not (where == "changes" and _varies_own(study.parameters[above])):
             shown = "" if where == "parameters" else f" = {shorten(value)}"
-            raise SceneError(f"study: {where}.{key}{shown}: sets what the parameter {above} sets, too")
+            raise SceneError(
+                f"study: {where}.{key}{shown}: sets what the parameter {above} sets, too"
+            )
 
 
 def _changes_of(study: Study) -> Iterator[tuple[str, str, Any]]:
     """Yield (group of the study, dotted key, value) of all that sets something of the scene."""
-    groups: dict[str, Mapping[str, Any]] = {"parameters": study.parameters, "changes": study.changes}
+    groups: dict[str, Mapping[str, Any]] = {
+        "parameters": study.parameters,
+        "changes": study.changes,
+    }
     groups |= {} if study.tune is None else {"tune.changes": study.tune.changes}
     groups |= {f"variants.{name}": changes for name, changes in study.variant_changes.items()}
     for where, changes in groups.items():

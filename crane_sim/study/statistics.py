@@ -13,7 +13,8 @@ import scipy  # which imports `scipy.stats` where it is used: that takes a secon
 CONFIDENCE = 0.95
 _RESAMPLES = 9999
 _DRAWN = 2**19  # indices of a bootstrap that are in memory at a time, 8 bytes each
-FEW = 20  # pairs, below which the bootstrap's intervals of the mean are too short: Student's hold them
+# pairs, below which the bootstrap's intervals of the mean are too short: Student's hold them
+FEW = 20
 MANY = 2000  # pairs, above which the mean is as good as normally distributed
 ROUNDING = 1e-12
 """Changes of a metric, by its size, that are not more than rounding."""
@@ -29,9 +30,13 @@ class PairedDifference(NamedTuple):
 
     pairs: int
     mean: float  # in the metric's unit
-    low: float  # ends of the 95 % interval of the mean: Student's of fewer than FEW pairs, normal of more than MANY,
-    high: float  # else bootstrapped, bias-corrected and accelerated; the mean where differences do not vary
-    effect_size: float  # mean by standard deviation of the differences (Cohen's d_z); NaN where they do not vary
+    # ends of the 95 % interval of the mean: Student's of fewer than FEW pairs, normal of more than
+    # MANY,
+    low: float
+    # else bootstrapped, bias-corrected and accelerated; the mean where differences do not vary
+    high: float
+    # mean by standard deviation of the differences (Cohen's d_z); NaN where they do not vary
+    effect_size: float
     p_value: float  # Wilcoxon's signed-rank test, two-sided; 1 where no pair differs
     share: float  # of pairs in which the second variant has the smaller metric, ties count half
 
@@ -42,7 +47,8 @@ class FailureDifference(NamedTuple):
     first_only: int
     second_only: int
     both: int
-    p_value: float  # McNemar's exact test: both variants fail as often; 1 where no sample tells them apart
+    # McNemar's exact test: both variants fail as often; 1 where no sample tells them apart
+    p_value: float
 
 
 class IntervalEstimate(NamedTuple):
@@ -57,7 +63,8 @@ def estimate_median(values: Array, seed: int = 0) -> IntervalEstimate:
     """Return the median of values (n,) and its percentiles by bootstrap; values may be infinite.
 
     Args:
-        values: at least one; infinity stands for a run without the metric, which is worse than any other.
+        values: at least one; infinity stands for a run without the metric, which is worse than any
+            other.
         seed: of the bootstrap's random numbers.
     """
     n, rng, tail = len(values), np.random.default_rng(seed), (1.0 - CONFIDENCE) / 2.0
@@ -140,10 +147,15 @@ def compare_pairs(first: Array, second: Array, seed: int = 0, few: int = FEW) ->
     if n == 0:
         return PairedDifference(0, *[np.nan] * 6)
     tolerance = ROUNDING * float(max(np.max(np.abs(first)), np.max(np.abs(second))))
-    mean, spread = float(np.mean(difference)), float(np.std(difference, ddof=1)) if n > 1 else np.nan
+    mean, spread = (
+        float(np.mean(difference)),
+        float(np.std(difference, ddof=1)) if n > 1 else np.nan,
+    )
     varies, equated = spread > tolerance, equate_rounded(difference, tolerance)
     mean = mean if varies else float(np.mean(equated))
-    low, high = _interval(difference, seed, few) if varies else (mean, mean) if n > 1 else (np.nan, np.nan)
+    low, high = (
+        _interval(difference, seed, few) if varies else (mean, mean) if n > 1 else (np.nan, np.nan)
+    )
     effect = mean / spread if varies else np.nan
     return PairedDifference(n, mean, low, high, effect, *rank_pairs(equated))
 
@@ -151,7 +163,8 @@ def compare_pairs(first: Array, second: Array, seed: int = 0, few: int = FEW) ->
 def _interval(difference: Array, seed: int, few: int) -> tuple[float, float]:
     """Return the ends of the interval of the mean of differences (n,) that vary.
 
-    The bootstrap's time and memory grow with the square of their number; of many differences the mean is normal.
+    The bootstrap's time and memory grow with the square of their number; of many differences the
+    mean is normal.
     """
     n = len(difference)
     if n > MANY or n < few:
@@ -161,12 +174,19 @@ def _interval(difference: Array, seed: int, few: int) -> tuple[float, float]:
         return float(np.mean(difference) - half), float(np.mean(difference) + half)
     rng = np.random.default_rng(seed)
     found = scipy.stats.bootstrap(
-        (difference,), np.mean, n_resamples=_RESAMPLES, confidence_level=CONFIDENCE, rng=rng, batch=100
+        (difference,),
+        np.mean,
+        n_resamples=_RESAMPLES,
+        confidence_level=CONFIDENCE,
+        rng=rng,
+        batch=100,
     ).confidence_interval
     return float(found.low), float(found.high)
 
 
-def compare_failures(first: npt.NDArray[np.bool_], second: npt.NDArray[np.bool_]) -> FailureDifference:
+def compare_failures(
+    first: npt.NDArray[np.bool_], second: npt.NDArray[np.bool_]
+) -> FailureDifference:
     """Return in which of the samples (n,) the runs of two variants fail."""
     only, other = int(np.sum(first & ~second)), int(np.sum(second & ~first))
     p = float(scipy.stats.binomtest(only, only + other, 0.5).pvalue) if only + other else 1.0

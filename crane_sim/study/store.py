@@ -1,11 +1,12 @@
 """Rows of a study on disk: an Arrow file per block, written whole or not at all, then one table.
 
     FOLDER/study.json         which study this is: its hash, versions and functions of one's own that run it
-    FOLDER/rows/000012.arrow  a file for each block: Arrow's own form costs a fifth of Parquet's time
+    FOLDER/rows/000012.arrow  a file for each block: Arrow's own form costs a fifth of Parquet's
+    time
     FOLDER/table.parquet      all rows in order of their cases, when all are there
 
 A process that ends at any moment leaves whole blocks behind, and no others.
-"""
+"""  # noqa: E501
 
 import json
 import shutil
@@ -78,7 +79,8 @@ class Store:
         """Hold the folder for this process; remove the unfinished files of a killed process.
 
         Raises:
-            SceneError: another process runs the study of this folder, it holds another study, or cannot be written.
+            SceneError: another process runs the study of this folder, it holds another study, or
+                cannot be written.
         """
         with locked_folder(self.folder, "study"):
             try:
@@ -87,7 +89,11 @@ class Store:
                     shutil.rmtree(self._rows, ignore_errors=True)
                 else:
                     self._rows.mkdir(exist_ok=True)
-                for file in (*self._rows.glob(".*"), *self.folder.glob(".study.json.*"), *partial_files(self._table)):
+                for file in (
+                    *self._rows.glob(".*"),
+                    *self.folder.glob(".study.json.*"),
+                    *partial_files(self._table),
+                ):
                     file.unlink()
             except OSError as error:
                 raise SceneError(f"folder {self.folder}: {error.strerror}") from None
@@ -96,12 +102,18 @@ class Store:
     def _check_or_write_identity(self) -> None:
         file = self.folder / IDENTITY
         if not file.exists():
-            content = json.dumps({"hash": hash_of(self.identity), **self.identity}, indent=1, default=str)
+            content = json.dumps(
+                {"hash": hash_of(self.identity), **self.identity}, indent=1, default=str
+            )
             write_whole(file, lambda path: path.write_text(content + "\n"))
         elif (known := read_identity(file)).get("hash") != hash_of(self.identity):
             known.pop("hash", None)
-            recordings = {"recordings": self.identity["study"]["recordings"]}  # are no part of the rows
-            if hash_of(known | {"study": known.get("study", {}) | recordings}) != hash_of(self.identity):
+            recordings = {
+                "recordings": self.identity["study"]["recordings"]
+            }  # are no part of the rows
+            if hash_of(known | {"study": known.get("study", {}) | recordings}) != hash_of(
+                self.identity
+            ):
                 why = self._difference(known)
                 raise SceneError(f"folder {self.folder}: {why}; name another folder, or remove it")
 
@@ -111,9 +123,14 @@ class Store:
         for part, what in (("study", "another study"), ("scene", "another state of its scene")):
             if known.get(part) != json.loads(json.dumps(self.identity[part], default=str)):
                 return f"holds {what}"
-        if changed := differing_keys(self.identity.get("functions", {}), known.get("functions", {})):
+        if changed := differing_keys(
+            self.identity.get("functions", {}), known.get("functions", {})
+        ):
             return f"was begun with another content of {changed}"
-        return f"was begun with other versions ({differing_keys(self.identity['versions'], known.get('versions', {}))})"
+        return (
+            "was begun with other versions "
+            f"({differing_keys(self.identity['versions'], known.get('versions', {}))})"
+        )
 
     def cases_of(self, block: int) -> range:
         """Return the numbers of a block's cases."""
@@ -149,16 +166,22 @@ class Store:
             return
         arrow, parquet = load_pyarrow(), load_pyarrow("pyarrow.parquet")
         files = [self._file_of(block) for block in self._blocks()]
-        schema = arrow.unify_schemas([_open_block(file).schema for file in files], promote_options="permissive")
+        schema = arrow.unify_schemas(
+            [_open_block(file).schema for file in files], promote_options="permissive"
+        )
         identity = json.dumps({"hash": hash_of(self.identity), **self.identity}, default=str)
         schema, together = schema.with_metadata({"study": identity}), -(-ROW_GROUP // self.block)
 
         def write(path: Path) -> None:
             with parquet.ParquetWriter(path, schema) as writer:
                 for first in range(0, len(files), together):
-                    blocks = [_open_block(file).read_all() for file in files[first : first + together]]
+                    blocks = [
+                        _open_block(file).read_all() for file in files[first : first + together]
+                    ]
                     # the empty table brings the columns that these blocks lack, and the order
-                    rows = arrow.concat_tables([schema.empty_table(), *blocks], promote_options="permissive")
+                    rows = arrow.concat_tables(
+                        [schema.empty_table(), *blocks], promote_options="permissive"
+                    )
                     writer.write_table(rows.cast(schema), ROW_GROUP)
 
         write_whole(self._table, write)
@@ -171,7 +194,9 @@ def _open_block(path: Path) -> Any:
     try:
         return load_pyarrow("pyarrow.ipc").open_file(arrow.memory_map(str(path)))
     except arrow.ArrowInvalid as error:
-        raise SceneError(f"{path}: is damaged ({shorten(str(error))}); remove it: its cases are run anew") from None
+        raise SceneError(
+            f"{path}: is damaged ({shorten(str(error))}); remove it: its cases are run anew"
+        ) from None
 
 
 def table_of(columns: Mapping[str, Any]) -> Any:
@@ -183,7 +208,8 @@ def table_of(columns: Mapping[str, Any]) -> Any:
     arrays = [_array(arrow, name, values) for name, values in columns.items()]
     marks = [OWN_METRIC if isinstance(values, OwnMetric) else None for values in columns.values()]
     fields = [
-        arrow.field(name, array.type, metadata=mark) for name, array, mark in zip(columns, arrays, marks, strict=True)
+        arrow.field(name, array.type, metadata=mark)
+        for name, array, mark in zip(columns, arrays, marks, strict=True)
     ]
     return arrow.table(arrays, schema=arrow.schema(fields))
 
@@ -191,7 +217,9 @@ def table_of(columns: Mapping[str, Any]) -> Any:
 def _array(arrow: Any, name: str, values: Any) -> Any:
     types = {type(value) for value in values if value is not None}
     if types and types <= {int, float}:
-        counted = float not in types and (name in _COUNTS or name.endswith(("_steps", "_evaluations")))
+        counted = float not in types and (
+            name in _COUNTS or name.endswith(("_steps", "_evaluations"))
+        )
         return arrow.array(values, arrow.int64() if counted else arrow.float64())
     return arrow.array(values if len(types) <= 1 else _as_text(values))
 
@@ -202,6 +230,13 @@ def _as_text(values: Any) -> list[str | None]:
 
 def _text_columns(study: Study) -> set[str]:
     """Return the columns of parameters whose values have several types: text in every block."""
-    listed = {key: each.values for key, each in study.parameters.items() if isinstance(each, Values)}
-    types = {key: {type(cell_of(value)) for value in values} - {type(None)} for key, values in listed.items()}
-    return {PARAMETER + key for key, each in types.items() if len(each) > 1 and each != {int, float}}
+    listed = {
+        key: each.values for key, each in study.parameters.items() if isinstance(each, Values)
+    }
+    types = {
+        key: {type(cell_of(value)) for value in values} - {type(None)}
+        for key, values in listed.items()
+    }
+    return {
+        PARAMETER + key for key, each in types.items() if len(each) > 1 and each != {int, float}
+    }

@@ -10,13 +10,16 @@ from crane_sim.study.schema import MORRIS, SALTELLI
 from crane_sim.study.sensitivity import sensitivities
 
 SHOWN = ("residual_swing_deg", "peak_swing_deg", "settling_time", "peak_effort", "tracking_mse")
-"""Metrics of a run that people look at first, those of joints with all of their joints; the table has all."""
+"""Metrics of a run that people look at first, those of joints with all of their joints; the table
+has all."""
 
 
 def shown_metrics(result: StudyResult) -> list[str]:
     """Return the columns that a summary shows: those of SHOWN and the study's own metrics."""
     numbers = [name for name, kind in result.types.items() if kind in ("double", "int64")]
-    shown = [name for start in SHOWN for name in numbers if name == start or name.startswith(f"{start}.")]
+    shown = [
+        name for start in SHOWN for name in numbers if name == start or name.startswith(f"{start}.")
+    ]
     return list(dict.fromkeys([*shown, *(name for name in result.own_metrics if name in numbers)]))
 
 
@@ -32,7 +35,9 @@ def summarise(result: StudyResult) -> dict[str, Any]:
         "study": result.study.name,
         "runs": len(result),
         "failures": {variant: int(result.failed(variant).sum()) for variant in variants},
-        "failure_differences": {other: each._asdict() for other, each in result.failure_differences().items()},
+        "failure_differences": {
+            other: each._asdict() for other, each in result.failure_differences().items()
+        },
         "metrics": metrics,
         "sensitivities": find_sensitivities(result),
         "table": str(result.folder / "table.parquet"),

@@ -1,8 +1,9 @@
 """Tuning of gains: a search for the least metrics over samples, judged on other samples.
 
-Optuna proposes gains, a trial runs the samples, and its values are the means of the objectives. A trial in which a run
-fails, or has no such metric, is infeasible; how far it came guides the search. The best of the Pareto-optimal gains
-are then run beside the scene's own gains on other samples: a study like any other, with paired differences.
+Optuna proposes gains, a trial runs the samples, and its values are the means of the objectives. A
+trial in which a run fails, or has no such metric, is infeasible; how far it came guides the search.
+The best of the Pareto-optimal gains are then run beside the scene's own gains on other samples: a
+study like any other, with paired differences.
 """
 
 from __future__ import annotations
@@ -52,7 +53,8 @@ SAMPLES_AT_ONCE = 4
 NOT_REACHED = "samples_not_reached"
 """The constraint of a trial: the share of the samples that it did not reach is 0."""
 MIN_PAIRS = 6
-"""Pairs that a verdict needs: of five, however they differ, Wilcoxon's test has a p-value of 2 / 2^5, more than 5 %."""
+"""Pairs that a verdict needs: of five, however they differ, Wilcoxon's test has a p-value of 2 /
+2^5, more than 5 %."""
 
 
 class Candidate(NamedTuple):
@@ -65,7 +67,9 @@ class Candidate(NamedTuple):
 class TuningResult(NamedTuple):
     """What a search has found."""
 
-    front: list[Candidate]  # no other trial is better in all objectives; least first objective first
+    front: list[
+        Candidate
+    ]  # no other trial is better in all objectives; least first objective first
     chosen: dict[str, Candidate]  # by variant of `held_out`
     trials: int  # that were run
     infeasible: int  # of them: a run failed, or had no such metric
@@ -84,12 +88,14 @@ def tune(
 
     Args:
         study: the study, its file, or a dict of a file's shape.
-        folder: where trials (trials.log) and the study on held-out samples (held_out_TRIALS_keep_KEEP/) go.
+        folder: where trials (trials.log) and the study on held-out samples
+            (held_out_TRIALS_keep_KEEP/) go.
         workers: processes; None: one for each core; 1: this process. They change no number.
         on_progress: called with (trials that are done, all trials).
 
     Raises:
-        SceneError: the file is not possible, the folder holds another search, or no trial is a candidate.
+        SceneError: the file is not possible, the folder holds another search, or no trial is a
+            candidate.
     """
     load_pyarrow()
     optuna, checked = _load_optuna(), load_study(study)
@@ -97,7 +103,9 @@ def tune(
     if settings is None:
         raise SceneError("study: tune is missing: gains, objectives, trials")
     listed, place = check_search(training, settings), Path(folder)
-    loaded = training.model_copy(update={"scene": scene_document(training)})  # else every trial would read its file
+    loaded = training.model_copy(
+        update={"scene": scene_document(training)}
+    )  # else every trial would read its file
     with start_workers(workers, None) as pool:
         if not (place / SEARCH).exists():
             check_metrics(listed)
@@ -108,11 +116,19 @@ def tune(
             chosen = choose(front, settings)
             trials = _count_finished(search)  # more than the study's, where the folder has more
             held_out = _held_out(training, settings, chosen)
-            judged = run(held_out, place / f"held_out_{trials}_keep_{settings.keep}", workers, pool=pool)
-            judged.folder.touch()  # the newest is that of the gains below, one that was there before, too
-            _write_gains(place / GAINS, {name: changes_of(loaded, settings, chosen[name].gains) for name in chosen})
+            judged = run(
+                held_out, place / f"held_out_{trials}_keep_{settings.keep}", workers, pool=pool
+            )
+            # the newest is that of the gains below, one that was there before, too
+            judged.folder.touch()
+            _write_gains(
+                place / GAINS,
+                {name: changes_of(loaded, settings, chosen[name].gains) for name in chosen},
+            )
     infeasible = sum(any(each.constraints.values()) for each in search.trials)
-    return TuningResult(front, chosen, trials, infeasible, judged, settings.objectives, settings.changes)
+    return TuningResult(
+        front, chosen, trials, infeasible, judged, settings.objectives, settings.changes
+    )
 
 
 def _front_of(search: Any) -> list[Candidate]:
@@ -121,10 +137,14 @@ def _front_of(search: Any) -> list[Candidate]:
     Raises SceneError where no trial is feasible.
     """
     front = sorted(
-        (Candidate(each.params, tuple(each.values)) for each in search.best_trials), key=lambda each: each[1]
+        (Candidate(each.params, tuple(each.values)) for each in search.best_trials),
+        key=lambda each: each[1],
     )
     if not front:
-        raise SceneError("study: tune: in every trial a run failed, or had no such metric; widen or move the ranges")
+        raise SceneError(
+            "study: tune: in every trial a run failed, or had no such metric; widen or move the "
+            "ranges"
+        )
     return front
 
 
@@ -133,8 +153,13 @@ def changes_of(training: Study, settings: Tune, gains: dict[str, float]) -> dict
 
     A list of which a gain is an entry is there as a whole: the scene itself may have none.
     """
-    base, document = base_changes(training, settings), with_values(trial_document(training, settings), gains)
-    return base | {key: get_value(document, key)[1] for key in (_list_of(document, gain) for gain in gains)}
+    base, document = (
+        base_changes(training, settings),
+        with_values(trial_document(training, settings), gains),
+    )
+    return base | {
+        key: get_value(document, key)[1] for key in (_list_of(document, gain) for gain in gains)
+    }
 
 
 def _list_of(document: dict[str, Any], key: str) -> str:
@@ -147,15 +172,22 @@ def _list_of(document: dict[str, Any], key: str) -> str:
 def _write_gains(file: Path, chosen: dict[str, dict[str, Any]]) -> None:
     """Write changes of the scene by name, a line for each key, as `--set` takes them."""
     blocks = {
-        name: [f"  {_in_line(k)}: {_in_line(v)}\n" for k, v in changes.items()] for name, changes in chosen.items()
+        name: [f"  {_in_line(k)}: {_in_line(v)}\n" for k, v in changes.items()]
+        for name, changes in chosen.items()
     }
-    write_text(file, "".join(f"{_in_line(name)}:\n{''.join(lines)}" for name, lines in blocks.items()))
+    write_text(
+        file, "".join(f"{_in_line(name)}:\n{''.join(lines)}" for name, lines in blocks.items())
+    )
 
 
 def _in_line(value: Any) -> str:
     """Return a value as YAML in one line."""
     plain = json.loads(json.dumps(value))  # tuples as lists
-    return yaml.safe_dump(plain, default_flow_style=True, sort_keys=False, width=math.inf).removesuffix("...\n").strip()
+    return (
+        yaml.safe_dump(plain, default_flow_style=True, sort_keys=False, width=math.inf)
+        .removesuffix("...\n")
+        .strip()
+    )
 
 
 def _load_optuna() -> Any:
@@ -169,16 +201,21 @@ def _locked(folder: Path, study: Study) -> Iterator[None]:
     """Hold the folder of a search for this process; the lock ends with the process.
 
     Raises:
-        SceneError: another process has the folder, or it holds another search; of the same one trials may be more.
+        SceneError: another process has the folder, or it holds another search; of the same one
+            trials may be more.
     """
     settings = study.tune.model_copy(update={"trials": 1, "keep": 1}) if study.tune else None
-    identity, file = hash_of(identity_of(study.model_copy(update={"tune": settings}))), folder / SEARCH
+    identity, file = (
+        hash_of(identity_of(study.model_copy(update={"tune": settings}))),
+        folder / SEARCH,
+    )
     with locked_folder(folder, "search"):
         if not file.exists():
             write_text(file, json.dumps({"hash": identity}) + "\n")
         if read_identity(file).get("hash") != identity:
             raise SceneError(
-                f"folder {folder}: holds another search, or one of other versions or functions; name another folder"
+                f"folder {folder}: holds another search, or one of other versions or functions; "
+                "name another folder"
             )
         for name in (f"{JOURNAL}.lock*", f".{SEARCH}.*", f".{JOURNAL}.*", f".{GAINS}.*"):
             for file in folder.glob(name):  # of a process that ended while it wrote
@@ -188,7 +225,9 @@ def _locked(folder: Path, study: Study) -> Iterator[None]:
 
 def _open_search(optuna: Any, study: Study, folder: Path) -> Any:
     """Return the search in a folder, with the trials that are there."""
-    file = folder.absolute() / JOURNAL  # the text of Optuna's lock, a symbolic link, which would dangle else
+    file = (
+        folder.absolute() / JOURNAL
+    )  # the text of Optuna's lock, a symbolic link, which would dangle else
     _drop_unfinished_line(file)
     journal = optuna.storages.JournalStorage(optuna.storages.journal.JournalFileBackend(str(file)))
     directions = ["minimize"] * len(study.tune.objectives) if study.tune else []
@@ -197,19 +236,29 @@ def _open_search(optuna: Any, study: Study, folder: Path) -> Any:
 
 
 def _search(
-    optuna: Any, study: Study, training: Study, folder: Path, pool: Workers, on_progress: Callable[[int, int], None]
+    optuna: Any,
+    study: Study,
+    training: Study,
+    folder: Path,
+    pool: Workers,
+    on_progress: Callable[[int, int], None],
 ) -> Any:
     """Return the search after its trials; those that are in the folder are not run again."""
     settings, search = study.tune, _open_search(optuna, study, folder)
     assert settings is not None
-    if not _count_finished(search) and not any(trial.state.name == "WAITING" for trial in search.trials):
+    if not _count_finished(search) and not any(
+        trial.state.name == "WAITING" for trial in search.trials
+    ):
         search.enqueue_trial(_own_gains(training, settings))
 
     def evaluate(trial: Any) -> tuple[float, ...]:
         gains = {
-            key: trial.suggest_float(key, each.low, each.high, log=each.log) for key, each in settings.gains.items()
+            key: trial.suggest_float(key, each.low, each.high, log=each.log)
+            for key, each in settings.gains.items()
         }
-        values, violation = evaluate_gains(training, settings.changes | gains, settings.objectives, pool)
+        values, violation = evaluate_gains(
+            training, settings.changes | gains, settings.objectives, pool
+        )
         trial.set_constraint(NOT_REACHED, violation)
         return values
 
@@ -218,7 +267,9 @@ def _search(
         done = _count_finished(search)
         on_progress(done, settings.trials)
         seed = _seed_of(study.seed, done)
-        search.sampler = optuna.samplers.TPESampler(seed=seed, multivariate=True, constant_liar=False)
+        search.sampler = optuna.samplers.TPESampler(
+            seed=seed, multivariate=True, constant_liar=False
+        )
 
     begin_trial()
     search.optimize(evaluate, settings.trials - _count_finished(search), callbacks=[begin_trial])
@@ -236,7 +287,11 @@ def _own_gains(training: Study, settings: Tune) -> dict[str, float]:
     document, own = trial_document(training, settings), dict[str, float]()
     for key, gain in settings.gains.items():
         value = get_value(document, key)[1]
-        if isinstance(value, int | float) and not isinstance(value, bool) and gain.low <= value <= gain.high:
+        if (
+            isinstance(value, int | float)
+            and not isinstance(value, bool)
+            and gain.low <= value <= gain.high
+        ):
             own[key] = float(value)
     return own
 
@@ -255,8 +310,8 @@ def evaluate_gains(
 ) -> tuple[tuple[float, ...], float]:
     """Return (mean objectives, 0), or (infinities, the share of samples not reached).
 
-    Samples are run in order, and the first one whose run fails or has no such metric ends the trial: gains that
-    destabilise a crane make the longest runs.
+    Samples are run in order, and the first one whose run fails or has no such metric ends the
+    trial: gains that destabilise a crane make the longest runs.
 
     Raises:
         SceneError: there is no such metric.
@@ -302,8 +357,13 @@ def choose(front: list[Candidate], settings: Tune) -> dict[str, Candidate]:
     values = np.array([each.values for each in front])
     least, spread = values.min(axis=0), np.ptp(values, axis=0)
     distance = np.linalg.norm((values - least) / np.where(spread > 0.0, spread, 1.0), axis=1)
-    best = {f"least_{name}": int(np.argmin(values[:, i])) for i, name in enumerate(settings.objectives)}
-    near = {f"compromise_{k + 1}": int(i) for k, i in enumerate(np.argsort(distance, kind="stable")[: settings.keep])}
+    best = {
+        f"least_{name}": int(np.argmin(values[:, i])) for i, name in enumerate(settings.objectives)
+    }
+    near = {
+        f"compromise_{k + 1}": int(i)
+        for k, i in enumerate(np.argsort(distance, kind="stable")[: settings.keep])
+    }
     chosen: dict[str, Candidate] = {}
     for name, i in (near | best).items():
         if not any(front[i] == other for other in chosen.values()):
@@ -322,19 +382,25 @@ def summarise(result: TuningResult) -> dict[str, Any]:
     """Return the chosen gains, and how they do on held-out samples beside the baseline."""
     baseline, *_ = variants = list(result.held_out.study.variant_changes)
     held_out = {
-        name: {variant: _mean_of(result.held_out, name, variant) for variant in variants} for name in result.objectives
+        name: {variant: _mean_of(result.held_out, name, variant) for variant in variants}
+        for name in result.objectives
     }
     for name, rows in held_out.items():
         for variant, each in result.held_out.differences(name).items():
             rows[variant] |= {"difference": each.mean, "low": each.low, "high": each.high}
-            rows[variant]["verdict"] = verdict_on(each, rows[variant]["runs"] < rows[baseline]["runs"])
+            rows[variant]["verdict"] = verdict_on(
+                each, rows[variant]["runs"] < rows[baseline]["runs"]
+            )
     return {
         "study": result.held_out.study.name,
         "trials": result.trials,
         "infeasible": result.infeasible,
         "objectives": result.objectives,
         "changes": result.changes,
-        "chosen": {name: {"gains": each.gains, "means": each.values} for name, each in result.chosen.items()},
+        "chosen": {
+            name: {"gains": each.gains, "means": each.values}
+            for name, each in result.chosen.items()
+        },
         "baseline": baseline,
         "samples": len(result.held_out) // len(variants),
         "held_out": held_out,
@@ -353,10 +419,13 @@ def verdict_on(difference: PairedDifference, more_failures: bool = False) -> str
 
     Args:
         difference: from the baseline, on held-out samples.
-        more_failures: whether the gains have fewer runs with the metric than the baseline: they are no improvement.
+        more_failures: whether the gains have fewer runs with the metric than the baseline: they are
+            no improvement.
     """
     low, high = difference.low, difference.high
-    if math.isnan(low) or math.isnan(high):  # of differences that hardly vary the bootstrap has no interval
+    if math.isnan(low) or math.isnan(
+        high
+    ):  # of differences that hardly vary the bootstrap has no interval
         low = high = difference.mean if difference.p_value < 1.0 - CONFIDENCE else 0.0
     enough = difference.pairs >= MIN_PAIRS
     if enough and low > 0.0:

@@ -37,19 +37,25 @@ def check_search(study: Study, settings: Tune) -> CaseList:
 def _check_design(study: Study, settings: Tune) -> None:
     """Raise SceneError where a study can judge no search.
 
-    Its held-out samples would be those of the search, an objective is better when larger, or a variant has the name of
-    a result.
+    Its held-out samples would be those of the search, an objective is better when larger, or a
+    variant has the name of a result.
     """
     if study.design in ("grid", MORRIS):
         line = f"study: design = {study.design}: its held-out samples would be those of the search"
         raise SceneError(f"{line}; for tune: latin_hypercube, sobol, monte_carlo, saltelli")
     for name in filter(is_better_larger, settings.objectives):
-        line = f"study: tune.objectives: {name}: is better when it is larger, and a search looks for the least"
+        line = (
+            f"study: tune.objectives: {name}: is better when it is larger, and a search looks for "
+            "the least"
+        )
         raise SceneError(f"{line}; for its negative, name a function under metrics")
     least = {f"least_{name}" for name in settings.objectives}
     for name in study.variants:
         if name in least or re.fullmatch(r"compromise_\d+", name):
-            raise SceneError(f"study: variants.{name}: is a name that tune gives to gains it finds; take another name")
+            raise SceneError(
+                f"study: variants.{name}: is a name that tune gives to gains it finds; take "
+                "another name"
+            )
 
 
 def base_changes(study: Study, settings: Tune) -> dict[str, Any]:
@@ -101,6 +107,8 @@ def find_objectives(row: Mapping[str, Any], objectives: Sequence[str]) -> list[l
         if name not in _NO_METRICS and not name.startswith(PARAMETER) and not isinstance(value, str)
     ]
     try:
-        return [[row[column] for column in columns_of(objective, metrics)] for objective in objectives]
+        return [
+            [row[column] for column in columns_of(objective, metrics)] for objective in objectives
+        ]
     except SceneError as error:
         raise SceneError(f"study: tune.objectives: {error}") from None

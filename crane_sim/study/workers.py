@@ -25,9 +25,11 @@ _QUIET: dict[str, Any] = {
     "distributed.admin.tick.interval": "1s",
     "distributed.admin.system-monitor.interval": "10s",
     "distributed.worker.memory.monitor-interval": "1s",
-    "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None,  # pages given back are faulted in anew
+    # pages given back are faulted in anew
+    "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None,
 }
-"""Settings of a cluster on this machine: by default Dask watches itself, for a tenth of the processors' time."""
+"""Settings of a cluster on this machine: by default Dask watches itself, for a tenth of the
+processors' time."""
 
 
 class Workers(NamedTuple):
@@ -40,7 +42,11 @@ class Workers(NamedTuple):
 def errors_of_ended_workers() -> tuple[type[BaseException], ...]:
     """Return the errors that say that a process ended, not that its task failed."""
     distributed = sys.modules.get("distributed")
-    return (BrokenProcessPool,) if distributed is None else (BrokenProcessPool, distributed.KilledWorker)
+    return (
+        (BrokenProcessPool,)
+        if distributed is None
+        else (BrokenProcessPool, distributed.KilledWorker)
+    )
 
 
 class SerialExecutor(Executor):
@@ -116,12 +122,16 @@ def _limit_threads() -> Iterator[None]:
 @contextmanager
 def _dask_workers(scheduler: str, count: int) -> Iterator[Workers]:
     """Yield the workers of a Dask cluster."""
-    dask, distributed = (import_optional(module, "--scheduler") for module in ("dask", "distributed"))
+    dask, distributed = (
+        import_optional(module, "--scheduler") for module in ("dask", "distributed")
+    )
     with ExitStack() as stack:
         if scheduler == LOCAL:
             stack.enter_context(dask.config.set(_QUIET))
             options = {"threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": None}
-            scheduler = stack.enter_context(distributed.LocalCluster(n_workers=count, **options)).scheduler_address
+            scheduler = stack.enter_context(
+                distributed.LocalCluster(n_workers=count, **options)
+            ).scheduler_address
         try:
             client = stack.enter_context(distributed.Client(scheduler, timeout=_CONNECT_TIMEOUT))
             client.wait_for_workers(1, timeout=_FIRST_WORKER_TIMEOUT)

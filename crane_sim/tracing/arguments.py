@@ -44,7 +44,11 @@ def describe(tree: Any, leaves: list[Any], arrays: dict[int, Any]) -> Any:
     return type(tree), tree
 
 
-_NUMBERS: Any = (((bool, np.bool_), Kind.BOOLEAN), (np.uint64, Kind.WORD), ((int, np.integer), Kind.INTEGER))
+_NUMBERS: Any = (
+    ((bool, np.bool_), Kind.BOOLEAN),
+    (np.uint64, Kind.WORD),
+    ((int, np.integer), Kind.INTEGER),
+)
 
 
 def _describe_array(array: Any, leaves: list[Any], arrays: dict[int, Any]) -> Any:
@@ -104,6 +108,9 @@ def text_of(key: Any) -> str:
         return f"({', '.join(map(text_of, key))})"
     if isinstance(key, type):
         return f"{key.__module__}.{key.__qualname__}{getattr(key, '_fields', '')}"
-    if isinstance(key, FunctionType) and getattr(sys.modules.get(key.__module__), key.__qualname__, None) is key:
+    if (
+        isinstance(key, FunctionType)
+        and getattr(sys.modules.get(key.__module__), key.__qualname__, None) is key
+    ):
         return f"{key.__module__}.{key.__qualname__}"  # any other one has an address in its text
     return str(key.descr) if isinstance(key, np.dtype) else repr(key)

@@ -1,8 +1,9 @@
 """Arithmetic on symbols and numbers with Python's rules: integers become reals where they meet one.
 
-No operation is left out or reordered: code that is traced has the bits of its run on floats, signs of zeros included.
-In the packages' own functions, not in those of users, the integers 0 and 1 are structure where they meet a real: 0 x is
-the integer 0, and 0 + x and 1 x are x, which may differ from the run on floats by the sign of a zero.
+No operation is left out or reordered: code that is traced has the bits of its run on floats, signs
+of zeros included. In the packages' own functions, not in those of users, the integers 0 and 1 are
+structure where they meet a real: 0 x is the integer 0, and 0 + x and 1 x are x, which may differ
+from the run on floats by the sign of a zero.
 """
 
 import ctypes
@@ -56,10 +57,21 @@ _STRUCTURAL = {"add", "subtract", "multiply", "divide"}
 _OF_FLAGS = {"both", "either", "differ", "equal", "unequal"}
 _KEEP_NATURAL = {"multiply", "both", "either", "differ", "shift_right"}
 _OPERATORS = {
-    **dict(add="a sum", subtract="a difference", multiply="a product", divide="a quotient", power="a power"),
+    **dict(
+        add="a sum",
+        subtract="a difference",
+        multiply="a product",
+        divide="a quotient",
+        power="a power",
+    ),
     **dict(floor_divide="a quotient", modulo="a remainder", both="&", either="|", differ="^"),
     **dict(shift_right=">>", shift_left="<<", equal="a comparison", unequal="a comparison"),
-    **dict(less="a comparison", less_equal="a comparison", greater="a comparison", greater_equal="a comparison"),
+    **dict(
+        less="a comparison",
+        less_equal="a comparison",
+        greater="a comparison",
+        greater_equal="a comparison",
+    ),
 }
 
 
@@ -151,7 +163,10 @@ def combine(operation: str, a: Any, b: Any) -> Any:
     if operation in _MIRRORED:
         return combine(_MIRRORED[operation], b, a)
     if not (is_number(a) and is_number(b)):
-        raise TraceError(f"{_OPERATORS[operation]} of a number and {_name_of(b if is_number(a) else a)} is not traced")
+        raise TraceError(
+            f"{_OPERATORS[operation]} of a number and {_name_of(b if is_number(a) else a)} is not "
+            "traced"
+        )
     known = _structural(operation, a, b) if graph.structural else None
     if known is not None:
         return known
@@ -163,7 +178,9 @@ def combine(operation: str, a: Any, b: Any) -> Any:
     if kind is Kind.BOOLEAN and operation not in _OF_FLAGS:
         kind = Kind.INTEGER
     x, y = convert(graph, a, kind), convert(graph, b, kind)
-    result = graph.append(operation, (x.number, y.number), (Kind.BOOLEAN if operation in _COMPARISONS else kind,))[0]
+    result = graph.append(
+        operation, (x.number, y.number), (Kind.BOOLEAN if operation in _COMPARISONS else kind,)
+    )[0]
     if kind is Kind.INTEGER:
         _note_least(operation, a, b, result)
     return result
@@ -172,7 +189,11 @@ def combine(operation: str, a: Any, b: Any) -> Any:
 def _structural(operation: str, a: Any, b: Any) -> Any:
     """Return the result, for free, where an operand is the integer 0 or 1 of structure, or None."""
     first, second = (x if type(x) is int else None for x in (a, b))
-    if (first is None and second is None) or operation not in _STRUCTURAL or common_kind(a, b) is not Kind.REAL:
+    if (
+        (first is None and second is None)
+        or operation not in _STRUCTURAL
+        or common_kind(a, b) is not Kind.REAL
+    ):
         return None
     if operation == "multiply":
         if first == 0 or second == 0:
@@ -240,7 +261,9 @@ def divide_with_remainder(graph: Graph, operation: str, a: Any, b: Any) -> Any:
         return _divide_reals(graph, operation, a, b)
     kind = kind if kind is Kind.WORD else Kind.INTEGER
     x, y, divisor = convert(graph, a, kind), convert(graph, b, kind), b
-    if isinstance(b, Value):  # a division by 0, and of the least integer by -1, would end the process
+    if isinstance(
+        b, Value
+    ):  # a division by 0, and of the least integer by -1, would end the process
         divisor = choose(combine("equal", y, 0), 1, y)
         divisor = divisor if kind is Kind.WORD else choose(combine("equal", y, -1), 1, divisor)
     elif b in (0, -1):
@@ -260,7 +283,9 @@ def divide_with_remainder(graph: Graph, operation: str, a: Any, b: Any) -> Any:
 def _shifted_remainder(graph: Graph, kind: Kind, numbers: tuple[int, int], y: Value) -> Value:
     remainder = graph.append("remainder", numbers, (kind,))[0]
     return (
-        remainder if kind is Kind.WORD else choose(_needs_shift(remainder, y), combine("add", remainder, y), remainder)
+        remainder
+        if kind is Kind.WORD
+        else choose(_needs_shift(remainder, y), combine("add", remainder, y), remainder)
     )
 
 
@@ -274,7 +299,11 @@ def _rounded_quotient(graph: Graph, kind: Kind, numbers: tuple[int, int], y: Val
 
 def _needs_shift(remainder: Value, y: Value) -> Any:
     """Return whether a remainder, rounded towards zero, has another sign than the divisor."""
-    return combine("both", combine("unequal", remainder, 0), combine("less", combine("differ", remainder, y), 0))
+    return combine(
+        "both",
+        combine("unequal", remainder, 0),
+        combine("less", combine("differ", remainder, y), 0),
+    )
 
 
 def _divide_reals(graph: Graph, operation: str, a: Any, b: Any) -> Any:
@@ -282,8 +311,11 @@ def _divide_reals(graph: Graph, operation: str, a: Any, b: Any) -> Any:
     x, y = convert(graph, a, Kind.REAL), convert(graph, b, Kind.REAL)
     remainder = call_function("fmod", x, y)
     whole = combine("equal", remainder, 0.0)
-    shifted = combine("both", combine("differ", combine("less", remainder, 0.0), combine("less", y, 0.0)),
-                      combine("unequal", remainder, 0.0))  # fmt: skip
+    shifted = combine(
+        "both",
+        combine("differ", combine("less", remainder, 0.0), combine("less", y, 0.0)),
+        combine("unequal", remainder, 0.0),
+    )
     modulo = choose(shifted, combine("add", remainder, y), remainder)
     if operation == "modulo":
         return choose(whole, call_function("copy_sign", 0.0, y), modulo)
@@ -291,11 +323,17 @@ def _divide_reals(graph: Graph, operation: str, a: Any, b: Any) -> Any:
     quotient = choose(shifted, combine("subtract", quotient, 1.0), quotient)
     rounded = call_function("floor", quotient)
     rounded = choose(
-        combine("greater", combine("subtract", quotient, rounded), 0.5), combine("add", rounded, 1.0), rounded
+        combine("greater", combine("subtract", quotient, rounded), 0.5),
+        combine("add", rounded, 1.0),
+        rounded,
     )
     ratio = combine("divide", x, y)
-    result = choose(combine("equal", quotient, 0.0), call_function("copy_sign", 0.0, ratio), rounded)
-    return choose(combine("equal", y, 0.0), ratio, result)  # as NumPy has it; Python raises an error
+    result = choose(
+        combine("equal", quotient, 0.0), call_function("copy_sign", 0.0, ratio), rounded
+    )
+    return choose(
+        combine("equal", y, 0.0), ratio, result
+    )  # as NumPy has it; Python raises an error
 
 
 def choose(condition: Any, a: Any, b: Any) -> Any:
@@ -303,7 +341,11 @@ def choose(condition: Any, a: Any, b: Any) -> Any:
     if not isinstance(condition, Value):
         return a if condition else b
     graph, kind = condition.graph, common_kind(a, b)
-    x, y, flag = convert(graph, a, kind), convert(graph, b, kind), convert(graph, condition, Kind.BOOLEAN)
+    x, y, flag = (
+        convert(graph, a, kind),
+        convert(graph, b, kind),
+        convert(graph, condition, Kind.BOOLEAN),
+    )
     result = graph.append("select", (flag.number, x.number, y.number), (kind,))[0]
     if kind is Kind.INTEGER and is_natural(a) and is_natural(b):
         graph.least[result.number] = 0
@@ -390,18 +432,26 @@ def call_function(name: str, *numbers: Any) -> Any:
     graph = graph_of(*numbers)
     if graph is None:
         return _call_native(name, numbers)
-    return graph.append(name, tuple(convert(graph, x, Kind.REAL).number for x in numbers), (Kind.REAL,))[0]
+    return graph.append(
+        name, tuple(convert(graph, x, Kind.REAL).number for x in numbers), (Kind.REAL,)
+    )[0]
 
 
 def _operator(operation: str) -> Callable[[Any, Any], Any]:
     return lambda a, b: combine(operation, a, b)
 
 
-for _name, _operation in {"add": "add", "sub": "subtract", "mul": "multiply", "truediv": "divide"}.items():
+for _name, _operation in {
+    "add": "add",
+    "sub": "subtract",
+    "mul": "multiply",
+    "truediv": "divide",
+}.items():
     setattr(Value, f"__{_name}__", _operator(_operation))
     setattr(Value, f"__r{_name}__", lambda b, a, _operation=_operation: combine(_operation, a, b))
 for _name, _operation in {"lt": "less", "gt": "greater"}.items():
     setattr(Value, f"__{_name}__", _operator(_operation))
 Value.__eq__ = lambda a, b: combine("equal", a, b) if is_number(b) else NotImplemented
 Value.__neg__ = negate  # type: ignore[attr-defined]
-"""What the rules of derivatives are written with; the interpreter calls the functions themselves."""
+"""What the rules of derivatives are written with; the interpreter calls the functions
+themselves."""

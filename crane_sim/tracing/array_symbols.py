@@ -10,7 +10,13 @@ from crane_sim.tracing.graph import Graph, Value
 from crane_sim.tracing.instructions import Kind
 from crane_sim.tracing.trace_error import TraceError
 
-_KINDS = {"f8": Kind.REAL, "i8": Kind.INTEGER, "i4": Kind.INTEGER, "u8": Kind.WORD, "b1": Kind.BOOLEAN}
+_KINDS = {
+    "f8": Kind.REAL,
+    "i8": Kind.INTEGER,
+    "i4": Kind.INTEGER,
+    "u8": Kind.WORD,
+    "b1": Kind.BOOLEAN,
+}
 
 
 def code_of(dtype: np.dtype) -> str:
@@ -73,7 +79,9 @@ def allocate(graph: Graph, shape: tuple[Any, ...], dtype: np.dtype) -> ArraySymb
     for length in shape:
         size = combine("multiply", size, length)
     graph.has_allocations = True
-    (address,) = graph.append("allocate", (convert(graph, size, Kind.INTEGER).number,), (Kind.ARRAY,))
+    (address,) = graph.append(
+        "allocate", (convert(graph, size, Kind.INTEGER).number,), (Kind.ARRAY,)
+    )
     return ArraySymbol(address, 0, dtype, shape, contiguous_strides(shape, dtype.itemsize))
 
 
@@ -151,7 +159,8 @@ def locate(array: ArraySymbol, index: Any) -> ArraySymbol:
 def _elements_of(part: slice, length: Any) -> tuple[Any, Any, int]:
     """Return (first index, number of elements, step) of a slice, cut to the array as in Python.
 
-    One whose bounds are known lies in an array whose length is not, so its number of elements is known as well.
+    One whose bounds are known lies in an array whose length is not, so its number of elements is
+    known as well.
     """
     step = 1 if part.step is None else part.step
     bounds = part.start, part.stop
@@ -195,7 +204,9 @@ def from_start(i: Any, length: Any) -> Any:
         if i.kind is Kind.REAL:
             raise TraceError("an index that is a real")
         return (
-            i if is_natural(i) or i.kind is Kind.WORD else choose(combine("less", i, 0), combine("add", i, length), i)
+            i
+            if is_natural(i) or i.kind is Kind.WORD
+            else choose(combine("less", i, 0), combine("add", i, length), i)
         )
     if not hasattr(i, "__index__"):
         raise TraceError(f"{i!r} as an index is not traced")
@@ -285,7 +296,9 @@ def extreme(array: ArraySymbol, name: str) -> Value:
     better = "less" if name == "min" else "greater"
 
     def turn(best: Any, x: Any) -> Any:
-        return choose(combine("either", combine(better, x, best), combine("unequal", x, x)), x, best)
+        return choose(
+            combine("either", combine(better, x, best), combine("unequal", x, x)), x, best
+        )
 
     return _reduce(array, turn, get_item(array, 0))
 

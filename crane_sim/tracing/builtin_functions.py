@@ -237,7 +237,9 @@ def _simd_range(graph: Graph, *bounds: Any) -> range | SimdRange:
 
 def _local_array(graph: Graph, shape: tuple[int, ...]) -> ArraySymbol:
     if graph.is_in_a_block:
-        raise TraceError("an array of a function's own inside a loop or a branch: it is one for all turns")
+        raise TraceError(
+            "an array of a function's own inside a loop or a branch: it is one for all turns"
+        )
     dtype = np.dtype(float)
     strides = array_symbols.contiguous_strides(shape, dtype.itemsize)
     return ArraySymbol(graph.new_slot(math.prod(shape)), 0, dtype, shape, strides)
@@ -298,9 +300,26 @@ HANDLERS: dict[Any, Callable[..., Any]] = {
     simd_range: _simd_range,
     local_array: _local_array,
     use_wide_vectors: _use_wide_vectors,
-    **{getattr(math, name): _function(name)
-       for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "tanh", "sinh", "cosh", "atan2",
-                    "hypot", "fmod")},
+    **{
+        getattr(math, name): _function(name)
+        for name in (
+            "sqrt",
+            "exp",
+            "log",
+            "sin",
+            "cos",
+            "tan",
+            "asin",
+            "acos",
+            "atan",
+            "tanh",
+            "sinh",
+            "cosh",
+            "atan2",
+            "hypot",
+            "fmod",
+        )
+    },
     np.sqrt: _function("sqrt"),
     np.tanh: _function("tanh"),
     np.sin: _function("sin"),
@@ -308,5 +327,5 @@ HANDLERS: dict[Any, Callable[..., Any]] = {
     np.exp: _function("exp"),
     np.isnan: _is_nan,
     np.isfinite: _is_finite,
-}  # fmt: skip
+}
 """What functions that have no source in Python, or another one there, are on symbols."""

@@ -1,7 +1,8 @@
 """Traced functions as C source (C99) that needs nothing but the C library.
 
-Compile it without contraction of products and sums (`-ffp-contract=off`): what is rounded once stands there as `fma`;
-and without another way to powers (`-fno-builtin-pow`): x x has not always the bits of pow(x, 2).
+Compile it without contraction of products and sums (`-ffp-contract=off`): what is rounded once
+stands there as `fma`; and without another way to powers (`-fno-builtin-pow`): x x has not always
+the bits of pow(x, 2).
 """
 
 import math
@@ -20,16 +21,46 @@ _TYPES = {
     Kind.TANGENT: "struct tangent",
 }
 _MEMORY_TYPES = {
-    **{"f8": "double", "i8": "int64_t", "u8": "uint64_t", "i4": "int32_t", "b1": "uint8_t", "p8": "char *"},
+    **{
+        "f8": "double",
+        "i8": "int64_t",
+        "u8": "uint64_t",
+        "i4": "int32_t",
+        "b1": "uint8_t",
+        "p8": "char *",
+    },
     "t8": "struct tangent",
 }
 _ARITHMETIC = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
 _BINARY = {
-    **{"less": "<", "less_equal": "<=", "equal": "==", "unequal": "!=", "both": "&", "either": "|", "differ": "^"},
+    **{
+        "less": "<",
+        "less_equal": "<=",
+        "equal": "==",
+        "unequal": "!=",
+        "both": "&",
+        "either": "|",
+        "differ": "^",
+    },
     **{"shift_right": ">>", "quotient": "/", "remainder": "%"},
 }
 _CALLED = {
-    **{name: name for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "tanh", "sinh")},
+    **{
+        name: name
+        for name in (
+            "sqrt",
+            "exp",
+            "log",
+            "sin",
+            "cos",
+            "tan",
+            "asin",
+            "acos",
+            "atan",
+            "tanh",
+            "sinh",
+        )
+    },
     **{name: name for name in ("cosh", "atan2", "hypot", "fmod", "fma", "floor", "ceil")},
     **{
         "add_scaled": "add_scaled",
@@ -40,8 +71,13 @@ _CALLED = {
         "copy_sign": "copysign",
     },
 }
-_CONVERSIONS = {"to_real": "double", "to_integer": "int64_t", "flag_to_integer": "int64_t", "to_word": "uint64_t",
-                "word_to_integer": "int64_t"}  # fmt: skip
+_CONVERSIONS = {
+    "to_real": "double",
+    "to_integer": "int64_t",
+    "flag_to_integer": "int64_t",
+    "to_word": "uint64_t",
+    "word_to_integer": "int64_t",
+}
 _HEAD = f"""#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -84,7 +120,9 @@ def c_source(function: Function, name: str) -> str:
     texts = [_FunctionSource(f).text for f in functions]
     kinds = list(zip(function.block.parameters, function.parameter_kinds, strict=True))
     parameters = ", ".join(_parameter(kind, number) for number, kind in kinds)
-    passed = "".join(f", (char *)v{number}" if kind is Kind.ARRAY else f", v{number}" for number, kind in kinds)
+    passed = "".join(
+        f", (char *)v{number}" if kind is Kind.ARRAY else f", v{number}" for number, kind in kinds
+    )
     entry = (
         f"void {name}({parameters}) {{\n    struct block *memory = NULL;\n"
         f"    {_name_of(function)}(&memory{passed});\n    release(memory);\n}}"
@@ -124,8 +162,10 @@ class _FunctionSource:
         self._indent = 1
         self._write_block(function.block)
         self._write_results(function.block.results)
-        parameters = "".join(f", {self._declaration(number)}" for number in function.block.parameters)
-        head = f"static {self._result_type(function)} {_name_of(function)}(struct block **memory{parameters}) {{"
+        parameters = "".join(
+            f", {self._declaration(number)}" for number in function.block.parameters
+        )
+        head = f"static {self._result_type(function)} {_name_of(function)}(struct block **memory{parameters}) {{"  # noqa: E501
         top = (*self._result_struct(), *self._tables, head, *self._slots)
         self.text = "\n".join((*top, *self._lines, "}", ""))
 
@@ -164,7 +204,9 @@ class _FunctionSource:
 
     def _write_block(self, block: Block) -> None:
         for instruction in block.instructions:
-            writer: Callable[[Instruction], None] | None = getattr(self, f"_write_{instruction.operation}", None)
+            writer: Callable[[Instruction], None] | None = getattr(
+                self, f"_write_{instruction.operation}", None
+            )
             if writer:
                 writer(instruction)
             else:
@@ -188,7 +230,10 @@ class _FunctionSource:
         if operation == "select":
             return f"{names[0]} ? {names[1]} : {names[2]}"
         if operation == "shift_left":
-            return f"({_TYPES[self._kind(instruction.results[0])]})((uint64_t){names[0]} << {names[1]})"
+            return (
+                f"({_TYPES[self._kind(instruction.results[0])]})((uint64_t){names[0]} << "
+                f"{names[1]})"
+            )
         if operation == "negate":
             real = self._kind(instruction.results[0]) is Kind.REAL
             return f"-{names[0]}" if real else f"(int64_t)(0 - (uint64_t){names[0]})"
@@ -219,14 +264,20 @@ class _FunctionSource:
         self._define(instruction.results[0], f"allocate(memory, v{instruction.arguments[0]})")
 
     def _write_move(self, instruction: Instruction) -> None:
-        self._define(instruction.results[0], self._place(instruction.arguments, instruction.literal))
+        self._define(
+            instruction.results[0], self._place(instruction.arguments, instruction.literal)
+        )
 
     def _place(self, arguments: tuple[int, ...], offset: int) -> str:
-        return " + ".join([f"v{number}" for number in arguments] + ([str(offset)] if offset else []))
+        return " + ".join(
+            [f"v{number}" for number in arguments] + ([str(offset)] if offset else [])
+        )
 
     def _write_read(self, instruction: Instruction) -> None:
         offset, code = instruction.literal
-        self._define(instruction.results[0], f"read_{code}({self._place(instruction.arguments, offset)})")
+        self._define(
+            instruction.results[0], f"read_{code}({self._place(instruction.arguments, offset)})"
+        )
 
     def _write_write(self, instruction: Instruction) -> None:
         (value, *address), (offset, code) = instruction.arguments, instruction.literal
@@ -237,7 +288,7 @@ class _FunctionSource:
     def _write_call(self, instruction: Instruction) -> None:
         callee: Function = instruction.literal
         results = instruction.results
-        call = f"{_name_of(callee)}(memory{''.join(f', v{number}' for number in instruction.arguments)})"
+        call = f"{_name_of(callee)}(memory{''.join(f', v{number}' for number in instruction.arguments)})"  # noqa: E501
         if len(results) < 2:
             self._write(f"{self._declaration(results[0])} = {call};" if results else f"{call};")
             return

@@ -13,7 +13,9 @@ from importlib.metadata import version
 from pathlib import Path
 
 _LLVMLITE = version("llvmlite")
-_PACKAGES = tuple(Path(__file__).resolve().parents[2] / name for name in ("crane_sim", "crane_control"))
+_PACKAGES = tuple(
+    Path(__file__).resolve().parents[2] / name for name in ("crane_sim", "crane_control")
+)
 UNDIGESTED = (
     "gym",
     "operator",
@@ -25,7 +27,8 @@ UNDIGESTED = (
     "cli",
     "nodes",
 )
-"""Folders of a package with no compiled code and not imported by any: a change there does not invalidate the cache."""
+"""Folders of a package with no compiled code and not imported by any: a change there does not
+invalidate the cache."""
 
 
 def digest(folders: tuple[Path, ...] = _PACKAGES) -> str:
@@ -48,7 +51,9 @@ class SourceState:
     def __init__(self, folders: tuple[Path, ...] = _PACKAGES) -> None:
         """Take a snapshot of the sources below `folders`, those of `digest`."""
         self._folders = folders
-        self._stamps = self._read_stamps()  # stamps first, so that a change during hashing is noticed later
+        self._stamps = (
+            self._read_stamps()
+        )  # stamps first, so that a change during hashing is noticed later
         self.digest = digest(folders)
 
     def is_current(self) -> bool:
@@ -93,7 +98,9 @@ def _sources_below(folder: str, undigested: set[str]) -> Iterator[str]:
         if entry.is_dir():
             if entry.path not in undigested:
                 yield from _sources_below(entry.path, undigested)
-        elif entry.name.endswith(".py") and entry.is_file():  # not an editor's lock, a link to nowhere
+        elif (
+            entry.name.endswith(".py") and entry.is_file()
+        ):  # not an editor's lock, a link to nowhere
             yield entry.path
 
 
@@ -103,7 +110,11 @@ MAX_CACHES = 8  # folders of compiled code that are kept, one for each state of 
 
 def cache_root() -> Path:
     """Return the folder for compiled code of all sources: $CRANE_SIM_CACHE, else the user's."""
-    return Path(os.environ.get("CRANE_SIM_CACHE") or os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))
+    return Path(
+        os.environ.get("CRANE_SIM_CACHE")
+        or os.environ.get("XDG_CACHE_HOME")
+        or os.path.expanduser("~/.cache")
+    )
 
 
 def cache_folder() -> Path:
@@ -127,7 +138,8 @@ def cache_folder() -> Path:
 def _temporary_folder() -> Path:
     """Return a folder of this user's among temporary files, where others could make one as well.
 
-    What it contains is executed: where the folder is another user's, or a link, there is a new one for this process.
+    What it contains is executed: where the folder is another user's, or a link, there is a new one
+    for this process.
     """
     folder = Path(tempfile.gettempdir()) / f"crane_sim_{os.getuid()}"
     with suppress(FileExistsError):

@@ -1,6 +1,7 @@
 """Calls while tracing: a function is traced once for each structure of its arguments.
 
-Entry points of one kind of scene share most functions: what has been traced is kept for those that follow.
+Entry points of one kind of scene share most functions: what has been traced is kept for those that
+follow.
 """
 
 import itertools
@@ -28,10 +29,12 @@ from crane_sim.tracing.trace_error import TraceError
 from crane_sim.tracing.trees import rebuilt
 
 _DEPTH = 60
-"""Functions run in place that are inside one another at most: one that calls itself is then refused."""
+"""Functions run in place that are inside one another at most: one that calls itself is then
+refused."""
 _ARRAYS: Any = (list, np.ndarray)
 _LIBRARIES = {"builtins", "math", "numpy", "operator", "_operator", "functools"}
-"""Modules whose functions of what is known are called while tracing: they have one result for the same arguments."""
+"""Modules whose functions of what is known are called while tracing: they have one result for the
+same arguments."""
 _LIBRARY_SOURCES = ("crane_sim.tracing", "functools", "typing", "numpy", "collections")
 
 
@@ -64,7 +67,9 @@ class Calls:
         self.forward_mode = ForwardMode()
         self.functions: set[types.FunctionType] = set()  # that are traced
 
-    def call(self, graph: Graph, function: Any, arguments: list[Any], keywords: dict[str, Any]) -> Any:
+    def call(
+        self, graph: Graph, function: Any, arguments: list[Any], keywords: dict[str, Any]
+    ) -> Any:
         """Return the result of a call of any function or class with symbols and objects.
 
         Raises:
@@ -84,7 +89,12 @@ class Calls:
         return self.call_traced(graph, implementation, arguments, keywords, inlined)
 
     def call_traced(
-        self, graph: Graph, function: types.FunctionType, arguments: list[Any], keywords: dict[str, Any], inlined: bool
+        self,
+        graph: Graph,
+        function: types.FunctionType,
+        arguments: list[Any],
+        keywords: dict[str, Any],
+        inlined: bool,
     ) -> Any:
         """Return the result of a call of a function that is traced on its own, or run in place.
 
@@ -98,10 +108,14 @@ class Calls:
         leaves, traced = self._find_traced(graph, source, variables, inlined)
         graph.has_allocations |= traced.function.graph.has_allocations
         graph.has_wide_vectors |= inlined and traced.function.graph.has_wide_vectors
-        results = graph.append("call", numbers_of(leaves), traced.function.result_kinds, traced.function)
+        results = graph.append(
+            "call", numbers_of(leaves), traced.function.result_kinds, traced.function
+        )
         inner = zip(results, traced.function.block.results, strict=True)
         least = traced.function.graph.least
-        graph.least.update((result.number, 0) for result, number in inner if least.get(number, -1) >= 0)
+        graph.least.update(
+            (result.number, 0) for result, number in inner if least.get(number, -1) >= 0
+        )
         return traced.result(iter(results))
 
     def function_of(
@@ -127,7 +141,9 @@ class Calls:
             if whole in self._under_way:
                 raise TraceError(f"{source.name} calls itself: recursion is not traced")
             self._under_way.add(whole)
-            traced = self._trace(source, tuple(variables), rebuild, tuple(leaf.kind for leaf in leaves), inlined)
+            traced = self._trace(
+                source, tuple(variables), rebuild, tuple(leaf.kind for leaf in leaves), inlined
+            )
             self._keep(whole, traced)
         self.functions |= traced.functions
         return tuple(leaves), traced
@@ -135,8 +151,15 @@ class Calls:
     def _run_in_place(self, graph: Graph, source: Source, variables: dict[str, Any]) -> Any:
         """Return the result of a short function without branches, inlined into the caller."""
         self.functions.add(source.function)
-        arrays = {name: self.as_argument(graph, x) for name, x in variables.items() if isinstance(x, _ARRAYS)}
-        outer, graph.structural = graph.structural, _is_of_packages(source.function.__code__.co_filename)
+        arrays = {
+            name: self.as_argument(graph, x)
+            for name, x in variables.items()
+            if isinstance(x, _ARRAYS)
+        }
+        outer, graph.structural = (
+            graph.structural,
+            _is_of_packages(source.function.__code__.co_filename),
+        )
         self._depth += 1
         try:
             outcome = run(Frame(graph, self, source, variables | arrays, {}), source.body)
@@ -146,21 +169,34 @@ class Calls:
         return outcome.value if isinstance(outcome, Returned) else None
 
     def _trace(
-        self, source: Source, names: tuple[str, ...], rebuild: Rebuild, kinds: tuple[Kind, ...], inlined: bool
+        self,
+        source: Source,
+        names: tuple[str, ...],
+        rebuild: Rebuild,
+        kinds: tuple[Kind, ...],
+        inlined: bool,
     ) -> Traced:
         result_kinds: dict[int, Kind] = {}
         outer, self.functions = self.functions, {source.function}
         while True:
             try:
-                graph, block, result = self._trace_block(source, names, rebuild, kinds, result_kinds)
+                graph, block, result = self._trace_block(
+                    source, names, rebuild, kinds, result_kinds
+                )
             except ResultChange:
                 continue
             inner, self.functions = self.functions, outer
             graph.close()
             variant = getattr(source.function, "without_lanes", None)
-            other = self._trace(source_of(variant), names, rebuild, kinds, inlined).function if variant else None
+            other = (
+                self._trace(source_of(variant), names, rebuild, kinds, inlined).function
+                if variant
+                else None
+            )
             name = f"{source.name.strip('<>')}.{next(_NUMBERS)}"
-            return Traced(Function(name, source.function, graph, block, inlined, other), result, inner)
+            return Traced(
+                Function(name, source.function, graph, block, inlined, other), result, inner
+            )
 
     def _keep(self, whole: Any, traced: Traced) -> None:
         if all(_is_of_packages(function.__code__.co_filename) for function in traced.functions):
@@ -170,9 +206,13 @@ class Calls:
         self._own[whole] = traced
 
     def _trace_block(
-        self, source: Source, names: tuple[str, ...], rebuild: Rebuild, kinds: tuple[Kind, ...],
+        self,
+        source: Source,
+        names: tuple[str, ...],
+        rebuild: Rebuild,
+        kinds: tuple[Kind, ...],
         result_kinds: dict[int, Kind],
-    ) -> tuple[Graph, Block, Rebuild]:  # fmt: skip
+    ) -> tuple[Graph, Block, Rebuild]:
         graph = Graph()
         graph.structural = _is_of_packages(source.function.__code__.co_filename)
         results: list[Rebuild] = []
@@ -180,7 +220,9 @@ class Calls:
         def values(*symbols: Value) -> tuple[Value, ...]:
             variables = dict(zip(names, rebuild(iter(symbols)), strict=True))
             outcome = run(Frame(graph, self, source, variables, result_kinds), source.body)
-            leaves, result = split(outcome.value if isinstance(outcome, Returned) else None, graph, False)
+            leaves, result = split(
+                outcome.value if isinstance(outcome, Returned) else None, graph, False
+            )
             results.append(result)
             return tuple(leaves)
 
@@ -206,8 +248,11 @@ class Calls:
     def constant_array(self, graph: Graph, array: np.ndarray, index: Any) -> Any:
         """Return what a constant array has at an index."""
         indices = index if isinstance(index, tuple) else (index,)
-        if any(isinstance(i, Value) or (isinstance(i, slice) and any(isinstance(x, Value) for x in (i.start, i.stop)))
-               for i in indices):  # fmt: skip
+        if any(
+            isinstance(i, Value)
+            or (isinstance(i, slice) and any(isinstance(x, Value) for x in (i.start, i.stop)))
+            for i in indices
+        ):
             return array_symbols.get_item(self.array_of(graph, array), index)
         part = array[index]
         return part if isinstance(part, np.ndarray) else part.item()
@@ -225,7 +270,9 @@ def trace_on_arrays(function: types.FunctionType, sizes: tuple[int | None, ...])
 
     def run_on(*symbols: Value) -> tuple[Value, ...]:
         pairs = zip(symbols, sizes, strict=True)
-        arguments = [x if n is None else ArraySymbol(x, 0, real, (n,), (real.itemsize,)) for x, n in pairs]
+        arguments = [
+            x if n is None else ArraySymbol(x, 0, real, (n,), (real.itemsize,)) for x, n in pairs
+        ]
         calls.call_traced(graph, function, arguments, {}, True)
         return ()
 
@@ -256,14 +303,18 @@ def _handler_of(function: Any) -> Any:
 
 def _is_traced(function: Any) -> bool:
     """Return whether a function is traced from its source."""
-    return isinstance(function, types.FunctionType) and not (function.__module__ or "").startswith(_LIBRARY_SOURCES)
+    return isinstance(function, types.FunctionType) and not (function.__module__ or "").startswith(
+        _LIBRARY_SOURCES
+    )
 
 
 def _call_untraced(function: Any, arguments: list[Any], keywords: dict[str, Any]) -> Any:
     """Return the result of a function or class that Python calls while tracing."""
     owner = getattr(function, "__self__", None)
     module = getattr(function, "__module__", None) or type(owner).__module__
-    of_tuple = any(issubclass(cls, tuple) for cls in (function, owner, type(owner)) if isinstance(cls, type))
+    of_tuple = any(
+        issubclass(cls, tuple) for cls in (function, owner, type(owner)) if isinstance(cls, type)
+    )
     if of_tuple or module.startswith("crane_sim.tracing"):
         return function(*arguments, **keywords)
     known = not _has_symbols((*arguments, *keywords.values()))
@@ -273,7 +324,11 @@ def _call_untraced(function: Any, arguments: list[Any], keywords: dict[str, Any]
 
 
 def _name_of(function: Any) -> str:
-    name = getattr(function, "__qualname__", None) or getattr(function, "__name__", None) or repr(function)
+    name = (
+        getattr(function, "__qualname__", None)
+        or getattr(function, "__name__", None)
+        or repr(function)
+    )
     module = getattr(function, "__module__", None)
     return name if module in (None, "builtins") else f"{module}.{name}"
 
@@ -305,14 +360,23 @@ def take_apart(tree: Any, graph: Graph, integers: bool) -> tuple[list[Value], An
         return leaves, key, lambda it: with_address(tree, next(it), it)
     if isinstance(tree, Value):
         natural = arithmetic.is_natural(tree)
-        return [graph.lift(tree, tree.kind)], (tree.kind, natural), _take_natural if natural else next
+        return (
+            [graph.lift(tree, tree.kind)],
+            (tree.kind, natural),
+            _take_natural if natural else next,
+        )
     if isinstance(tree, float) or (integers and type(tree) is int):
-        value, natural = graph.constant(tree, arithmetic.number_kind(tree)), type(tree) is int and tree >= 0
+        value, natural = (
+            graph.constant(tree, arithmetic.number_kind(tree)),
+            type(tree) is int and tree >= 0,
+        )
         return [value], (value.kind, natural), _take_natural if natural else next
     return [], (type(tree), tree), lambda it: tree
 
 
-def _take_tuple_apart(tree: tuple[Any, ...], graph: Graph, integers: bool) -> tuple[list[Value], Any, Rebuild]:
+def _take_tuple_apart(
+    tree: tuple[Any, ...], graph: Graph, integers: bool
+) -> tuple[list[Value], Any, Rebuild]:
     parts = [take_apart(part, graph, integers) for part in tree]
     leaves = [leaf for part, _, _ in parts for leaf in part]
     key = type(tree), *(part_key for _, part_key, _ in parts)

@@ -1,9 +1,10 @@
 """Machine code of entry points on disk, in a folder for each state of the sources.
 
-What is read fits by construction: the folder is named after a digest of the packages' sources, the file after the
-function, the structure of its arguments, the processor and the compiler. Of functions of other files, such as a law of
-the user's, the file has what they depend on: digests of their files, and the outer values that they use. A file that is
-damaged, or cannot be written, costs a compilation, and so does code that depends on anything else.
+What is read fits by construction: the folder is named after a digest of the packages' sources, the
+file after the function, the structure of its arguments, the processor and the compiler. Of
+functions of other files, such as a law of the user's, the file has what they depend on: digests of
+their files, and the outer values that they use. A file that is damaged, or cannot be written, costs
+a compilation, and so does code that depends on anything else.
 """
 
 import hashlib
@@ -49,13 +50,17 @@ def read_entry(function: Any, key: Any) -> Any:
         if hashlib.sha256(data).digest() != digest:
             return None
         files, values, code = pickle.loads(data)
-        fits = all(_digest_of(file) == known for file, known in files) and all(map(_is_current, values))
+        fits = all(_digest_of(file) == known for file, known in files) and all(
+            map(_is_current, values)
+        )
         return code if fits else None
     except Exception:  # a file of code may hold anything: whatever it is, there is none
         return None
 
 
-def write_entry(function: Any, key: Any, code: Any, functions: Iterable[types.FunctionType]) -> None:
+def write_entry(
+    function: Any, key: Any, code: Any, functions: Iterable[types.FunctionType]
+) -> None:
     """Keep code, where the folder can be written and the code can be read again.
 
     Args:
@@ -80,7 +85,11 @@ def write_entry(function: Any, key: Any, code: Any, functions: Iterable[types.Fu
 def note_implementation(function: Any, cls: Any, implementation: Any) -> None:
     """Note an implementation outside the packages and its type's file: its code is kept apart."""
     file = implementation.__code__.co_filename
-    of_cls = getattr(sys.modules.get(cls.__module__), "__file__", None) if isinstance(cls, type) else None
+    of_cls = (
+        getattr(sys.modules.get(cls.__module__), "__file__", None)
+        if isinstance(cls, type)
+        else None
+    )
     if file != of_cls and not SOURCES_AT_IMPORT.includes(file):
         _OTHER_IMPLEMENTATIONS.add(f"{function.__module__}.{function.__qualname__} {cls} {file}")
 
@@ -89,7 +98,13 @@ def _file(function: Any, key: Any) -> Path:
     text = f"{text_of(key)} {sorted(_states_of_types(key))}"
     if function.__closure__ or " at 0x" in text:
         raise _Unknown  # two functions of one name, and objects that have no text of their own
-    name = function.__module__, function.__qualname__, function.__code__.co_filename, text, *compiler_name()
+    name = (
+        function.__module__,
+        function.__qualname__,
+        function.__code__.co_filename,
+        text,
+        *compiler_name(),
+    )
     digest = hashlib.sha256(repr((name, sorted(_OTHER_IMPLEMENTATIONS))).encode()).hexdigest()
     return cache_folder() / f"{function.__name__}-{digest[:24]}.code"
 
@@ -99,7 +114,11 @@ def _states_of_types(key: Any) -> Iterator[str]:
     if isinstance(key, tuple):
         for part in key:
             yield from _states_of_types(part)
-    elif isinstance(key, type) and hasattr(key, "_fields") and not SOURCES_AT_IMPORT.includes(_file_of(key) or ""):
+    elif (
+        isinstance(key, type)
+        and hasattr(key, "_fields")
+        and not SOURCES_AT_IMPORT.includes(_file_of(key) or "")
+    ):
         yield _state_of(key)
 
 
@@ -107,10 +126,15 @@ def _file_of(x: Any) -> str | None:
     return getattr(sys.modules.get(getattr(x, "__module__", None) or ""), "__file__", None)
 
 
-def _dependencies(functions: Iterable[types.FunctionType]) -> tuple[list[tuple[str, str]], list[_OuterValue]]:
+def _dependencies(
+    functions: Iterable[types.FunctionType],
+) -> tuple[list[tuple[str, str]], list[_OuterValue]]:
     """Return (other files with their digests, outer values) that code of functions depends on."""
     others = [f for f in functions if not SOURCES_AT_IMPORT.includes(f.__code__.co_filename)]
-    if any(f.__closure__ or os.stat(f.__code__.co_filename).st_mtime_ns != source_of(f).time_stamp for f in others):
+    if any(
+        f.__closure__ or os.stat(f.__code__.co_filename).st_mtime_ns != source_of(f).time_stamp
+        for f in others
+    ):
         raise _Unknown  # a file that has changed since has other code
     files = sorted({f.__code__.co_filename for f in others})
     values = {
@@ -145,7 +169,11 @@ def _state_of(x: Any) -> str:
         return f"{type(x).__qualname__}({', '.join(map(_state_of, x))})"
     if isinstance(x, np.ndarray) and not x.dtype.hasobject:
         return f"{x.dtype} {x.shape} {hashlib.sha256(x.tobytes()).hexdigest()}"
-    module = x if isinstance(x, types.ModuleType) else sys.modules.get(getattr(x, "__module__", None) or "")
+    module = (
+        x
+        if isinstance(x, types.ModuleType)
+        else sys.modules.get(getattr(x, "__module__", None) or "")
+    )
     name = getattr(x, "__qualname__", None) or getattr(x, "__name__", None)
     if module is None or name is None:
         raise _Unknown
@@ -153,7 +181,9 @@ def _state_of(x: Any) -> str:
     if not file or SOURCES_AT_IMPORT.includes(file):
         return f"{module.__name__} {name}"
     defaults = tuple(getattr(x, "_field_defaults", {}).values()) or getattr(x, "__defaults__", None)
-    line = getattr(getattr(x, "__code__", None), "co_firstlineno", 0)  # a condition may decide which of two it is
+    line = getattr(
+        getattr(x, "__code__", None), "co_firstlineno", 0
+    )  # a condition may decide which of two it is
     return f"{module.__name__} {name}:{line} {_digest_of(file)} {_state_of(defaults)}"
 
 

@@ -1,7 +1,8 @@
 """Rules of forward mode: partial derivatives of each operation by each of its operands.
 
-A slope that is infinite counts as 0: it is that of a length, or of an angle, where a length vanishes, and what is made
-of it, such as |v| v, has a derivative there. So has |x| at 0, the mean of both sides.
+A slope that is infinite counts as 0: it is that of a length, or of an angle, where a length
+vanishes, and what is made of it, such as |v| v, has a derivative there. So has |x| at 0, the mean
+of both sides.
 """
 
 from collections.abc import Callable
@@ -66,7 +67,10 @@ RULES: dict[str, tuple[Slope, ...]] = {
     "cosh": (lambda r, x: call_function("sinh", x),),
     "tanh": (lambda r, x: (1.0 - r) * (1.0 + r),),
     "hypot": (lambda r, x, y: x * _inverse(r), lambda r, x, y: y * _inverse(r)),
-    "atan2": (lambda r, y, x: x * _inverse(x * x + y * y), lambda r, y, x: -y * _inverse(x * x + y * y)),
+    "atan2": (
+        lambda r, y, x: x * _inverse(x * x + y * y),
+        lambda r, y, x: -y * _inverse(x * x + y * y),
+    ),
     "power": (_of_power, _of_exponent),
     "fmod": (_one, _whole_quotient),
 }

@@ -2,10 +2,10 @@
 
     value, derivative = directional_derivatives(f, (x, y), (x_directions, None))
 
-computes f(x, y) and, at the same time, its derivatives along `DIRECTIONS` directions of x. A direction is a tree like
-its argument: in place of a float an array (DIRECTIONS,), in place of an array one with a last axis (…, DIRECTIONS),
-contiguous, None for what does not move. So is a derivative like the value; what is no real, or an array that nothing
-moves, is itself there.
+computes f(x, y) and, at the same time, its derivatives along `DIRECTIONS` directions of x. A
+direction is a tree like its argument: in place of a float an array (DIRECTIONS,), in place of an
+array one with a last axis (…, DIRECTIONS), contiguous, None for what does not move. So is a
+derivative like the value; what is no real, or an array that nothing moves, is itself there.
 """
 
 import types
@@ -33,8 +33,9 @@ def directional_derivatives(f: Any, arguments: Any, directions: Any) -> Any:
     """Return (f(*arguments), its derivatives along directions of the arguments).
 
     Raises:
-        SceneError: f has an operation whose derivative is not known, as derivatives have, or stores what moves where
-            nothing does; a direction is that of an integer, or of an array that is not contiguous.
+        SceneError: f has an operation whose derivative is not known, as derivatives have, or stores
+            what moves where nothing does; a direction is that of an integer, or of an array that is
+            not contiguous.
     """
     return _IN_PYTHON.run(f, arguments, directions)
 
@@ -47,7 +48,9 @@ _derive.optimisation = NONE  # type: ignore[attr-defined]  # Python calls it for
 _IN_PYTHON = EntryPoint(_derive)
 
 
-def trace_derivatives(calls: Calls, graph: Graph, f: Any, arguments: Any, directions: Any) -> tuple[Any, Any]:
+def trace_derivatives(
+    calls: Calls, graph: Graph, f: Any, arguments: Any, directions: Any
+) -> tuple[Any, Any]:
     """Note a call of `directional_derivatives`; return its result."""
     given, seeds = (calls.as_argument(graph, tuple(x)) for x in (arguments, directions))
     if isinstance(f, types.MethodType):
@@ -56,18 +59,24 @@ def trace_derivatives(calls: Calls, graph: Graph, f: Any, arguments: Any, direct
     rest = variables[len(given) :]  # defaults
     tangents = list(_tangents_of(graph, (*given, *rest), (*seeds, *[None] * len(rest))))
     moved = tuple(tangent is not None for tangent in tangents)
-    addresses = frozenset(i for i, kind in enumerate(traced.function.result_kinds) if kind is Kind.ARRAY)
+    addresses = frozenset(
+        i for i, kind in enumerate(traced.function.result_kinds) if kind is Kind.ARRAY
+    )
     try:
         transformed = calls.forward_mode.transform(traced.function, moved, addresses)
     except ArgumentsNeeded as error:
-        raise TraceError("a number that moves is stored in an argument without directions") from error
+        raise TraceError(
+            "a number that moves is stored in an argument without directions"
+        ) from error
     function, count = transformed.function, len(transformed.moved)
     graph.has_allocations |= function.graph.has_allocations
     numbers = numbers_of((*leaves, *(tangent for tangent in tangents if tangent is not None)))
     results = graph.append("call", numbers, function.result_kinds, function)
     rest = iter(results[count:])
     value = traced.result(iter(results[:count]))
-    return value, _Derivative(graph, iter([next(rest) if moves else None for moves in transformed.moved])).of(value)
+    return value, _Derivative(
+        graph, iter([next(rest) if moves else None for moves in transformed.moved])
+    ).of(value)
 
 
 directional_derivatives.traced_by = trace_derivatives  # type: ignore[attr-defined]
@@ -90,7 +99,10 @@ def _tangents_of(graph: Graph, tree: Any, direction: Any) -> Iterator[Value | No
 def _address_of_tangents(graph: Graph, array: Any, direction: ArraySymbol) -> Value:
     for part in (array, direction):
         if isinstance(part, ArraySymbol) and not is_contiguous(part):
-            raise TraceError("derivatives by an array, or a direction, whose elements may be apart: give a copy of it")
+            raise TraceError(
+                "derivatives by an array, or a direction, whose elements may be apart: give a copy "
+                "of it"
+            )
     return base_address(graph, direction)
 
 
@@ -116,7 +128,11 @@ class _Derivative:
             next(self._tangents)
         if isinstance(value, Value):
             return self._store(tangent) if value.kind is Kind.REAL else value
-        return value if tangent is None or value.dtype != _REALS else _array_of_tangents(value, tangent)
+        return (
+            value
+            if tangent is None or value.dtype != _REALS
+            else _array_of_tangents(value, tangent)
+        )
 
     def _store(self, tangent: Value | None) -> ArraySymbol:
         graph, array = self._graph, allocate(self._graph, (DIRECTIONS,), _REALS)

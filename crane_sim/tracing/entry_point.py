@@ -1,7 +1,7 @@
 """Functions that Python calls as machine code, traced once per structure of their arguments.
 
-The code of a structure is kept in a folder of the user's (`code_cache`). It is the source's own, so Python can run a
-function as it stands instead: with CRANE_SIM_INTERPRETED=1 it does.
+The code of a structure is kept in a folder of the user's (`code_cache`). It is the source's own, so
+Python can run a function as it stands instead: with CRANE_SIM_INTERPRETED=1 it does.
 """
 
 import gc
@@ -33,7 +33,8 @@ from crane_sim.tracing.trees import rebuilt
 
 INTERPRETED = os.environ.get("CRANE_SIM_INTERPRETED") == "1"
 """Whether entry points run as plain Python."""
-_KEPT = 1_000_000  # bytes of arrays of one argument, or of a result, that are kept for the next call of anyone
+# bytes of arrays of one argument, or of a result, that are kept for the next call of anyone
+_KEPT = 1_000_000
 
 _MOST_LOADED = 24
 """Structures whose code an entry point keeps in memory, half a megabyte each."""
@@ -61,7 +62,9 @@ def compile_entry(function: types.FunctionType, key: Any) -> tuple[Code, set[typ
     graph.has_allocations = True
     entry = Function("entry", function, graph, block, False)
     optimisation = getattr(function, "optimisation", Optimisation.FULL)
-    text, loops = module_texts(entry) if optimisation is Optimisation.FULL else (module_text(entry), "")
+    text, loops = (
+        module_texts(entry) if optimisation is Optimisation.FULL else (module_text(entry), "")
+    )
     machine_code = compile_text(text + _RUN, optimisation, loops)
     return Code(machine_code, tuple(results), structure[0], allocates(block)), calls.functions
 
@@ -90,7 +93,11 @@ def _without_numpy(result: Any) -> Any:
     """Return a result with numbers of Python in place of NumPy's, as compiled code returns them."""
     if isinstance(result, tuple):
         return rebuilt(result, [_without_numpy(part) for part in result])
-    return result.item() if isinstance(result, np.generic) and not isinstance(result, np.record) else result
+    return (
+        result.item()
+        if isinstance(result, np.generic) and not isinstance(result, np.record)
+        else result
+    )
 
 
 class EntryPoint:
@@ -99,7 +106,11 @@ class EntryPoint:
     def __init__(self, function: types.FunctionType) -> None:
         """Compile nothing yet."""
         self.py_func, self.__wrapped__ = function, function
-        self.__name__, self.__doc__, self.__module__ = function.__name__, function.__doc__, function.__module__
+        self.__name__, self.__doc__, self.__module__ = (
+            function.__name__,
+            function.__doc__,
+            function.__module__,
+        )
         self.__qualname__ = function.__qualname__
         self._loaded: dict[Any, LoadedEntry] = {}
         self._plain_calls: dict[Any, int] = {}  # that ran as plain Python
@@ -144,14 +155,21 @@ class EntryPoint:
 
     def __reduce__(self) -> Any:
         """Return the name that another process finds it by."""
-        return self.__qualname__ if self._shared is None else (EntryPoint.with_own_calls, (self._shared,))
+        return (
+            self.__qualname__
+            if self._shared is None
+            else (EntryPoint.with_own_calls, (self._shared,))
+        )
 
     def _call_anew(self, arguments: tuple[Any, ...]) -> Any:
         """Return the result of a call with another structure of arguments than before."""
         key = describe(arguments, [], {})
         loaded = self._loaded.pop(key, None) or self._load(key)
         if loaded is None:
-            with suppress(Exception), np.errstate(all="ignore"):  # where Python raises an error, code computes
+            with (
+                suppress(Exception),
+                np.errstate(all="ignore"),
+            ):  # where Python raises an error, code computes
                 return _without_numpy(self.py_func(*arguments))
             loaded = self._load(key, True)
             assert loaded is not None

@@ -11,7 +11,13 @@ from crane_sim.tracing.array_symbols import ArraySymbol, RecordSymbol
 from crane_sim.tracing.frame import Frame
 from crane_sim.tracing.graph import Value
 from crane_sim.tracing.merging import UNDEFINED
-from crane_sim.tracing.operators import attribute_of_array, compare, evaluate_operation, items_of, select_item
+from crane_sim.tracing.operators import (
+    attribute_of_array,
+    compare,
+    evaluate_operation,
+    items_of,
+    select_item,
+)
 from crane_sim.tracing.ranges import Range
 from crane_sim.tracing.trace_error import TraceError
 
@@ -62,7 +68,11 @@ def _operate_on_one(frame: Frame, node: ast.UnaryOp) -> Any:
         return arithmetic.combine("add", x, 0) if arithmetic.is_flag(x) else x
     if isinstance(node.op, ast.Invert):
         return arithmetic.combine("differ", x, -1)
-    return array_symbols.elementwise(arithmetic.negate, x) if isinstance(x, ArraySymbol) else arithmetic.negate(x)
+    return (
+        array_symbols.elementwise(arithmetic.negate, x)
+        if isinstance(x, ArraySymbol)
+        else arithmetic.negate(x)
+    )
 
 
 # conditions
@@ -79,7 +89,9 @@ def _connect(frame: Frame, node: ast.BoolOp) -> Any:
     return _decide(frame, node.values, isinstance(node.op, ast.And), evaluate)
 
 
-def _decide(frame: Frame, parts: list[ast.expr], conjunction: bool, value_of: Callable[[Frame, Any], Any]) -> Any:
+def _decide(
+    frame: Frame, parts: list[ast.expr], conjunction: bool, value_of: Callable[[Frame, Any], Any]
+) -> Any:
     value = value_of(frame, parts[0])
     if len(parts) == 1:
         return value
@@ -98,7 +110,9 @@ def _compare(frame: Frame, node: ast.Compare) -> Any:
     return _compare_chain(frame, evaluate(frame, node.left), node.ops, node.comparators)
 
 
-def _compare_chain(frame: Frame, left: Any, operators: list[ast.cmpop], nodes: list[ast.expr]) -> Any:
+def _compare_chain(
+    frame: Frame, left: Any, operators: list[ast.cmpop], nodes: list[ast.expr]
+) -> Any:
     right = evaluate(frame, nodes[0])
     holds = compare(operators[0], left, right)
     if len(nodes) == 1:
@@ -118,7 +132,9 @@ def _choose(frame: Frame, node: ast.IfExp) -> Any:
     condition = condition_of(frame, node.test)
     if not isinstance(condition, Value):
         return evaluate(frame, node.body if condition else node.orelse)
-    return frame.branch(condition, lambda: evaluate(frame, node.body), lambda: evaluate(frame, node.orelse))
+    return frame.branch(
+        condition, lambda: evaluate(frame, node.body), lambda: evaluate(frame, node.orelse)
+    )
 
 
 # tuples, elements and attributes
@@ -183,7 +199,11 @@ def _attribute(frame: Frame, node: ast.Attribute) -> Any:
 
 def evaluate_iterable(frame: Frame, node: ast.expr) -> Any:
     """Return what a loop goes over; a range with a symbol is a `Range`."""
-    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and evaluate(frame, node.func) is range:
+    if (
+        isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Name)
+        and evaluate(frame, node.func) is range
+    ):
         bounds = _evaluate_all(frame, node.args)
         return Range(*bounds) if any(isinstance(x, Value) for x in bounds) else range(*bounds)
     return evaluate(frame, node)
@@ -257,7 +277,9 @@ def assign(frame: Frame, target: ast.expr, value: Any) -> None:
     elif isinstance(target, ast.Attribute):
         owner = evaluate(frame, target.value)
         if not isinstance(owner, ArraySymbol | RecordSymbol):
-            raise TraceError(f"`{ast.unparse(target)} = …` is not traced: only fields of records are assigned")
+            raise TraceError(
+                f"`{ast.unparse(target)} = …` is not traced: only fields of records are assigned"
+            )
         array_symbols.set_field(owner, target.attr, value)
     else:
         raise TraceError(f"`{ast.unparse(target)} = …` is not traced")
@@ -270,7 +292,9 @@ def _assign_element(frame: Frame, target: ast.Subscript, value: Any) -> None:
     elif isinstance(owner, ArraySymbol):
         array_symbols.set_item(owner, index, value)
     else:
-        raise TraceError(f"`{ast.unparse(target)} = …` is not traced: only elements of arrays are assigned")
+        raise TraceError(
+            f"`{ast.unparse(target)} = …` is not traced: only elements of arrays are assigned"
+        )
 
 
 def _unpack(frame: Frame, targets: list[ast.expr], value: Any) -> None:

@@ -1,7 +1,7 @@
 """Calls of machine code from Python: memory for arguments, kept where unchanged, and results.
 
-A call's memory has the address of what the code allocates, then the leaves of the arguments, then those of the result,
-eight bytes each.
+A call's memory has the address of what the code allocates, then the leaves of the arguments, then
+those of the result, eight bytes each.
 """
 
 import ctypes
@@ -46,7 +46,9 @@ class LoadedEntry:
         self.keys, self.allocates = keys, code.allocates
         kinds = [kinds_of(key) for key in keys]
         self.pack = [struct_of(tuple(each)).pack_into for each in kinds]
-        self.number_types = [_NUMBER_TYPES.get(key) if isinstance(key, Kind) else None for key in keys]
+        self.number_types = [
+            _NUMBER_TYPES.get(key) if isinstance(key, Kind) else None for key in keys
+        ]
         self.vector_sizes = [len(key) - 1 if _is_vector(key) else -1 for key in keys]
         self.places = [FIRST]
         for each in kinds:
@@ -70,15 +72,19 @@ class Call:
         self._memory = bytearray(entry.size)
         self._address = ctypes.addressof(ctypes.c_char.from_buffer(self._memory))
         self._arguments: list[Any] = [_UNKNOWN] * count
-        self._shapes = {i: None for i, key in enumerate(entry.keys) if _is_array(key)}  # of arrays, which may be set
+        self._shapes = {
+            i: None for i, key in enumerate(entry.keys) if _is_array(key)
+        }  # of arrays, which may be set
         self._arrays: dict[int, dict[int, Any]] = {}  # of each argument, by address
-        self._large: list[int] = []  # arguments whose arrays would take much memory until the next call
+        self._large: list[
+            int
+        ] = []  # arguments whose arrays would take much memory until the next call
 
     def take(self, arguments: tuple[Any, ...]) -> bool:
         """Take the arguments of a call; return whether their structure is that of the code.
 
-        An object that is the one before has its structure and its numbers: tuples do not change, and arrays stay where
-        they are.
+        An object that is the one before has its structure and its numbers: tuples do not change,
+        and arrays stay where they are.
         """
         for i in compress(self._indices, map(is_not, arguments, self._arguments)):
             if not self._take(i, arguments[i]):
@@ -92,7 +98,11 @@ class Call:
         entry, place, kind = self.entry, self.entry.places[i], type(argument)
         if kind is entry.number_types[i]:
             entry.pack[i](self._memory, place, argument)
-        elif kind is tuple and len(argument) == entry.vector_sizes[i] and {*map(type, argument)} == _REALS:
+        elif (
+            kind is tuple
+            and len(argument) == entry.vector_sizes[i]
+            and {*map(type, argument)} == _REALS
+        ):
             entry.pack[i](self._memory, place, *argument)
         else:
             return self._describe(i, argument)

@@ -13,7 +13,8 @@ from crane_sim.tracing.scopes import Source
 from crane_sim.tracing.trace_error import TraceError
 
 RUNS, BREAKS, RETURNS, CONTINUES = range(4)
-"""How statements end inside a loop, or inside a branch of which one side may return, as a number."""
+"""How statements end inside a loop, or inside a branch of which one side may return, as a
+number."""
 CODES = {Kind.REAL: "f8", Kind.INTEGER: "i8", Kind.WORD: "u8", Kind.BOOLEAN: "b1", Kind.ARRAY: "p8"}
 """Types in memory of numbers and addresses that are kept in eight bytes each."""
 
@@ -21,7 +22,9 @@ CODES = {Kind.REAL: "f8", Kind.INTEGER: "i8", Kind.WORD: "u8", Kind.BOOLEAN: "b1
 def read_leaves(address: Value, kinds: Iterable[Kind], first: int = 0) -> list[Value]:
     """Return consecutive numbers and addresses, eight bytes each, from byte `first` on."""
     append, places = address.graph.append, count(first, 8)
-    return [append("read", (address.number,), (kind,), (next(places), CODES[kind]))[0] for kind in kinds]
+    return [
+        append("read", (address.number,), (kind,), (next(places), CODES[kind]))[0] for kind in kinds
+    ]
 
 
 def write_leaves(address: Value, leaves: Iterable[Value], first: int = 0) -> None:
@@ -44,7 +47,9 @@ class ResultChange(TraceError):
 class Caller(Protocol):
     """What traces the functions that a function calls."""
 
-    def call(self, graph: Graph, function: Any, arguments: list[Any], keywords: dict[str, Any]) -> Any:
+    def call(
+        self, graph: Graph, function: Any, arguments: list[Any], keywords: dict[str, Any]
+    ) -> Any:
         """Return the result of a call."""
         ...
 
@@ -57,7 +62,12 @@ class Frame:
     """The variables of one call, and where returns that end with `RETURNS` store results."""
 
     def __init__(
-        self, graph: Graph, calls: Caller, source: Source, variables: dict[str, Any], result_kinds: dict[int, Kind]
+        self,
+        graph: Graph,
+        calls: Caller,
+        source: Source,
+        variables: dict[str, Any],
+        result_kinds: dict[int, Kind],
     ) -> None:
         """Begin with the parameters, and with kinds of stored results in place of their own."""
         self.graph, self.calls, self.source, self.variables = graph, calls, source, variables
@@ -129,7 +139,9 @@ class Frame:
 
     # branches
 
-    def branch(self, condition: Value, then: Callable[[], Any], otherwise: Callable[[], Any]) -> Any:
+    def branch(
+        self, condition: Value, then: Callable[[], Any], otherwise: Callable[[], Any]
+    ) -> Any:
         """Return what the side that runs results in; so do the variables.
 
         Raises:
@@ -141,12 +153,16 @@ class Frame:
         self._take_variables(rebuilds, leaves)
         return rebuild(leaves)
 
-    def branch_variables(self, condition: Value, then: Callable[[], Any], otherwise: Callable[[], Any]) -> None:
+    def branch_variables(
+        self, condition: Value, then: Callable[[], Any], otherwise: Callable[[], Any]
+    ) -> None:
         """Have the variables become what the side that runs makes of them."""
         merge, rebuilds, sides = self._record_sides(condition, then, otherwise)
         self._take_variables(rebuilds, self._close(merge, condition, sides))
 
-    def _record_sides(self, condition: Value, *functions: Callable[[], Any]) -> tuple[Merge, dict[str, Any], list[Any]]:
+    def _record_sides(
+        self, condition: Value, *functions: Callable[[], Any]
+    ) -> tuple[Merge, dict[str, Any], list[Any]]:
         graph, before, sides, variables = self.graph, self.variables, [], []
         try:
             for function in functions:
@@ -161,9 +177,13 @@ class Frame:
         return merge, _join_variables(merge, *variables), sides
 
     def _take_variables(self, rebuilds: dict[str, Any], leaves: Iterator[Value]) -> None:
-        self.variables = {name: make(leaves) if callable(make) else make[0] for name, make in rebuilds.items()}
+        self.variables = {
+            name: make(leaves) if callable(make) else make[0] for name, make in rebuilds.items()
+        }
 
-    def _close(self, merge: Merge, condition: Value, sides: list[tuple[OpenBlock, Any]]) -> Iterator[Value]:
+    def _close(
+        self, merge: Merge, condition: Value, sides: list[tuple[OpenBlock, Any]]
+    ) -> Iterator[Value]:
         graph, kinds = self.graph, tuple(kind for *_, kind in merge.pairs)
         blocks = []
         for side, (block, _) in enumerate(sides):

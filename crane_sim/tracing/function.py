@@ -16,7 +16,9 @@ class Function(NamedTuple):
     graph: Graph
     block: Block
     inlined: bool  # into what calls it
-    without_lanes: Any = None  # a function with the same results, where no loop around it becomes lanes
+    without_lanes: Any = (
+        None  # a function with the same results, where no loop around it becomes lanes
+    )
 
     @property
     def parameter_kinds(self) -> tuple[Kind, ...]:
@@ -47,7 +49,9 @@ def functions_with_callees(
     return list(found.values())
 
 
-def _collect(function: Function, follows: Callable[[Function], bool], found: dict[str, Function]) -> None:
+def _collect(
+    function: Function, follows: Callable[[Function], bool], found: dict[str, Function]
+) -> None:
     if function.name not in found:
         for callee in callees(function.block):
             if follows(callee):

@@ -48,7 +48,9 @@ class Graph:
         self.simd_loops: set[int] = set()  # whose turns are independent, by their first results
         self.least: dict[int, int] = {}  # what integers are known not to be less than
         self.taken_apart: dict[Any, Any] = {}  # tuples with what they consist of, see `calls`
-        self.structural = False  # the integers 0 and 1 are structure where they meet a real, see `arithmetic`
+        self.structural = (
+            False  # the integers 0 and 1 are structure where they meet a real, see `arithmetic`
+        )
 
     def close(self) -> None:
         """Forget what only further recording needs: most of what a trace takes in memory."""
@@ -83,7 +85,13 @@ class Graph:
             self.least[value.number] = int(number)
         return value
 
-    def append(self, operation: str, arguments: tuple[int, ...], kinds: tuple[Kind, ...], literal: Any = None) -> Any:
+    def append(
+        self,
+        operation: str,
+        arguments: tuple[int, ...],
+        kinds: tuple[Kind, ...],
+        literal: Any = None,
+    ) -> Any:
         """Return the values (as a tuple) that an operation on values results in.
 
         Raises:
@@ -113,9 +121,14 @@ class Graph:
         """Raise a TraceError where an argument may not exist."""
         for number in arguments:
             if self._owners[number] not in self._open:
-                raise TraceError(f"{operation}: a value of a branch or loop is used outside, where it may not exist")
+                raise TraceError(
+                    f"{operation}: a value of a branch or loop is used outside, where it may not "
+                    "exist"
+                )
 
-    def trace_block(self, function: Callable[..., tuple["Value", ...]], kinds: tuple[Kind, ...] = ()) -> Block:
+    def trace_block(
+        self, function: Callable[..., tuple["Value", ...]], kinds: tuple[Kind, ...] = ()
+    ) -> Block:
         """Return the block of what a function of values of these kinds computes."""
         with self._inner_block() as instructions:
             parameters = tuple(self.new_value(kind) for kind in kinds)
@@ -158,13 +171,17 @@ class Graph:
         real = kind is Kind.REAL and isinstance(number, float)
         if real or kind_of(number) is kind or (kind is Kind.REAL and hasattr(number, "__index__")):
             return self.constant(number, kind)
-        raise TraceError(f"{number!r} is neither a {kind.name.lower()} nor a value of the traced function")
+        raise TraceError(
+            f"{number!r} is neither a {kind.name.lower()} nor a value of the traced function"
+        )
 
     def _own(self, value: "Value", kind: Kind) -> "Value":
         if value.graph is not self:
             raise TraceError("a value of another traced function: make it an argument")
         if value.kind is not kind:
-            raise TraceError(f"a value of kind {value.kind.name} where one of kind {kind.name} is needed")
+            raise TraceError(
+                f"a value of kind {value.kind.name} where one of kind {kind.name} is needed"
+            )
         return value
 
 

@@ -1,10 +1,12 @@
 """Interpreter of Python functions on symbols: what depends on no number happens while tracing.
 
-A function of plain Python runs statement by statement. Types, optional parts and loops of known length are resolved;
-arithmetic on symbols notes instructions; a condition that is a symbol becomes a branch or a loop, whose variables are
-those that it assigns. So one source is the code that is compiled and, called with floats, its own interpreter.
+A function of plain Python runs statement by statement. Types, optional parts and loops of known
+length are resolved; arithmetic on symbols notes instructions; a condition that is a symbol becomes
+a branch or a loop, whose variables are those that it assigns. So one source is the code that is
+compiled and, called with floats, its own interpreter.
 
-What follows a branch or a loop is traced once, whatever returns inside it, so code grows as its source does.
+What follows a branch or a loop is traced once, whatever returns inside it, so code grows as its
+source does.
 """
 
 import ast
@@ -131,7 +133,9 @@ def _run_if(frame: Frame, statement: ast.If, rest: list[ast.stmt]) -> tuple[bool
         return False, None
     if not frame.depth and any(map(always_leaves, sides)):
         following = [[*side] if always_leaves(side) else [*side, *rest] for side in sides]
-        return True, Returned(frame.branch(condition, *[lambda s=s: _value_of(frame, s) for s in following]))
+        return True, Returned(
+            frame.branch(condition, *[lambda s=s: _value_of(frame, s) for s in following])
+        )
     frame.depth += 1
     try:
         code = frame.branch(condition, *[lambda side=side: _code_of(frame, side) for side in sides])
@@ -158,7 +162,9 @@ def _go_on(frame: Frame, code: Any, rest: list[ast.stmt]) -> Any:
         return _code_of(frame, rest) if code == RUNS else code
     if not rest:
         return code
-    return frame.branch(arithmetic.combine("equal", code, RUNS), lambda: _code_of(frame, rest), lambda: code)
+    return frame.branch(
+        arithmetic.combine("equal", code, RUNS), lambda: _code_of(frame, rest), lambda: code
+    )
 
 
 # loops
@@ -196,7 +202,9 @@ def _unroll(frame: Frame, loop: ast.For, values: list[Any]) -> Any:
     code = _code_of(frame, [_Bind(loop.target, values[0]), *loop.body])
     if not isinstance(code, Value):
         return _unroll(frame, loop, values[1:]) if code in (RUNS, CONTINUES) else code
-    ends = arithmetic.combine("either", *[arithmetic.combine("equal", code, x) for x in (BREAKS, RETURNS)])
+    ends = arithmetic.combine(
+        "either", *[arithmetic.combine("equal", code, x) for x in (BREAKS, RETURNS)]
+    )
     return frame.branch(ends, lambda: code, lambda: _unroll(frame, loop, values[1:]))
 
 
@@ -207,4 +215,8 @@ def _after_loop(code: Any) -> Any:
 
 def _is_endless(loop: ast.For | ast.While) -> bool:
     """Return whether only a return ends a loop."""
-    return isinstance(loop, ast.While) and isinstance(loop.test, ast.Constant) and not has_jump(loop, ast.Break)
+    return (
+        isinstance(loop, ast.While)
+        and isinstance(loop.test, ast.Constant)
+        and not has_jump(loop, ast.Break)
+    )

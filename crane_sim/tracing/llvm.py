@@ -17,7 +17,8 @@ def module_text(entry: Function) -> str:
 def module_texts(entry: Function) -> tuple[str, str]:
     """Return (the module of a function, that of its loops for lanes), which are linked.
 
-    LLVM makes lanes in a sequence of passes that takes three times as long as those that other code needs.
+    LLVM makes lanes in a sequence of passes that takes three times as long as those that other code
+    needs.
     """
     with_lanes = [f for f in functions_with_callees(entry) if f.graph.simd_loops]
     loops = functions_with_callees(*with_lanes, follows=_is_with_loops)
@@ -35,15 +36,22 @@ def _is_with_loops(function: Function) -> bool:
     return function.inlined or bool(function.graph.simd_loops)
 
 
-def _module(functions: list[Function], exported: set[str], outer: list[Function], places: Places) -> str:
+def _module(
+    functions: list[Function], exported: set[str], outer: list[Function], places: Places
+) -> str:
     """Return the module of functions, callees first; `outer` are those of another module."""
     nodes = itertools.count(1)  # of metadata
     inlined = _inlined_names(functions, exported)
     passed = {name: {} if name in inlined else known for name, known in places.items()}
     others = {f.name: f for f in outer}
-    texts = [FunctionText(f, f.name in exported, f.name in inlined, passed, nodes).text for f in functions]
+    texts = [
+        FunctionText(f, f.name in exported, f.name in inlined, passed, nodes).text
+        for f in functions
+    ]
     heads = [declaration(f, passed) for f in others.values()]
-    types = [result_definition(f) for f in (*others.values(), *functions) if len(f.block.results) > 1]
+    types = [
+        result_definition(f) for f in (*others.values(), *functions) if len(f.block.results) > 1
+    ]
     return "\n".join((*declarations(), *types, *heads, *texts, "!0 = !{}", ""))
 
 

@@ -23,20 +23,34 @@ def result_type(function: Function) -> str:
 
 def result_definition(function: Function) -> str:
     """Return the definition of the type of what a function returns, several numbers."""
-    return f"{result_type(function)} = type {{{', '.join(TYPES[kind] for kind in function.result_kinds)}}}"
+    members = ", ".join(TYPES[kind] for kind in function.result_kinds)
+    return f"{result_type(function)} = type {{{members}}}"
 
 
 def declaration(function: Function, places: Places) -> str:
     """Return the declaration of a function of another module."""
     known = places[function.name]
-    kinds = [TYPES[function.graph.kinds[number]] for number in function.block.parameters if number not in known]
-    return f"declare {result_type(function)} @{function.name}({', '.join((*kinds, 'ptr'))}) nounwind"
+    kinds = [
+        TYPES[function.graph.kinds[number]]
+        for number in function.block.parameters
+        if number not in known
+    ]
+    return (
+        f"declare {result_type(function)} @{function.name}({', '.join((*kinds, 'ptr'))}) nounwind"
+    )
 
 
 class FunctionText(ValueText):
     """Writes one function."""
 
-    def __init__(self, function: Function, exported: bool, inlined: bool, places: Places, nodes: Iterator[int]) -> None:
+    def __init__(
+        self,
+        function: Function,
+        exported: bool,
+        inlined: bool,
+        places: Places,
+        nodes: Iterator[int],
+    ) -> None:
         """Write it.
 
         Args:
@@ -50,12 +64,20 @@ class FunctionText(ValueText):
         self._all_places = places
         self._write_block(function.block)
         self._write_results(function.block.results)
-        parameters = [self._typed(number) for number in function.block.parameters if number not in self._places]
-        signature = f"{result_type(function)} @{function.name}({', '.join((*parameters, 'ptr %memory'))})"
+        parameters = [
+            self._typed(number)
+            for number in function.block.parameters
+            if number not in self._places
+        ]
+        signature = (
+            f"{result_type(function)} @{function.name}({', '.join((*parameters, 'ptr %memory'))})"
+        )
         linkage, inlining = "" if exported else "internal ", " alwaysinline" if inlined else ""
         vectors = ' "prefer-vector-width"="512"' if function.graph.has_wide_vectors else ""
         head = f"define {linkage}{signature} nounwind{inlining}{vectors} {{"
-        self.text = "\n".join((*self.tables, head, "entry:", *self._head, *self._lines, "}", *self._metadata))
+        self.text = "\n".join(
+            (*self.tables, head, "entry:", *self._head, *self._lines, "}", *self._metadata)
+        )
 
     def _write_results(self, results: tuple[int, ...]) -> None:
         if len(results) <= 1:
@@ -83,8 +105,14 @@ class FunctionText(ValueText):
             self._define(number, f"extractvalue {kind} {whole}, {i}")
 
     def _write_branch(self, instruction: Instruction) -> None:
-        then, otherwise, end = self._new_label("then"), self._new_label("else"), self._new_label("end")
-        self._write(f"br {self._typed(instruction.arguments[0])}, label %{then}, label %{otherwise}")
+        then, otherwise, end = (
+            self._new_label("then"),
+            self._new_label("else"),
+            self._new_label("end"),
+        )
+        self._write(
+            f"br {self._typed(instruction.arguments[0])}, label %{then}, label %{otherwise}"
+        )
         sides = []
         for label, block in zip((then, otherwise), instruction.literal, strict=True):
             self._begin(label)
@@ -136,7 +164,11 @@ class FunctionText(ValueText):
         if not mark:
             return
         roots = [self._name(number) for number in loop.results if self._kind(number) is Kind.ARRAY]
-        sweep, swept, place = self._new_label("sweep"), self._new_label("swept"), f"%{self._new_label('roots')}"
+        sweep, swept, place = (
+            self._new_label("sweep"),
+            self._new_label("swept"),
+            f"%{self._new_label('roots')}",
+        )
         self._head.append(f" {place} = alloca [{max(len(roots), 1)} x ptr], align 16")
         self._write(f"{place}.last = load ptr, ptr %memory, align 8")
         self._write(f"{place}.none = icmp eq ptr {place}.last, {mark}")
@@ -161,6 +193,7 @@ class FunctionText(ValueText):
             self._metadata.append(f"!{accesses} = distinct !{{}}")
             says = f'!"llvm.loop.parallel_accesses", !{accesses}'
         else:
-            says = '!"llvm.loop.vectorize.enable", i1 false'  # most are short: lanes take long to compile
+            # most are short: lanes take long to compile
+            says = '!"llvm.loop.vectorize.enable", i1 false'
         self._metadata += [f"!{hint} = !{{{says}}}", f"!{node} = distinct !{{!{node}, !{hint}}}"]
         return f", !llvm.loop !{node}"

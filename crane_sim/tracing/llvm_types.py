@@ -32,11 +32,27 @@ INTRINSIC = {
     "copy_sign": ("copysign", 2),
 }
 LIBRARY = {
-    **{name: (name, 1) for name in ("exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "tanh", "sinh", "cosh")},
+    **{
+        name: (name, 1)
+        for name in (
+            "exp",
+            "log",
+            "sin",
+            "cos",
+            "tan",
+            "asin",
+            "acos",
+            "atan",
+            "tanh",
+            "sinh",
+            "cosh",
+        )
+    },
     **{name: (name, 2) for name in ("atan2", "hypot", "fmod")},
     "power": ("pow", 2),
 }
-"""Operations on reals: instructions of processors, and functions of the C library, with their numbers of arguments."""
+"""Operations on reals: instructions of processors, and functions of the C library, with their
+numbers of arguments."""
 
 MEMORY_TYPES = {
     **{"f8": "double", "i8": "i64", "u8": "i64", "i4": "i32", "b1": "i8", "p8": "ptr"},
@@ -53,7 +69,9 @@ def declarations() -> Iterator[str]:
     for name, count in INTRINSIC.values():
         yield f"declare double @llvm.{name}.f64({', '.join(['double'] * count)})"
     for name, count in LIBRARY.values():
-        known = "nobuiltin" if name == "pow" else "memory(none) nounwind willreturn"  # pow(x, 2) is not always x x
+        known = (
+            "nobuiltin" if name == "pow" else "memory(none) nounwind willreturn"
+        )  # pow(x, 2) is not always x x
         yield f"declare double @{name}({', '.join(['double'] * count)}) {known}"
 
 
@@ -61,4 +79,8 @@ def literal_text(number: float | int, kind: Kind) -> str:
     """Return a constant; of tangents, zeros."""
     if kind is Kind.TANGENT:
         return "zeroinitializer"
-    return f"0x{struct.unpack('<Q', struct.pack('<d', number))[0]:016X}" if kind is Kind.REAL else str(int(number))
+    return (
+        f"0x{struct.unpack('<Q', struct.pack('<d', number))[0]:016X}"
+        if kind is Kind.REAL
+        else str(int(number))
+    )

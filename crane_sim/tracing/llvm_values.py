@@ -70,7 +70,9 @@ class ValueText:
 
     def _write_block(self, block: Block) -> None:
         for instruction in block.instructions:
-            writer: Callable[[Instruction], None] | None = getattr(self, f"_write_{instruction.operation}", None)
+            writer: Callable[[Instruction], None] | None = getattr(
+                self, f"_write_{instruction.operation}", None
+            )
             if writer:
                 writer(instruction)
             else:
@@ -112,9 +114,15 @@ class ValueText:
         if operation in COMPARISON:
             return f"{COMPARISON[operation][0 if real else 2 if word else 1]} {first} {names}"
         if operation in BITS:
-            return f"{'lshr' if operation == 'shift_right' and word else BITS[operation]} {first} {names}"
+            return (
+                f"{'lshr' if operation == 'shift_right' and word else BITS[operation]} {first} "
+                f"{names}"
+            )
         if operation in ("quotient", "remainder"):
-            return f"{'u' if word else 's'}{'div' if operation == 'quotient' else 'rem'} {first} {names}"
+            return (
+                f"{'u' if word else 's'}{'div' if operation == 'quotient' else 'rem'} {first} "
+                f"{names}"
+            )
         assert operation == "negate", operation
         return f"fneg {first} {names}" if real else f"sub {first} 0, {names}"
 
@@ -124,12 +132,20 @@ class ValueText:
 
     def _write_scale(self, instruction: Instruction) -> None:
         factor, tangent = instruction.arguments
-        self._define(instruction.results[0], f"fmul {self._spread(factor, instruction)}, {self._name(tangent)}")
+        self._define(
+            instruction.results[0],
+            f"fmul {self._spread(factor, instruction)}, {self._name(tangent)}",
+        )
 
     def _write_add_scaled(self, instruction: Instruction) -> None:
         summand, factor, tangent = instruction.arguments
-        operands = f"{self._spread(factor, instruction)}, {self._typed(tangent)}, {self._typed(summand)}"
-        self._define(instruction.results[0], f"call {TYPES[Kind.TANGENT]} @llvm.fma.v{DIRECTIONS}f64({operands})")
+        operands = (
+            f"{self._spread(factor, instruction)}, {self._typed(tangent)}, {self._typed(summand)}"
+        )
+        self._define(
+            instruction.results[0],
+            f"call {TYPES[Kind.TANGENT]} @llvm.fma.v{DIRECTIONS}f64({operands})",
+        )
 
     def _spread(self, factor: int, instruction: Instruction) -> str:
         """Write a tangent of which every element is a real; return it with its type."""
@@ -145,7 +161,9 @@ class ValueText:
         name = f"@{self._function.name}.table{instruction.results[0]}"
         words = struct.unpack(f"<{len(instruction.literal) // 8}q", instruction.literal)
         elements = ", ".join(f"i64 {word}" for word in words)
-        self.tables.append(f"{name} = internal constant [{len(words)} x i64] [{elements}], align 16")
+        self.tables.append(
+            f"{name} = internal constant [{len(words)} x i64] [{elements}], align 16"
+        )
         self._names[instruction.results[0]] = name
 
     def _write_slot(self, instruction: Instruction) -> None:
@@ -158,13 +176,17 @@ class ValueText:
         self._define(instruction.results[0], f"call ptr @allocate(ptr %memory, {size})")
 
     def _write_move(self, instruction: Instruction) -> None:
-        self._write_place(instruction.arguments, instruction.literal, self._name(instruction.results[0]))
+        self._write_place(
+            instruction.arguments, instruction.literal, self._name(instruction.results[0])
+        )
 
     def _write_place(self, arguments: tuple[int, ...], offset: int, name: str) -> None:
         """Write an address from another one, `offset` and an argument's bytes further."""
         base = self._name(arguments[0])
         if len(arguments) > 1:
-            self._write(f"{name}i = getelementptr inbounds i8, ptr {base}, {self._typed(arguments[1])}")
+            self._write(
+                f"{name}i = getelementptr inbounds i8, ptr {base}, {self._typed(arguments[1])}"
+            )
             base = f"{name}i"
         self._write(f"{name} = getelementptr inbounds i8, ptr {base}, i64 {offset}")
 
@@ -176,9 +198,15 @@ class ValueText:
     def _write_load(self, name: str, place: str, code: str, mark: str) -> None:
         """Write the load of a value."""
         loaded = f"{place}n" if code in _ALIGNMENT else name
-        self._write(f"{loaded} = load {MEMORY_TYPES[code]}, ptr {place}, align {_ALIGNMENT.get(code, 8)}{mark}")
+        self._write(
+            f"{loaded} = load {MEMORY_TYPES[code]}, ptr {place}, align "
+            f"{_ALIGNMENT.get(code, 8)}{mark}"
+        )
         if code in _ALIGNMENT:
-            self._write(f"{name} = " + (f"sext i32 {loaded} to i64" if code == "i4" else f"trunc i8 {loaded} to i1"))
+            self._write(
+                f"{name} = "
+                + (f"sext i32 {loaded} to i64" if code == "i4" else f"trunc i8 {loaded} to i1")
+            )
 
     def _read_argument(self, number: int) -> str:
         """Write the read of an entry point's argument, which is constant; return its name."""
@@ -195,6 +223,9 @@ class ValueText:
         kind, place, typed = MEMORY_TYPES[code], f"%q{self._writes}", self._typed(value)
         self._write_place(tuple(address), offset, place)
         if code in _ALIGNMENT:
-            self._write(f"{place}n = " + (f"trunc {typed} to i32" if code == "i4" else f"zext {typed} to i8"))
+            self._write(
+                f"{place}n = "
+                + (f"trunc {typed} to i32" if code == "i4" else f"zext {typed} to i8")
+            )
             typed = f"{kind} {place}n"
         self._write(f"store {typed}, ptr {place}, align {_ALIGNMENT.get(code, 8)}{self._access}")

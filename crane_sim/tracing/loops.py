@@ -60,7 +60,8 @@ def turns_of(frame: Frame, loop: ast.For | ast.While) -> Any:
     if isinstance(iterable, range | Range):
         return iterable
     raise TraceError(
-        f"a loop over {'a number' if isinstance(iterable, Value) else type(iterable).__name__} is not traced"
+        f"a loop over {'a number' if isinstance(iterable, Value) else type(iterable).__name__} is "
+        "not traced"
     )
 
 
@@ -83,7 +84,11 @@ def trace_loop(frame: Frame, loop: ast.For | ast.While, turns: Any, turn: Callab
         turn: runs its body, and returns how that ends.
     """
     steps = Range(turns.start, turns.stop, turns.step) if isinstance(turns, range) else turns
-    names = [name for name in assigned_names(loop) if frame.variables.get(name, UNDEFINED) is not UNDEFINED]
+    names = [
+        name
+        for name in assigned_names(loop)
+        if frame.variables.get(name, UNDEFINED) is not UNDEFINED
+    ]
     late: dict[str, Any] = {}
     promoted: dict[int, Kind] = {}
     while True:
@@ -99,9 +104,14 @@ class _Recorder:
     """Records one loop; its state: some variables, a range's index, and how the last turn ended."""
 
     def __init__(
-        self, frame: Frame, loop: Any, steps: Range | None, names: list[str], late: dict[str, Any],
+        self,
+        frame: Frame,
+        loop: Any,
+        steps: Range | None,
+        names: list[str],
+        late: dict[str, Any],
         promoted: dict[int, Kind],
-    ) -> None:  # fmt: skip
+    ) -> None:
         self._frame, self._loop, self._steps, self._names = frame, loop, steps, names
         self._exits = has_return(loop) or has_jump(loop, ast.Break)
         before = frame.variables
@@ -110,8 +120,10 @@ class _Recorder:
         leaves, self._rebuild = split(self._state, frame.graph, True)
         self._kinds = [promoted.get(i, leaf.kind) for i, leaf in enumerate(leaves)]
         pairs = zip(leaves, self._kinds, strict=True)
-        self._leaves = tuple(leaf if kind is Kind.ARRAY else arithmetic.convert(frame.graph, leaf, kind)
-                             for leaf, kind in pairs)  # fmt: skip
+        self._leaves = tuple(
+            leaf if kind is Kind.ARRAY else arithmetic.convert(frame.graph, leaf, kind)
+            for leaf, kind in pairs
+        )
 
     def record(self, turn: Callable[[], Any]) -> Any:
         """Record the loop; return how it ended, None for one that only ends by its condition."""
@@ -119,7 +131,9 @@ class _Recorder:
         with frame.nested():
             proceed = self._block(self._proceeds)
             body = self._block(lambda index, code: self._turn(turn, index))
-        results = frame.graph.append("loop", numbers_of(self._leaves), tuple(self._kinds), (proceed, body))
+        results = frame.graph.append(
+            "loop", numbers_of(self._leaves), tuple(self._kinds), (proceed, body)
+        )
         if isinstance(self._steps, SimdRange):
             frame.graph.simd_loops.add(results[0].number)
         after, _, code = self._rebuild(iter(results))

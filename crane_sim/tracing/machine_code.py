@@ -41,7 +41,9 @@ def compiler_name() -> tuple[str, str, str]:
     return LLVMLITE, *_processor()
 
 
-def compile_text(text: str, optimisation: Optimisation = Optimisation.FULL, loops: str = "") -> bytes:
+def compile_text(
+    text: str, optimisation: Optimisation = Optimisation.FULL, loops: str = ""
+) -> bytes:
     """Return the object file of a module's text.
 
     Args:
@@ -80,7 +82,13 @@ def _hide_functions(module: Any) -> None:
 
 _CALLED_FROM_OUTSIDE = {"run", "release"}
 _PASSES = (
-    *("always_inliner", "sroa", "instruction_combine", "simplify_cfg", "global_dead_code_eliminate"),
+    *(
+        "always_inliner",
+        "sroa",
+        "instruction_combine",
+        "simplify_cfg",
+        "global_dead_code_eliminate",
+    ),
     *("post_order_function_attributes", "dead_arg_elimination"),
 )
 
@@ -113,6 +121,11 @@ def _target_machine(level: int = 3) -> Any:
 
 def _tuning(level: int) -> Any:
     options = llvm.create_pipeline_tuning_options(speed_level=level)
-    options.slp_vectorization = False  # it takes as long as all other passes together, for a few per cent of speed
-    options.loop_vectorization, options.loop_unrolling = True, False  # lanes of the loops that ask for them
+    options.slp_vectorization = (
+        False  # it takes as long as all other passes together, for a few per cent of speed
+    )
+    options.loop_vectorization, options.loop_unrolling = (
+        True,
+        False,
+    )  # lanes of the loops that ask for them
     return options

@@ -1,8 +1,8 @@
 """Memory of arrays that functions allocate: functions in LLVM's language, and their calls.
 
-A list has all blocks that a call from outside has allocated, the last one first: each begins with the address of the
-one before, and its size. `allocate` adds one; `sweep` frees those after the block `mark` that hold none of some
-addresses, as a turn of a loop does; `release` frees all.
+A list has all blocks that a call from outside has allocated, the last one first: each begins with
+the address of the one before, and its size. `allocate` adds one; `sweep` frees those after the
+block `mark` that hold none of some addresses, as a turn of a loop does; `release` frees all.
 """
 
 from crane_sim.tracing.instructions import Block

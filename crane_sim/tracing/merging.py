@@ -51,7 +51,11 @@ def with_address(part: Any, address: Value, leaves: Iterator[Value]) -> Any:
 
 def sizes_of(part: Any) -> list[Value]:
     """Return the sizes and strides of an array that are symbols."""
-    return [x for x in (*part.shape, *part.strides) if isinstance(x, Value)] if isinstance(part, ArraySymbol) else []
+    return (
+        [x for x in (*part.shape, *part.strides) if isinstance(x, Value)]
+        if isinstance(part, ArraySymbol)
+        else []
+    )
 
 
 def known_sizes(part: Any) -> list[Any]:
@@ -80,7 +84,9 @@ def split(tree: Any, graph: Graph, variable: bool) -> tuple[list[Value], Rebuild
     return [], lambda it: tree
 
 
-def fit(tree: Any, like: Any, graph: Graph, kinds: Iterator[Kind], index: list[int], what: str) -> list[Value]:
+def fit(
+    tree: Any, like: Any, graph: Graph, kinds: Iterator[Kind], index: list[int], what: str
+) -> list[Value]:
     """Return the leaves of a tree as those of `split(like, graph, True)`, of these kinds.
 
     Raises:
@@ -89,10 +95,21 @@ def fit(tree: Any, like: Any, graph: Graph, kinds: Iterator[Kind], index: list[i
     """
     if isinstance(like, tuple):
         if type(tree) is not type(like) or len(tree) != len(like):
-            raise TraceError(f"{what} changes the structure of a variable: {_describe(like)}, then {_describe(tree)}")
-        return [leaf for a, b in zip(tree, like, strict=True) for leaf in fit(a, b, graph, kinds, index, what)]
+            raise TraceError(
+                f"{what} changes the structure of a variable: {_describe(like)}, then "
+                f"{_describe(tree)}"
+            )
+        return [
+            leaf
+            for a, b in zip(tree, like, strict=True)
+            for leaf in fit(a, b, graph, kinds, index, what)
+        ]
     if isinstance(like, ArraySymbol | RecordSymbol):
-        if type(tree) is not type(like) or tree.dtype != like.dtype or known_sizes(tree) != known_sizes(like):
+        if (
+            type(tree) is not type(like)
+            or tree.dtype != like.dtype
+            or known_sizes(tree) != known_sizes(like)
+        ):
             raise TraceError(f"{what} changes the type or the shape of an array")
         leaves = [base_address(graph, tree), *sizes_of(tree)]
         for _ in leaves:
@@ -153,7 +170,12 @@ class Merge:
         if isinstance(a, Value) and isinstance(b, Value):
             if a.number == b.number:
                 return lambda it: a
-        elif not isinstance(a, Value) and not isinstance(b, Value) and type(a) is type(b) and repr(a) == repr(b):
+        elif (
+            not isinstance(a, Value)
+            and not isinstance(b, Value)
+            and type(a) is type(b)
+            and repr(a) == repr(b)
+        ):
             return lambda it: a
         self.pairs.append((a, b, common_kind(a, b)))
         return lambda it: next(it)
@@ -165,7 +187,10 @@ class Merge:
         n = len(a.shape)
         if len(b.shape) != n:
             raise TraceError("the sides of a branch have arrays of different dimensions")
-        parts = [self.join(x, y) for x, y in zip((*a.shape, *a.strides), (*b.shape, *b.strides), strict=True)]
+        parts = [
+            self.join(x, y)
+            for x, y in zip((*a.shape, *a.strides), (*b.shape, *b.strides), strict=True)
+        ]
 
         def rebuild(it: Iterator[Value]) -> ArraySymbol:
             address = next(it)

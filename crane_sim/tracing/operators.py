@@ -79,7 +79,9 @@ def items_of(tree: Any) -> list[Any]:
         return [array_symbols.get_item(tree, i) for i in range(tree.shape[0])]
     if isinstance(tree, Value | Range):
         raise TraceError(
-            "the length of a range is not known" if isinstance(tree, Range) else "a number has no elements"
+            "the length of a range is not known"
+            if isinstance(tree, Range)
+            else "a number has no elements"
         )
     return list(tree)
 
@@ -98,7 +100,9 @@ def _choose_tree(condition: Value, a: Any, b: Any) -> Any:
     if isinstance(a, tuple) and isinstance(b, tuple):
         return rebuilt(a, [_choose_tree(condition, x, y) for x, y in zip(a, b, strict=True)])
     if not (arithmetic.is_number(a) and arithmetic.is_number(b)):
-        raise TraceError("an element of a tuple that holds more than numbers, at a place that is not known")
+        raise TraceError(
+            "an element of a tuple that holds more than numbers, at a place that is not known"
+        )
     return arithmetic.choose(condition, a, b)
 
 

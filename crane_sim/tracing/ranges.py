@@ -16,7 +16,9 @@ class Range:
         Raises:
             TraceError: the step is zero.
         """
-        self.first, self.last, self.step = (0, bounds[0], 1) if len(bounds) == 1 else (*bounds, 1)[:3]
+        self.first, self.last, self.step = (
+            (0, bounds[0], 1) if len(bounds) == 1 else (*bounds, 1)[:3]
+        )
         if not isinstance(self.step, Value) and self.step == 0:
             raise TraceError("a range with a step of 0")
 
@@ -30,7 +32,9 @@ class Range:
         if not isinstance(self.step, Value):
             return combine("less" if self.step > 0 else "greater", index, self.last)
         rises = combine("greater", self.step, 0)
-        return choose(rises, combine("less", index, self.last), combine("greater", index, self.last))
+        return choose(
+            rises, combine("less", index, self.last), combine("greater", index, self.last)
+        )
 
     def value(self, index: Any) -> Any:
         """Return what the loop's variable is at an index."""

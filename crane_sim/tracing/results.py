@@ -34,7 +34,10 @@ def take_result(tree: Any, leaves: list[Value], graph: Graph) -> Any:
     if isinstance(tree, ArraySymbol):
         leaves.append(base_address(graph, tree))
         sizes = (*tree.shape, *tree.strides)
-        leaves += [size if isinstance(size, Value) else graph.constant(size, Kind.INTEGER) for size in sizes]
+        leaves += [
+            size if isinstance(size, Value) else graph.constant(size, Kind.INTEGER)
+            for size in sizes
+        ]
         return _Array(tree.dtype, len(tree.shape))
     if isinstance(tree, Value | float | int):
         kind = number_kind(tree)
@@ -46,8 +49,9 @@ def take_result(tree: Any, leaves: list[Value], graph: Graph) -> Any:
 def make_builder(structure: Any) -> Callable[..., Any]:
     """Return a function that makes the result of a call.
 
-    Its arguments are the numbers of the result and, for each argument of the call, the arrays by their addresses.
-    It is one expression of Python: a call for each tuple would take longer than the code that is called.
+    Its arguments are the numbers of the result and, for each argument of the call, the arrays by
+    their addresses. It is one expression of Python: a call for each tuple would take longer than
+    the code that is called.
     """
     builder = _Builder()
     text = builder.expression(structure)
@@ -71,11 +75,17 @@ class _Builder:
             sizes = [f"v[{first + 1 + i}], " for i in range(2 * n)]
             self.place += 1 + len(sizes)
             shape, strides = "".join(sizes[:n]), "".join(sizes[n:])
-            return f"take(arrays, {self._name(structure.dtype)}, v[{first}], ({shape}), ({strides}))"
+            return (
+                f"take(arrays, {self._name(structure.dtype)}, v[{first}], ({shape}), ({strides}))"
+            )
         if isinstance(structure, tuple):
             inner = "".join(f"{self.expression(part)}, " for part in structure)
             plain = f"({inner})"
-            return plain if type(structure) is tuple else f"new({self._name(type(structure))}, {plain})"
+            return (
+                plain
+                if type(structure) is tuple
+                else f"new({self._name(type(structure))}, {plain})"
+            )
         return self._name(structure)
 
     def _name(self, value: Any) -> str:
@@ -94,7 +104,12 @@ def _take_array(
     """Return the array at an address: one of the arguments', or a new one with a copy."""
     for arrays in arguments.values():
         found = arrays.get(address)
-        if found is not None and found.shape == shape and found.strides == strides and found.dtype == dtype:
+        if (
+            found is not None
+            and found.shape == shape
+            and found.strides == strides
+            and found.dtype == dtype
+        ):
             return found
     array = np.empty(shape, dtype)
     if array.strides == strides:
@@ -109,7 +124,9 @@ def _address(array: Any) -> int:
     return ctypes.addressof(ctypes.c_char.from_buffer(array)) if array.size else array.ctypes.data
 
 
-def _view(dtype: np.dtype, address: int, shape: tuple[int, ...], strides: tuple[int, ...]) -> np.ndarray:
+def _view(
+    dtype: np.dtype, address: int, shape: tuple[int, ...], strides: tuple[int, ...]
+) -> np.ndarray:
     if 0 in shape:
         return np.empty(shape, dtype)
     reach = [(n - 1) * stride for n, stride in zip(shape, strides, strict=True)]

@@ -14,7 +14,8 @@ from crane_sim.tracing.cache import SOURCES_AT_IMPORT
 from crane_sim.tracing.trace_error import TraceError
 
 STRAIGHT = 12
-"""Statements that a function consists of at most that is run in place: no branch, no loop, one return at its end."""
+"""Statements that a function consists of at most that is run in place: no branch, no loop, one
+return at its end."""
 _VARIABLE = inspect.CO_VARARGS | inspect.CO_VARKEYWORDS
 
 
@@ -27,7 +28,9 @@ class Source:
         time_stamp: of its file, when it was read.
     """
 
-    def __init__(self, function: types.FunctionType, tree: ast.FunctionDef | ast.Lambda, time_stamp: int) -> None:
+    def __init__(
+        self, function: types.FunctionType, tree: ast.FunctionDef | ast.Lambda, time_stamp: int
+    ) -> None:
         """Take a function and its tree."""
         code = function.__code__
         self.function, self.name, self.time_stamp = function, function.__name__, time_stamp
@@ -76,7 +79,9 @@ class Source:
     def place(self, node: ast.AST) -> str:
         """Return where a part of the function is, for messages."""
         file = Path(self.function.__code__.co_filename).name
-        return f"{self.name} ({file}:{getattr(node, 'lineno', self.function.__code__.co_firstlineno)})"
+        return (
+            f"{self.name} ({file}:{getattr(node, 'lineno', self.function.__code__.co_firstlineno)})"
+        )
 
 
 def _is_straight(statement: ast.stmt) -> bool:
@@ -99,7 +104,9 @@ def _candidates(code: types.CodeType, version: tuple[str, int]) -> list[Any]:
     if code.co_name == "<lambda>":
         return _lambdas_of(*version).get((code.co_name, code.co_firstlineno), [])
     alone = _parse_alone(code, _lines_of(*version))
-    return [alone] if alone else _functions_of(*version).get((code.co_name, code.co_firstlineno), [])
+    return (
+        [alone] if alone else _functions_of(*version).get((code.co_name, code.co_firstlineno), [])
+    )
 
 
 def _parse_alone(code: types.CodeType, lines: list[str]) -> ast.FunctionDef | None:
@@ -107,9 +114,13 @@ def _parse_alone(code: types.CodeType, lines: list[str]) -> ast.FunctionDef | No
     first = code.co_firstlineno - 1
     last = max(end for inner in _codes_in(code) for _, end, _, _ in inner.co_positions() if end)
     indent = _indent(lines[first])
-    while last < len(lines) and lines[last].startswith("def", indent):  # a docstring alone has no code
+    while last < len(lines) and lines[last].startswith(
+        "def", indent
+    ):  # a docstring alone has no code
         last += 1
-    while last < len(lines) and (_indent(lines[last]) > indent or lines[last].strip()[:1] in ("", *")]}")):
+    while last < len(lines) and (
+        _indent(lines[last]) > indent or lines[last].strip()[:1] in ("", *")]}")
+    ):
         last += 1
     opening = "\n" * (first - 1) + "if True:\n" if indent else "\n" * first
     try:
@@ -128,7 +139,9 @@ def _indent(line: str) -> int:
 @cache
 def _codes_of(file: str, time_stamp: int) -> frozenset[types.CodeType]:
     """Return the code of all functions of a file."""
-    return frozenset(_codes_in(compile(_tree_of(file, time_stamp), file, "exec", dont_inherit=True)))
+    return frozenset(
+        _codes_in(compile(_tree_of(file, time_stamp), file, "exec", dont_inherit=True))
+    )
 
 
 def _codes_in(code: types.CodeType) -> Iterator[types.CodeType]:
@@ -185,18 +198,28 @@ def source_of(function: types.FunctionType) -> Source:
         is_imported = SOURCES_AT_IMPORT.is_unchanged(file) or code in _codes_of(*version)
         candidates = _candidates(code, version)
     except (OSError, SyntaxError, ValueError) as error:
-        raise TraceError(f"the source of {function.__name__}, {file}, cannot be read: {error}") from error
+        raise TraceError(
+            f"the source of {function.__name__}, {file}, cannot be read: {error}"
+        ) from error
     if not is_imported:
-        raise TraceError(f"{file} has changed since {function.__name__} was imported from it: start anew")
+        raise TraceError(
+            f"{file} has changed since {function.__name__} was imported from it: start anew"
+        )
     fitting = [tree for tree in candidates if len(candidates) == 1 or _contains(tree, code)]
     return Source(function, min(fitting, key=lambda tree: len(list(ast.walk(tree)))), version[1])
 
 
 def _contains(tree: Any, code: types.CodeType) -> bool:
     """Return whether a function's code is from a tree's body, as of several on one line."""
-    first, last = (tree.body, tree.body) if isinstance(tree, ast.Lambda) else (tree.body[0], tree.body[-1])
+    first, last = (
+        (tree.body, tree.body) if isinstance(tree, ast.Lambda) else (tree.body[0], tree.body[-1])
+    )
     start, end = (first.lineno, first.col_offset), (last.end_lineno, last.end_col_offset)
-    places = [(a, c, b, d) for a, b, c, d in code.co_positions() if None not in (a, b, c, d) and (a, c) != (b, d)]
+    places = [
+        (a, c, b, d)
+        for a, b, c, d in code.co_positions()
+        if None not in (a, b, c, d) and (a, c) != (b, d)
+    ]
     return all(start <= (a, c) and (b, d) <= end for a, c, b, d in places)
 
 
@@ -209,20 +232,28 @@ def _body_of(tree: ast.FunctionDef | ast.Lambda) -> list[ast.stmt]:
 @cache
 def assigned_names(node: ast.AST) -> tuple[str, ...]:
     """Return the variables that a statement assigns, in the order of their first assignment."""
-    names = [part.id for part in ast.walk(node) if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)]
+    names = [
+        part.id
+        for part in ast.walk(node)
+        if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)
+    ]
     return tuple(dict.fromkeys(names))
 
 
 @cache
 def has_return(node: ast.AST) -> bool:
     """Return whether a statement may leave the function."""
-    return isinstance(node, ast.Return) or any(isinstance(part, ast.Return) for part in _statements(node))
+    return isinstance(node, ast.Return) or any(
+        isinstance(part, ast.Return) for part in _statements(node)
+    )
 
 
 @cache
 def has_jump(loop: ast.For | ast.While, kinds: Any = ast.Break | ast.Continue) -> bool:
     """Return whether a loop's body may leave a turn of this loop by such a statement."""
-    return any(isinstance(part, kinds) for statement in loop.body for part in _parts_of_turn(statement))
+    return any(
+        isinstance(part, kinds) for statement in loop.body for part in _parts_of_turn(statement)
+    )
 
 
 @cache

@@ -1,7 +1,8 @@
 """Arguments of an entry point that its callees read themselves, instead of being passed them.
 
-A crane's masses and lengths go unchanged through many calls, some hundred numbers each. What every call of a function
-passes from the same place of the entry point's memory is no parameter of its code.
+A crane's masses and lengths go unchanged through many calls, some hundred numbers each. What every
+call of a function passes from the same place of the entry point's memory is no parameter of its
+code.
 """
 
 from collections.abc import Iterator
@@ -22,14 +23,19 @@ def shared_places(entry: Function) -> dict[str, dict[int, Place]]:
         sources[function.name] = _sources_in(function.block, sources)
     found: dict[str, dict[int, Place]] = {entry.name: {}}
     for function in reversed(functions):
-        places, source_of = found[function.name] | _places_read(function, entry), sources[function.name]
+        places, source_of = (
+            found[function.name] | _places_read(function, entry),
+            sources[function.name],
+        )
         for call in _calls_in(function.block):
             callee: Function = call.literal
             pairs = zip(callee.block.parameters, call.arguments, strict=True)
             firsts = [(parameter, _first(source_of, number)) for parameter, number in pairs]
             passed = {parameter: places[first] for parameter, first in firsts if first in places}
             before = found.get(callee.name, passed)
-            found[callee.name] = {number: place for number, place in passed.items() if before.get(number) == place}
+            found[callee.name] = {
+                number: place for number, place in passed.items() if before.get(number) == place
+            }
     return found
 
 
@@ -63,7 +69,9 @@ def _sources_in(block: Block, known: dict[str, Sources]) -> Sources:
         elif instruction.operation == "branch":
             then, otherwise = instruction.literal
             sources |= _sources_in(then, known) | _sources_in(otherwise, known)
-            for result, a, b in zip(instruction.results, then.results, otherwise.results, strict=True):
+            for result, a, b in zip(
+                instruction.results, then.results, otherwise.results, strict=True
+            ):
                 if _first(sources, a) == _first(sources, b):
                     sources[result] = _first(sources, a)
         elif instruction.operation == "loop":
@@ -74,15 +82,22 @@ def _sources_in(block: Block, known: dict[str, Sources]) -> Sources:
 def _passed_on(call: Instruction, inner: Sources, sources: Sources) -> Sources:
     callee: Function = call.literal
     arguments = dict(zip(callee.block.parameters, call.arguments, strict=True))
-    firsts = [(result, _first(inner, number))
-              for result, number in zip(call.results, callee.block.results, strict=True)]  # fmt: skip
-    return {result: _first(sources, arguments[first]) for result, first in firsts if first in arguments}
+    firsts = [
+        (result, _first(inner, number))
+        # fmt: skip
+        for result, number in zip(call.results, callee.block.results, strict=True)
+    ]
+    return {
+        result: _first(sources, arguments[first]) for result, first in firsts if first in arguments
+    }
 
 
 def _kept_by_loop(loop: Instruction, known: dict[str, Sources], sources: Sources) -> Sources:
     proceed, body = loop.literal
     inner = _sources_in(proceed, known) | _sources_in(body, known)
-    states = zip(loop.results, loop.arguments, proceed.parameters, body.parameters, body.results, strict=True)
+    states = zip(
+        loop.results, loop.arguments, proceed.parameters, body.parameters, body.results, strict=True
+    )
     for result, start, first, parameter, following in states:
         if _first(inner, following) == parameter:
             source = _first(sources, start)

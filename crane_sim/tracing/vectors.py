@@ -8,9 +8,10 @@ import numpy as np
 def simd_range(*bounds: int) -> range:
     """Return range(*bounds) for a loop in the code whose independent turns run in vector lanes.
 
-    A turn reads no element of an array that another one writes. Where it calls a `routine`, or has a loop, there are
-    no lanes, nor where few turns, whose number is known, leave lanes of vectors free: they are written out. Other loops
-    have none: each takes as long to compile as some hundred instructions.
+    A turn reads no element of an array that another one writes. Where it calls a `routine`, or has
+    a loop, there are no lanes, nor where few turns, whose number is known, leave lanes of vectors
+    free: they are written out. Other loops have none: each takes as long to compile as some hundred
+    instructions.
     """
     return range(*bounds)
 

@@ -1,6 +1,7 @@
 """Motion of a base: six functions of time, with their first two derivatives.
 
-In the order surge, sway, heave [m], roll, pitch, yaw [rad]; `crane_sim.models.moving_base` says what they mean.
+In the order surge, sway, heave [m], roll, pitch, yaw [rad]; `crane_sim.models.moving_base` says
+what they mean.
 """
 
 from typing import Any, NamedTuple
@@ -45,7 +46,9 @@ class MountedBase(NamedTuple):
 
     vessel: Any  # Base or SplineBase, of the vessel's reference point
     position: tuple[float, float, float]  # m, of the base's origin in the vessel's axes
-    rows: tuple[tuple[float, float, float], ...]  # (3, 3) of M, which takes vectors of the base to the vessel
+    rows: tuple[
+        tuple[float, float, float], ...
+    ]  # (3, 3) of M, which takes vectors of the base to the vessel
 
 
 AnyBase = Base | SplineBase | MountedBase

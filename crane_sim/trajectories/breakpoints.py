@@ -1,7 +1,8 @@
 """Breakpoints: instants where a function of time is not smooth; no adaptive step passes one.
 
-A crane at rest has no error, so its steps grow: without breakpoints one of them would pass a motion that begins later
-without a stage in it. Where efforts are held over a period, steps end with it, and have no breakpoints within.
+A crane at rest has no error, so its steps grow: without breakpoints one of them would pass a motion
+that begins later without a stage in it. Where efforts are held over a period, steps end with it,
+and have no breakpoints within.
 """
 
 from math import inf
@@ -17,7 +18,9 @@ from crane_sim.trajectories.profiles import Motion
 from crane_sim.trajectories.trajectory import Trajectory
 
 _CLOSEST = 1e-9  # s, between two breakpoints
-_BASE_INTERVAL = 1.0  # s, between those of a base's spline, which is smooth, but may be at rest for long
+_BASE_INTERVAL = (
+    1.0  # s, between those of a base's spline, which is smooth, but may be at rest for long
+)
 _ULPS = 1e-15  # of a breakpoint: a few of its last digits
 
 

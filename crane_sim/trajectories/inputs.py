@@ -29,7 +29,9 @@ class Sine(NamedTuple):
 class Polynomial(NamedTuple):
     """The sum of coefficients[k] t^k."""
 
-    coefficients: Annotated[tuple[Real, ...], Field(min_length=1)]  # input's unit, of the powers 0, 1, 2, ... of t,
+    coefficients: Annotated[
+        tuple[Real, ...], Field(min_length=1)
+    ]  # input's unit, of the powers 0, 1, 2, ... of t,
     # over s, s², ...
 
 
@@ -64,7 +66,9 @@ class Inputs(NamedTuple):
 def delay_inputs(inputs: Inputs, delays: Sequence[float], before: Sequence[float]) -> Inputs:
     """Return the inputs of nu joints, `delays[j]` [s] later; `before[j]` until then."""
     each = zip(inputs.channels, delays, before, strict=True)
-    return Inputs(tuple(Delayed(channel, delay, held) if delay else channel for channel, delay, held in each))
+    return Inputs(
+        tuple(Delayed(channel, delay, held) if delay else channel for channel, delay, held in each)
+    )
 
 
 def value_at(channel, t):
@@ -79,7 +83,9 @@ def value_at(channel, t):
             value = value * t + coefficient
         return value
     if isinstance(channel, Delayed):
-        return value_at(channel.channel, t - channel.delay) if t >= channel.delay else channel.before
+        return (
+            value_at(channel.channel, t - channel.delay) if t >= channel.delay else channel.before
+        )
     return table_value(channel.times, channel.values, t)
 
 
@@ -92,7 +98,9 @@ def table_value(times, values, t):
         return values[last]
     low = find_piece(times, last, t)
     high = low + 1
-    return values[low] + (values[high] - values[low]) * (t - times[low]) / (times[high] - times[low])
+    return values[low] + (values[high] - values[low]) * (t - times[low]) / (
+        times[high] - times[low]
+    )
 
 
 def values_at(inputs, t):

@@ -1,10 +1,10 @@
 """A table of points with times, as in trajectory_msgs/JointTrajectory, and its reader for files.
 
-Between points the motion is what ros2_control's joint_trajectory_controller makes of them: linear where only positions
-are given, cubic with velocities, quintic with accelerations as well.
+Between points the motion is what ros2_control's joint_trajectory_controller makes of them: linear
+where only positions are given, cubic with velocities, quintic with accelerations as well.
 
-A file holds the message as YAML, or as CSV a head line `time,x,y,x_velocity,y_velocity,x_acceleration,...` and a line
-of numbers for every point.
+A file holds the message as YAML, or as CSV a head line
+`time,x,y,x_velocity,y_velocity,x_acceleration,...` and a line of numbers for every point.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,7 +36,9 @@ def _seconds(value: Any) -> Any:
         return value
     parts = [value.get(key, 0) for key in ("sec", "nanosec")]
     if set(value) - {"sec", "nanosec"} or not all(type(part) in (int, float) for part in parts):
-        raise ValueError(f"must be seconds, or sec and nanosec, which are numbers, here are {dict(value)}")
+        raise ValueError(
+            f"must be seconds, or sec and nanosec, which are numbers, here are {dict(value)}"
+        )
     return parts[0] + parts[1] / NS_PER_S
 
 
@@ -45,8 +47,12 @@ class Point(NamedTuple):
 
     positions: tuple[Real, ...]  # coordinate's unit, of each
     time_from_start: Annotated[NonNegative, BeforeValidator(_seconds)]  # s, or `{sec, nanosec}`
-    velocities: tuple[Real, ...] = ()  # coordinate's unit/s, of each; left out: linear between points
-    accelerations: tuple[Real, ...] = ()  # coordinate's unit/s², of each; left out: cubic with velocities, quintic with
+    velocities: tuple[
+        Real, ...
+    ] = ()  # coordinate's unit/s, of each; left out: linear between points
+    accelerations: tuple[
+        Real, ...
+    ] = ()  # coordinate's unit/s², of each; left out: cubic with velocities, quintic with
     # both
     effort: tuple[Real, ...] = ()  # effort's unit, of the message; not used by a path
 
@@ -56,17 +62,24 @@ class Waypoints(NamedTuple):
 
     The coordinates rest before the first point and after the last one.
 
-    A key `file` in place of joint_names and points names a YAML file with the message, or a CSV file.
+    A key `file` in place of joint_names and points names a YAML file with the message, or a CSV
+    file.
     """
 
-    joint_names: Annotated[tuple[str, ...], Field(min_length=1)]  # names of the coordinates: the actuated joints', or
+    joint_names: Annotated[
+        tuple[str, ...], Field(min_length=1)
+    ]  # names of the coordinates: the actuated joints', or
     # x, y, z
     points: Annotated[tuple[Point, ...], Field(min_length=1)]  # in the order of time
     start: Real = 0.0  # s, from which the points' times count
 
     def find_error(self) -> str:
         """Return one line on points that make no path from rest to rest, empty when they do."""
-        return self.describe_mismatch() or self.describe_end_velocity(0) or self.describe_end_velocity()
+        return (
+            self.describe_mismatch()
+            or self.describe_end_velocity(0)
+            or self.describe_end_velocity()
+        )
 
     def describe_mismatch(self) -> str:
         """Return one line on points that do not fit together, empty when all do."""
@@ -77,28 +90,42 @@ class Waypoints(NamedTuple):
             for name in ("positions", "velocities", "accelerations"):
                 size = len(self.joint_names) if name == "positions" or getattr(first, name) else 0
                 if len(getattr(point, name)) != size:
-                    return f"points[{i}].{name} has {len(getattr(point, name))} values, not {size} as the others"
+                    return (
+                        f"points[{i}].{name} has {len(getattr(point, name))} values, not {size} as "
+                        "the others"
+                    )
             if i and point.time_from_start - self.points[i - 1].time_from_start < MIN_INTERVAL:
-                return f"points[{i}].time_from_start = {point.time_from_start:g}: times must increase"
+                return (
+                    f"points[{i}].time_from_start = {point.time_from_start:g}: times must increase"
+                )
         return ""
 
     def describe_end_velocity(self, i: int = -1) -> str:
         """Return one line on point i if it is not at rest, else empty text."""
         if max(map(abs, self.points[i].velocities), default=0.0) <= ZERO_VELOCITY:
             return ""
-        return f"points[{i}].velocities = {list(self.points[i].velocities)}: a path is at rest at both ends"
+        return (
+            f"points[{i}].velocities = {list(self.points[i].velocities)}: a path is at rest at "
+            "both ends"
+        )
 
     def to_polynomials(self) -> PiecewisePolynomial:
         """Return the motion."""
-        from scipy.interpolate import BPoly, PPoly  # here: few scenes have one, and it takes long to import
+        from scipy.interpolate import (
+            BPoly,
+            PPoly,
+        )  # here: few scenes have one, and it takes long to import
 
         times = self.start + np.array([point.time_from_start for point in self.points])
         derivatives = [np.array([point.positions for point in self.points])]
         derivatives += [
-            np.array([getattr(point, name) for point in self.points]) for name in ("velocities", "accelerations")
+            np.array([getattr(point, name) for point in self.points])
+            for name in ("velocities", "accelerations")
         ]
         if len(times) == 1:
-            return with_rest_at_ends(times + np.array([0.0, MIN_INTERVAL]), derivatives[0][:, :, None])
+            return with_rest_at_ends(
+                times + np.array([0.0, MIN_INTERVAL]), derivatives[0][:, :, None]
+            )
         known = np.stack([rows for rows in derivatives if rows.size], axis=1)  # (K, orders, n)
         rows = PPoly.from_bernstein_basis(BPoly.from_derivatives(times - times[0], list(known))).c
         return with_rest_at_ends(times, np.ascontiguousarray(rows[::-1].transpose(1, 2, 0)))

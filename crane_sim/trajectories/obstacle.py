@@ -1,9 +1,10 @@
 """The shortest path around a circular obstacle at a clearance, smoothed to minimum jerk.
 
-The path goes straight to the circle of radius + clearance, along it, and straight on to the end. The spline through the
-waypoints cuts the corners a little, so the circle is enlarged until the whole motion keeps the clearance. Where that
-does not succeed, as beside a short arc (the spline overshoots there, the more the larger the circle) or near an
-end (which no circle may enclose), the waypoints are taken closer together.
+The path goes straight to the circle of radius + clearance, along it, and straight on to the end.
+The spline through the waypoints cuts the corners a little, so the circle is enlarged until the
+whole motion keeps the clearance. Where that does not succeed, as beside a short arc (the spline
+overshoots there, the more the larger the circle) or near an end (which no circle may enclose), the
+waypoints are taken closer together.
 """
 
 from math import acos, atan2, ceil, hypot, inf, log2, pi, tau
@@ -16,14 +17,20 @@ from crane_sim.numerics import libm
 from crane_sim.trajectories.line_arc import Duration, describe_size_mismatch
 from crane_sim.trajectories.minimum_jerk import LIMITED, minimum_jerk_spline, shortest_duration
 from crane_sim.trajectories.point_to_point import Limits
-from crane_sim.trajectories.polynomials import Array, PiecewisePolynomial, check_durations, differentiate
+from crane_sim.trajectories.polynomials import (
+    Array,
+    PiecewisePolynomial,
+    check_durations,
+    differentiate,
+)
 
 Position = tuple[Real, Real]
 Side = Literal["left", "right", "shorter"]
 STEP = pi / 6.0  # rad, of the arc between two waypoints, unless they are taken closer together
 TRIES = 40  # of circles
 REFINEMENTS = 4  # of waypoints, each twice as close together as the one before
-MIN_GAP = 1e-3  # radii, between waypoints: the spline through closer ones has pieces that hardly take time
+# radii, between waypoints: the spline through closer ones has pieces that hardly take time
+MIN_GAP = 1e-3
 ROUNDING = 1e-12  # of a distance, relative: an end may be on the circle
 
 
@@ -51,7 +58,10 @@ class ObstacleDetour(NamedTuple):
         for name, position in (("from", self.begin), ("to", self.end)):
             distance = hypot(position[0] - self.centre[0], position[1] - self.centre[1])
             if distance < min_radius:
-                return f"{name} is {distance:.4g} m from the centre, within radius + clearance = {min_radius:.4g} m"
+                return (
+                    f"{name} is {distance:.4g} m from the centre, within radius + clearance = "
+                    f"{min_radius:.4g} m"
+                )
         if self.begin == self.end:
             return "from and to are the same place"
         return describe_size_mismatch({"from": self.begin} | limits)
@@ -60,7 +70,8 @@ class ObstacleDetour(NamedTuple):
         """Return the motion.
 
         Raises:
-            ValueError: no path was found that keeps the clearance, or the limits give too short a duration.
+            ValueError: no path was found that keeps the clearance, or the limits give too short a
+                duration.
         """
         points, fractions = self.waypoints()
         limits = (self.velocity, self.acceleration, self.jerk)
@@ -89,7 +100,9 @@ class ObstacleDetour(NamedTuple):
     def _enlarge_circle(self, refinement: int) -> tuple[Array, Array] | None:
         """Return `waypoints` at one spacing, or None where no circle keeps the clearance."""
         radius = min_radius = self.radius + self.clearance
-        begin, end, centre = (np.array(position) for position in (self.begin, self.end, self.centre))
+        begin, end, centre = (
+            np.array(position) for position in (self.begin, self.end, self.centre)
+        )
         largest = min(float(np.linalg.norm(position - centre)) for position in (begin, end))
         for _ in range(TRIES):
             points = detour_waypoints(begin, end, centre, radius, self.side, refinement)
@@ -112,32 +125,43 @@ def min_distance(polynomials: PiecewisePolynomial, centre: Array) -> float:
     The first and the last piece are rest.
     """
     nearest = inf
-    for coefficients, span in zip(polynomials.coefficients[1:-1], np.diff(polynomials.starts)[1:], strict=True):
+    for coefficients, span in zip(
+        polynomials.coefficients[1:-1], np.diff(polynomials.starts)[1:], strict=True
+    ):
         x, y = coefficients - np.eye(1, coefficients.shape[1]) * centre[:, None]
         square = np.convolve(x, x) + np.convolve(y, y)
         turning = np.roots(differentiate(square)[::-1]).real  # those that are not real do no harm
         at = np.clip([0.0, span, *turning], 0.0, span)
-        nearest = min(nearest, float(np.min(np.hypot(np.polyval(x[::-1], at), np.polyval(y[::-1], at)))))
+        nearest = min(
+            nearest, float(np.min(np.hypot(np.polyval(x[::-1], at), np.polyval(y[::-1], at))))
+        )
     return nearest
 
 
-def detour_waypoints(begin: Array, end: Array, centre: Array, radius: float, side: Side, refinement: int) -> Array:
+def detour_waypoints(
+    begin: Array, end: Array, centre: Array, radius: float, side: Side, refinement: int
+) -> Array:
     """Return the waypoints (K, 2) [m] of the shortest path that passes a circle on the given side.
 
-    A path that passes on the `left` has the obstacle on its right, so it goes around it clockwise. Refinement 0 has
-    waypoints on the circle and at the ends alone, n those of `straight_waypoints` as well, from STEP / 2^n on.
+    A path that passes on the `left` has the obstacle on its right, so it goes around it clockwise.
+    Refinement 0 has waypoints on the circle and at the ends alone, n those of `straight_waypoints`
+    as well, from STEP / 2^n on.
     """
     waypoints, shortest = np.array([begin, end]), inf
     chord = end - begin
     along = np.dot(centre - begin, chord) / np.dot(chord, chord)
     is_free = np.linalg.norm(begin + np.clip(along, 0.0, 1.0) * chord - centre) >= radius
-    if is_free and (side == "shorter" or not 0.0 < along < 1.0 or _passes_on(side, chord, centre - begin)):
+    if is_free and (
+        side == "shorter" or not 0.0 < along < 1.0 or _passes_on(side, chord, centre - begin)
+    ):
         return waypoints
     step = STEP / 2**refinement
     for direction in (-1.0, 1.0) if side == "shorter" else (-1.0,) if side == "left" else (1.0,):
         arc = arc_waypoints(begin - centre, end - centre, radius, direction, step) + centre
         first = step * radius if refinement else inf
-        before, after = (straight_waypoints(*line, first) for line in ((arc[0], begin), (arc[-1], end)))
+        before, after = (
+            straight_waypoints(*line, first) for line in ((arc[0], begin), (arc[-1], end))
+        )
         points = drop_close([begin, *before[::-1], *arc, *after, end], MIN_GAP * radius)
         length = float(np.sum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
         if length < shortest:

@@ -46,5 +46,8 @@ def find_table_error(times: Sequence[float], values: Sequence[float], spacing: f
         step = f"; a step is two times {STEP:g} s apart" if 0.0 in steps else ""
         return f"the times of a table must increase, here are {shorten(list(times))}{step}"
     if any(step < spacing for step in steps):
-        return f"the times of a table must be at least {spacing:g} s apart, here are {shorten(list(times))}"
+        return (
+            f"the times of a table must be at least {spacing:g} s apart, here are "
+            f"{shorten(list(times))}"
+        )
     return ""

@@ -1,8 +1,9 @@
 """Straight motion between two positions, as fast as limits allow, all coordinates synchronised.
 
-One profile, from 0 to 1, moves all coordinates, so each keeps its own limits and the tightest one is met. It is a
-trapezium of the velocity, or with a limit of the jerk the double S of seven phases (Biagiotti and Melchiorri,
-Trajectory Planning for Automatic Machines and Robots, 2008, section 3.4).
+One profile, from 0 to 1, moves all coordinates, so each keeps its own limits and the tightest one
+is met. It is a trapezium of the velocity, or with a limit of the jerk the double S of seven phases
+(Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots, 2008, section
+3.4).
 """
 
 from math import sqrt
@@ -13,10 +14,16 @@ from pydantic import Field
 
 from crane_sim.files.types import Positive, Real
 from crane_sim.trajectories.line_arc import Coordinates, describe_size_mismatch
-from crane_sim.trajectories.polynomials import MIN_INTERVAL, Array, PiecewisePolynomial, with_rest_at_ends
+from crane_sim.trajectories.polynomials import (
+    MIN_INTERVAL,
+    Array,
+    PiecewisePolynomial,
+    with_rest_at_ends,
+)
 
 ARRIVED = 1e-9  # relative to the distance, which phases below the resolution of doubles may leave
-ROUNDING = 1e-12  # relative to the position or to 1: a displacement below it is what sums of decimal numbers round to
+# relative to the position or to 1: a displacement below it is what sums of decimal numbers round to
+ROUNDING = 1e-12
 Limits = Positive | Annotated[tuple[Positive, ...], Field(min_length=1)]
 """A limit of every coordinate, or of each one."""
 
@@ -45,8 +52,13 @@ class PointToPoint(NamedTuple):
         first = np.array(self.begin)
         displacement = np.array(self.end) - first
         if np.all(np.abs(displacement) <= ROUNDING * np.maximum(1.0, np.abs(first))):
-            return with_rest_at_ends(self.start + np.array([0.0, MIN_INTERVAL]), first[None, :, None])
-        velocity, acceleration = tightest(self.velocity, displacement), tightest(self.acceleration, displacement)
+            return with_rest_at_ends(
+                self.start + np.array([0.0, MIN_INTERVAL]), first[None, :, None]
+            )
+        velocity, acceleration = (
+            tightest(self.velocity, displacement),
+            tightest(self.acceleration, displacement),
+        )
         durations, jerks, accelerations = phases(
             velocity, acceleration, None if self.jerk is None else tightest(self.jerk, displacement)
         )
@@ -64,7 +76,10 @@ def tightest(limits: float | tuple[float, ...], displacement: Array) -> float:
     moves = displacement != 0.0
     return float(
         np.min(
-            (np.broadcast_to(np.array(limits), displacement.shape) / np.where(moves, np.abs(displacement), 1.0))[moves]
+            (
+                np.broadcast_to(np.array(limits), displacement.shape)
+                / np.where(moves, np.abs(displacement), 1.0)
+            )[moves]
         )
     )
 

@@ -17,7 +17,9 @@ class PiecewisePolynomial(NamedTuple):
     """n coordinates as piecewise polynomials of time."""
 
     starts: Array  # (pieces,) s, increasing; the first piece also holds before, the last one after
-    coefficients: Array  # (pieces, n, degree + 1), of powers of t - starts[piece], from the constant on
+    coefficients: (
+        Array  # (pieces, n, degree + 1), of powers of t - starts[piece], from the constant on
+    )
 
 
 def with_rest_at_ends(times: Array, coefficients: Array) -> PiecewisePolynomial:
@@ -29,7 +31,9 @@ def with_rest_at_ends(times: Array, coefficients: Array) -> PiecewisePolynomial:
     before[0, :, 0] = coefficients[0, :, 0]
     span = times[-1] - times[-2]
     after[0, :, 0] = coefficients[-1] @ exponential(span, np.arange(coefficients.shape[2]))
-    return PiecewisePolynomial(np.array([times[0] - 1.0, *times]), np.concatenate([before, coefficients, after]))
+    return PiecewisePolynomial(
+        np.array([times[0] - 1.0, *times]), np.concatenate([before, coefficients, after])
+    )
 
 
 def check_durations(times: Array, cause: str = "limits so large") -> Array:
@@ -48,7 +52,10 @@ def check_durations(times: Array, cause: str = "limits so large") -> Array:
 def evaluate(polynomials: PiecewisePolynomial, t: Array, derivative: int = 0) -> Array:
     """Return the derivative of that order (K, n) at times t (K,) [s]."""
     piece = np.clip(np.searchsorted(polynomials.starts, t, side="right") - 1, 0, None)
-    rows, s = differentiate(polynomials.coefficients, derivative)[piece], t - polynomials.starts[piece]
+    rows, s = (
+        differentiate(polynomials.coefficients, derivative)[piece],
+        t - polynomials.starts[piece],
+    )
     out = np.zeros(rows.shape[:2])
     for k in reversed(range(rows.shape[2])):
         out = out * s[:, None] + rows[:, :, k]
@@ -59,7 +66,9 @@ def differentiate(coefficients: Array, order: int = 1) -> Array:
     """Return the coefficients of the derivative of that order, at least one of them."""
     for _ in range(order):
         powers = np.arange(1, coefficients.shape[-1])
-        coefficients = coefficients[..., 1:] * powers if len(powers) else np.zeros_like(coefficients)
+        coefficients = (
+            coefficients[..., 1:] * powers if len(powers) else np.zeros_like(coefficients)
+        )
     return coefficients
 
 
@@ -75,7 +84,9 @@ def max_derivatives(polynomials: PiecewisePolynomial, derivative: int) -> Array:
     for row, span in zip(rows[1:-1], np.diff(polynomials.starts)[1:], strict=True):
         for k in range(n):
             roots = np.roots(np.trim_zeros(differentiate(row[k])[::-1], "f"))
-            turning = roots.real[(np.abs(roots.imag) < 1e-9 * span) & (roots.real > 0.0) & (roots.real < span)]
+            turning = roots.real[
+                (np.abs(roots.imag) < 1e-9 * span) & (roots.real > 0.0) & (roots.real < span)
+            ]
             at = np.concatenate([[0.0, span], turning])
             largest[k] = max(largest[k], np.max(np.abs(np.polyval(row[k][::-1], at))))
     return largest
@@ -91,14 +102,18 @@ def reorder(polynomials: PiecewisePolynomial, order: Sequence[int]) -> Piecewise
     return polynomials._replace(coefficients=polynomials.coefficients[:, list(order)])
 
 
-def weighted_sum(weights: Sequence[float], parts: Sequence[PiecewisePolynomial]) -> PiecewisePolynomial:
+def weighted_sum(
+    weights: Sequence[float], parts: Sequence[PiecewisePolynomial]
+) -> PiecewisePolynomial:
     """Return the sum of weights[k] parts[k], of the same coordinates."""
     starts = np.unique(np.concatenate([part.starts for part in parts]))
     starts = starts[np.concatenate([[True], np.diff(starts) > MIN_INTERVAL])]
     degree = max(part.coefficients.shape[2] for part in parts)
     total = np.zeros((len(starts), parts[0].coefficients.shape[1], degree))
     for weight, part in zip(weights, parts, strict=True):
-        piece = np.clip(np.searchsorted(part.starts, starts + MIN_INTERVAL, side="right") - 1, 0, None)
+        piece = np.clip(
+            np.searchsorted(part.starts, starts + MIN_INTERVAL, side="right") - 1, 0, None
+        )
         moved = shift_origin(part.coefficients[piece], starts - part.starts[piece])
         total[:, :, : moved.shape[2]] += weight * moved
     return PiecewisePolynomial(starts, total)

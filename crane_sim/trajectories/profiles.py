@@ -1,7 +1,7 @@
 """Prescribed motions: functions of time with their first two derivatives.
 
-A scene names a shape (SmoothMotion, SineMotion, PolynomialMotion, SplineMotion); each becomes the same `Motion`, pieces
-of polynomials plus a sine, so that one compiled function evaluates them all.
+A scene names a shape (SmoothMotion, SineMotion, PolynomialMotion, SplineMotion); each becomes the
+same `Motion`, pieces of polynomials plus a sine, so that one compiled function evaluates them all.
 """
 
 from math import cos, sin
@@ -38,9 +38,18 @@ class SmoothMotion(NamedTuple):
     def motion(self) -> Motion:
         """Return the motion."""
         change, span = self.end - self.begin, self.duration
-        rise = [self.begin, 0.0, 0.0, 10.0 * change / span**3, -15.0 * change / span**4, 6.0 * change / span**5]
+        rise = [
+            self.begin,
+            0.0,
+            0.0,
+            10.0 * change / span**3,
+            -15.0 * change / span**4,
+            6.0 * change / span**5,
+        ]
         rest = [0.0] * 5
-        starts = np.array([self.start - 1.0, self.start, self.start + span])  # any instant before: it holds there, too
+        starts = np.array(
+            [self.start - 1.0, self.start, self.start + span]
+        )  # any instant before: it holds there, too
         return Motion(starts, np.array([[self.begin, *rest], rise, [self.end, *rest]]))
 
 
@@ -54,13 +63,17 @@ class SineMotion(NamedTuple):
 
     def motion(self) -> Motion:
         """Return the motion."""
-        return Motion(np.zeros(1), np.array([[self.offset]]), self.amplitude, self.frequency, self.phase)
+        return Motion(
+            np.zeros(1), np.array([[self.offset]]), self.amplitude, self.frequency, self.phase
+        )
 
 
 class PolynomialMotion(NamedTuple):
     """The sum of coefficients[k] t^k, k from 0 on."""
 
-    coefficients: Annotated[tuple[Real, ...], Field(min_length=1)]  # m, coefficient of t^k, k = 0, 1, 2, ..., over s^k
+    coefficients: Annotated[
+        tuple[Real, ...], Field(min_length=1)
+    ]  # m, coefficient of t^k, k = 0, 1, 2, ..., over s^k
 
     def motion(self) -> Motion:
         """Return the motion."""
@@ -79,11 +92,15 @@ class SplineMotion(NamedTuple):
 
     def motion(self) -> Motion:
         """Return the motion."""
-        from scipy.interpolate import CubicSpline  # here: few scenes have one, and it takes long to import
+        from scipy.interpolate import (
+            CubicSpline,
+        )  # here: few scenes have one, and it takes long to import
 
         pieces = CubicSpline(self.times, self.values, bc_type="clamped").c[::-1].T
         before, after = (np.array([[self.values[i], 0.0, 0.0, 0.0]]) for i in (0, -1))
-        return Motion(np.array([self.times[0] - 1.0, *self.times]), np.vstack([before, pieces, after]))
+        return Motion(
+            np.array([self.times[0] - 1.0, *self.times]), np.vstack([before, pieces, after])
+        )
 
 
 Shape = SmoothMotion | SineMotion | PolynomialMotion | SplineMotion
@@ -96,7 +113,11 @@ def evaluate_motion(motion, t):
     value, rate, second, _, _ = polynomial_at(motion.coefficients, piece, t - motion.starts[piece])
     angle, w = motion.frequency * t + motion.phase, motion.frequency
     value = value + motion.amplitude * sin(angle)
-    return value, rate + motion.amplitude * w * cos(angle), second - motion.amplitude * w * w * sin(angle)
+    return (
+        value,
+        rate + motion.amplitude * w * cos(angle),
+        second - motion.amplitude * w * w * sin(angle),
+    )
 
 
 @routine

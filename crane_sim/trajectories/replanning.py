@@ -21,7 +21,10 @@ def trajectory_of_law(law: Any) -> Trajectory | None:
     if isinstance(law, Trajectory):
         return law
     fields = law if isinstance(law, tuple) else ()
-    return next((trajectory for trajectory in map(trajectory_of_law, fields) if trajectory is not None), None)
+    return next(
+        (trajectory for trajectory in map(trajectory_of_law, fields) if trajectory is not None),
+        None,
+    )
 
 
 def with_trajectory(law: Any, trajectory: Trajectory) -> Any:
@@ -33,7 +36,9 @@ def with_trajectory(law: Any, trajectory: Trajectory) -> Any:
     return type(law)(*(with_trajectory(value, trajectory) for value in law))
 
 
-def join_trajectory(waypoints: Waypoints, trajectory: Trajectory, names: Sequence[str], t: float) -> Trajectory:
+def join_trajectory(
+    waypoints: Waypoints, trajectory: Trajectory, names: Sequence[str], t: float
+) -> Trajectory:
     """Return a trajectory that continues `trajectory` at time t [s] through the waypoints after t.
 
     Args:
@@ -46,7 +51,10 @@ def join_trajectory(waypoints: Waypoints, trajectory: Trajectory, names: Sequenc
         ValueError: one line on why the waypoints cannot be followed.
     """
     if sorted(waypoints.joint_names) != sorted(names):
-        raise ValueError(f"joint_names = {', '.join(waypoints.joint_names)}: must be {', '.join(names)}, in any order")
+        raise ValueError(
+            f"joint_names = {', '.join(waypoints.joint_names)}: must be {', '.join(names)}, in any "
+            "order"
+        )
     error = waypoints.describe_mismatch() or waypoints.describe_end_velocity()
     if error:
         raise ValueError(error)
@@ -69,7 +77,8 @@ def join_trajectory(waypoints: Waypoints, trajectory: Trajectory, names: Sequenc
 def stop_trajectory(trajectory: Trajectory, t: float, duration: float) -> Trajectory:
     """Return a trajectory that leaves `trajectory` at t [s] and rests within `duration` [s].
 
-    The velocity is the cubic from (v, a) to rest: v (1 - 3 s² + 2 s³) + a T (s - 2 s² + s³) at t + s T.
+    The velocity is the cubic from (v, a) to rest: v (1 - 3 s² + 2 s³) + a T (s - 2 s² + s³) at t +
+    s T.
     """
     old = to_piecewise_polynomial(trajectory)
     x, v, a = (evaluate(old, np.array([t]), k)[0] for k in range(3))

@@ -1,10 +1,11 @@
 """Input shaping: a reference that excites no swing of a known frequency.
 
-A shaped reference is the sum of copies of the reference, each delayed and with its weight, such that the swings that
-the copies excite cancel. ZV leaves none at the frequency itself; ZVD leaves a residue there whose derivative with
-respect to the frequency vanishes too, at twice the delay (Singer and Seering, Preshaping command inputs to reduce
-system vibration, ASME J. Dyn. Syst. Meas. Control 112, 1990; Singhose, Command shaping for flexible systems, Int. J.
-Precis. Eng. Manuf. 10, 2009).
+A shaped reference is the sum of copies of the reference, each delayed and with its weight, such
+that the swings that the copies excite cancel. ZV leaves none at the frequency itself; ZVD leaves a
+residue there whose derivative with respect to the frequency vanishes too, at twice the delay
+(Singer and Seering, Preshaping command inputs to reduce system vibration, ASME J. Dyn. Syst. Meas.
+Control 112, 1990; Singhose, Command shaping for flexible systems, Int. J. Precis. Eng. Manuf. 10,
+2009).
 """
 
 from math import exp, pi, sqrt
@@ -22,13 +23,19 @@ class Shaping(NamedTuple):
     The motion ends later by the delay.
     """
 
-    kind: Literal["zv", "zvd"]  # `zv`: no swing at the frequency; `zvd`: little beside it as well, at twice the delay
-    frequency: Positive | Literal["auto"] = "auto"  # rad/s, of the undamped swing; `auto`: small swings of a point load
+    kind: Literal[
+        "zv", "zvd"
+    ]  # `zv`: no swing at the frequency; `zvd`: little beside it as well, at twice the delay
+    frequency: Positive | Literal["auto"] = (
+        "auto"  # rad/s, of the undamped swing; `auto`: small swings of a point load
+    )
     # on the scene's whole rope
     damping: Annotated[NonNegative, Field(lt=1.0)] = 0.0  # -, ratio of the swing
 
 
-def impulses(kind: Literal["zv", "zvd"], frequency: float, damping: float) -> tuple[list[float], list[float]]:
+def impulses(
+    kind: Literal["zv", "zvd"], frequency: float, damping: float
+) -> tuple[list[float], list[float]]:
     """Return (weights, delays [s]) of a shaper's impulses; the weights add up to one.
 
     Args:

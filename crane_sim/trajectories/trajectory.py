@@ -1,7 +1,8 @@
 """Trajectories: references of the payload or the actuated joints over time, with derivatives.
 
-A scene names a kind (one file each); each kind becomes the same `PiecewisePolynomial`, which can be delayed and added,
-and this becomes a `Trajectory`, which one piece of compiled code evaluates. A trajectory is at rest before and after.
+A scene names a kind (one file each); each kind becomes the same `PiecewisePolynomial`, which can be
+delayed and added, and this becomes a `Trajectory`, which one piece of compiled code evaluates. A
+trajectory is at rest before and after.
 """
 
 from typing import Any, NamedTuple
@@ -21,15 +22,21 @@ class Trajectory(NamedTuple):
     """
 
     starts: Any  # (pieces,) s, increasing; the first piece also holds before
-    coordinates: tuple[Any, ...]  # (n,) of (pieces, degree + 1), of powers of t - starts[piece], from the constant on
-    of_joints: bool = False  # of the actuated joints, in the scene's order, rather than of the payload
+    coordinates: tuple[
+        Any, ...
+    ]  # (n,) of (pieces, degree + 1), of powers of t - starts[piece], from the constant on
+    of_joints: bool = (
+        False  # of the actuated joints, in the scene's order, rather than of the payload
+    )
 
 
 def compile_trajectory(polynomials: PiecewisePolynomial, of_joints: bool = False) -> Trajectory:
     """Return the compiled form of n coordinates."""
     n = polynomials.coefficients.shape[1]
     coordinates = tuple(np.ascontiguousarray(polynomials.coefficients[:, k]) for k in range(n))
-    return Trajectory(np.ascontiguousarray(polynomials.starts, dtype=np.float64), coordinates, of_joints)
+    return Trajectory(
+        np.ascontiguousarray(polynomials.starts, dtype=np.float64), coordinates, of_joints
+    )
 
 
 def derivatives_at(trajectory, t, orders):

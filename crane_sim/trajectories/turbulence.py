@@ -1,9 +1,10 @@
 """Spectra of atmospheric turbulence, and gusts that have them, drawn by seeded generators.
 
-Kaimal: IEC 61400-1:2005, annex B, eq. (B.14) and table B.1, Λ₁ of eq. (5). Dryden, von Karman: MIL-HDBK-1797, forms
-of the disturbance model; length scales and deviations of its low-altitude model. The one-sided spectrum of a component
-of variance σ² and length scale L in a mean U is S(f) = σ² (L / U) s(f L / U). Its integral is exactly σ²: what the
-standard prints as 1.339 of von Karman's is here B(1/2, 1/3) / π.
+Kaimal: IEC 61400-1:2005, annex B, eq. (B.14) and table B.1, Λ₁ of eq. (5). Dryden, von Karman:
+MIL-HDBK-1797, forms of the disturbance model; length scales and deviations of its low-altitude
+model. The one-sided spectrum of a component of variance σ² and length scale L in a mean U is S(f) =
+σ² (L / U) s(f L / U). Its integral is exactly σ²: what the standard prints as 1.339 of von Karman's
+is here B(1/2, 1/3) / π.
 """
 
 import math
@@ -18,11 +19,14 @@ from crane_sim.trajectories.wind import Gust
 
 Array = npt.NDArray[np.float64]
 BEYOND = 0.008
-"""Part of the variance beyond the default cut-off: below it, a spectrum is less than 1 % above its formula."""
+"""Part of the variance beyond the default cut-off: below it, a spectrum is less than 1 % above its
+formula."""
 LENGTHS_PER_PERIOD, MIN_LENGTHS_PER_PERIOD = 128, 8
-"""Period of gusts in units of L / U, whose lines begin below the bend of the spectrum; the least one."""
+"""Period of gusts in units of L / U, whose lines begin below the bend of the spectrum; the least
+one."""
 NODES_PER_CYCLE, MAX_NODES = 4, 2**20
-"""Least number of nodes in a cycle of the cut-off, of which interpolation misses (π / 2)⁶ / 46080, 3e-4; of nodes."""
+"""Least number of nodes in a cycle of the cut-off, of which interpolation misses (π / 2)⁶ / 46080,
+3e-4; of nodes."""
 KARMAN = 1.3389852790652794  # B(1/2, 1/3) / π
 LOWEST, HIGHEST = 3.048, 304.8  # m (10 and 1000 ft), between which the low-altitude model holds
 FOOT = 0.3048  # m
@@ -36,7 +40,9 @@ class Spectrum(NamedTuple):
 
     density: Callable[[Array, int], Array]  # s(x)
     below: Callable[[Array, int], Array]  # the part of the variance below x, the integral of s
-    ratios: Callable[[float], tuple[float, ...]]  # σ of each component over the first one's at a height [m]
+    ratios: Callable[
+        [float], tuple[float, ...]
+    ]  # σ of each component over the first one's at a height [m]
     lengths: Callable[[float], tuple[float, ...]]  # L of each component [m] at a height [m]
     heights: tuple[float, float] = (0.0, np.inf)  # m, for which the two hold
 
@@ -102,10 +108,22 @@ def _low_altitude_lengths(height: float) -> tuple[float, ...]:
 
 
 SPECTRA = {
-    "kaimal": Spectrum(_kaimal_density, _kaimal_below, lambda height: (1.0, 0.8, 0.5), _kaimal_lengths),
-    "dryden": Spectrum(_dryden_density, _dryden_below, _low_altitude_ratios, _low_altitude_lengths, (LOWEST, HIGHEST)),
+    "kaimal": Spectrum(
+        _kaimal_density, _kaimal_below, lambda height: (1.0, 0.8, 0.5), _kaimal_lengths
+    ),
+    "dryden": Spectrum(
+        _dryden_density,
+        _dryden_below,
+        _low_altitude_ratios,
+        _low_altitude_lengths,
+        (LOWEST, HIGHEST),
+    ),
     "von_karman": Spectrum(
-        _karman_density, _karman_below, _low_altitude_ratios, _low_altitude_lengths, (LOWEST, HIGHEST)
+        _karman_density,
+        _karman_below,
+        _low_altitude_ratios,
+        _low_altitude_lengths,
+        (LOWEST, HIGHEST),
     ),
 }
 """Spectra by name."""
@@ -121,7 +139,11 @@ def default_cut_off(spectrum: Spectrum, component: int) -> float:
     low, high = 0.0, 20.0  # logarithms
     for _ in range(60):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if beyond(spectrum, component, math.exp(middle)) > BEYOND else (low, middle)
+        low, high = (
+            (middle, high)
+            if beyond(spectrum, component, math.exp(middle)) > BEYOND
+            else (low, middle)
+        )
     return math.exp(low)
 
 
@@ -132,21 +154,30 @@ def band_of(scale: float, cut_off: float, duration: float) -> Band:
         ValueError: the cut-off [Hz] is out of range; the message is what is possible.
     """
     period, longest = LENGTHS_PER_PERIOD * scale, MAX_NODES / (NODES_PER_CYCLE * cut_off)
-    while period < duration and 2.0 * period <= longest:  # so that few durations change the gusts of a seed
+    while (
+        period < duration and 2.0 * period <= longest
+    ):  # so that few durations change the gusts of a seed
         period *= 2.0
     period = min(period, longest)
-    low, high = 1.0 / (LENGTHS_PER_PERIOD * scale), MAX_NODES / (NODES_PER_CYCLE * MIN_LENGTHS_PER_PERIOD * scale)
+    low, high = (
+        1.0 / (LENGTHS_PER_PERIOD * scale),
+        MAX_NODES / (NODES_PER_CYCLE * MIN_LENGTHS_PER_PERIOD * scale),
+    )
     if not low <= cut_off <= high:
-        raise ValueError(f"must be {low:.3g} to {high:.3g} Hz for gusts of a time scale of {scale:.3g} s")
+        raise ValueError(
+            f"must be {low:.3g} to {high:.3g} Hz for gusts of a time scale of {scale:.3g} s"
+        )
     cycles = cut_off * period
-    return Band(cut_off, period, 2 ** int(np.ceil(np.log2(NODES_PER_CYCLE * cycles * (1.0 - 1e-12)))))
+    return Band(
+        cut_off, period, 2 ** int(np.ceil(np.log2(NODES_PER_CYCLE * cycles * (1.0 - 1e-12))))
+    )
 
 
 def line_energies(spectrum: Spectrum, component: int, scale: float, band: Band) -> Array:
     """Return the parts (n,) of the variance, sum 1, in the lines 1 / period, 2 / period, ...
 
-    Each is the integral of the spectrum over the line's bin, half a line to either side; the first bin begins at 0. All
-    are larger by what is beyond the last one.
+    Each is the integral of the spectrum over the line's bin, half a line to either side; the first
+    bin begins at 0. All are larger by what is beyond the last one.
     """
     count = max(1, int(band.cut_off * band.period * (1.0 + 1e-12)))
     edges = np.append(0.0, (np.arange(count) + 1.5) / band.period)

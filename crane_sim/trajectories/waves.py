@@ -1,7 +1,7 @@
 """Irregular seas: wave spectra, sampled to finite sums of sinusoids, and how a vessel answers them.
 
-Spectra: Pierson and Moskowitz, J. Geophys. Res. 69 (1964); JONSWAP, Hasselmann et al., Dtsch. Hydrogr. Z. A8 (1973);
-both by significant wave height and peak period as in DNV-RP-C205, 3.5.5.
+Spectra: Pierson and Moskowitz, J. Geophys. Res. 69 (1964); JONSWAP, Hasselmann et al., Dtsch.
+Hydrogr. Z. A8 (1973); both by significant wave height and peak period as in DNV-RP-C205, 3.5.5.
 """
 
 from functools import lru_cache
@@ -16,8 +16,11 @@ Array = npt.NDArray[np.float64]
 NARROW, WIDE = 0.07, 0.09  # widths of the JONSWAP peak below and above the peak frequency
 GRAVITY = 9.81  # m/s²
 BREAKING_STEEPNESS = 1.0 / 7.0
-"""Height over length at which a wave breaks in deep water (Michell, Phil. Mag. 36 (1893); DNV-RP-C205, 3.4.6)."""
-CUTOFF_RATIO = 5.0  # highest sampled over peak frequency; the 0.2 % of energy above is redistributed
+"""Height over length at which a wave breaks in deep water (Michell, Phil. Mag. 36 (1893);
+DNV-RP-C205, 3.4.6)."""
+CUTOFF_RATIO = (
+    5.0  # highest sampled over peak frequency; the 0.2 % of energy above is redistributed
+)
 
 
 class Sea(NamedTuple):
@@ -70,7 +73,9 @@ def _spectral_shape(x: Array, gamma: float) -> Array:
 @lru_cache(maxsize=8)  # many seeds of one sea share it, and it takes as long as all else of a scene
 def _split_energy(gamma: float) -> tuple[Array, Array]:
     """Return (frequencies in units of the peak's, energy below each of them), without units."""
-    x = geometric_sequence(0.3, 30.0, 40001)  # exp(-154) of the energy is below, 1.5e-6 of it beyond
+    x = geometric_sequence(
+        0.3, 30.0, 40001
+    )  # exp(-154) of the energy is below, 1.5e-6 of it beyond
     shape = _spectral_shape(x, gamma)
     return x, np.append(0.0, np.cumsum(0.5 * (shape[1:] + shape[:-1]) * np.diff(x)))
 
@@ -80,12 +85,16 @@ def density(sea: Sea, frequencies: Array) -> Array:
 
     The frequencies (n,) [rad/s] are greater than 0.
 
-    Its integral is the variance of the elevation, the square of the significant height over 16, whatever gamma is.
+    Its integral is the variance of the elevation, the square of the significant height over 16,
+    whatever gamma is.
     """
     peak = 2.0 * np.pi / sea.peak_period
     total = _split_energy(sea.gamma)[1][-1]
     return (
-        sea.significant_height**2 / 16.0 * _spectral_shape(np.asarray(frequencies) / peak, sea.gamma) / (total * peak)
+        sea.significant_height**2
+        / 16.0
+        * _spectral_shape(np.asarray(frequencies) / peak, sea.gamma)
+        / (total * peak)
     )
 
 
@@ -94,7 +103,8 @@ def sample_sea(sea: Sea, count: int, seed: int) -> SineSum:
 
     The same seed gives the same ones.
 
-    Each frequency is drawn from its own share of the energy: no two have a common period, and the sum does not repeat.
+    Each frequency is drawn from its own share of the energy: no two have a common period, and the
+    sum does not repeat.
     """
     rng = np.random.default_rng(seed)
     x, energy = _split_energy(sea.gamma)

@@ -36,7 +36,10 @@ def point(engine: str, error: float, time: float) -> WorkPrecisionPoint:
 def run(error: float, setting: float = 0.1) -> Run:
     """Return a run whose payload ends `error` [m] from the origin."""
     return Run(
-        "toy", "rk4", setting, lambda repetitions: RunResult(np.array([error, 0.0, 0.0]), 4 * repetitions, repetitions)
+        "toy",
+        "rk4",
+        setting,
+        lambda repetitions: RunResult(np.array([error, 0.0, 0.0]), 4 * repetitions, repetitions),
     )
 
 
@@ -50,10 +53,14 @@ def test_every_case_has_a_reference_at_the_end_of_its_scene() -> None:
     from crane_bench.reproduce.hardcases import hardcase_references
 
     for case in CASES:
-        assert hardcase_references()[case.scene]["t"][-1] == pytest.approx(case_scene(case).duration, abs=1e-12)
+        assert hardcase_references()[case.scene]["t"][-1] == pytest.approx(
+            case_scene(case).duration, abs=1e-12
+        )
         error_bound = reference_of(case).error_bound
         assert is_asked(ERROR_LEVELS[-2], error_bound)
-        assert is_asked(ERROR_LEVELS[-1], error_bound) or not case.compare_engines or case.id == "S4"
+        assert (
+            is_asked(ERROR_LEVELS[-1], error_bound) or not case.compare_engines or case.id == "S4"
+        )
 
 
 @pytest.mark.parametrize("name", ["overhead", "knuckle_springs"])
@@ -63,21 +70,35 @@ def test_references_that_decide_agree_with_a_second_method(name: str) -> None:
     These are those of a solution's own two settings.
     """
     checked = 0
-    for case in json.loads((Path(__file__).parents[1] / "data" / f"{name}.json").read_text()).values():
+    for case in json.loads(
+        (Path(__file__).parents[1] / "data" / f"{name}.json").read_text()
+    ).values():
         if "agreement_taylor_m" in case:
-            assert case["agreement_taylor_m"] <= case["agreement_m"]  # of the solution's own two settings
+            assert (
+                case["agreement_taylor_m"] <= case["agreement_m"]
+            )  # of the solution's own two settings
             checked += 1
     assert checked == (5 if name == "overhead" else 1)
 
 
-@pytest.mark.parametrize(("method", "order", "finest", "coarsest"), [("rk4", 4, 1e-3, 6e-3), ("rk8", 8, 0.03, 0.12)])
-def test_our_runs_converge_at_their_order(method: str, order: int, finest: float, coarsest: float) -> None:
+@pytest.mark.parametrize(
+    ("method", "order", "finest", "coarsest"), [("rk4", 4, 1e-3, 6e-3), ("rk8", 8, 0.03, 0.12)]
+)
+def test_our_runs_converge_at_their_order(
+    method: str, order: int, finest: float, coarsest: float
+) -> None:
     """On S1 the error falls by the method's order, and evaluations are stages times steps."""
-    runs = [r for r in CraneSimEngine(case_scene(CASES[0])).runs(method) if finest < r.setting < coarsest]
+    runs = [
+        r
+        for r in CraneSimEngine(case_scene(CASES[0])).runs(method)
+        if finest < r.setting < coarsest
+    ]
     trials = [run_trial(r, reference_of(CASES[0])) for r in runs]
     steps = [10.0 / (t.steps or 1) for t in trials]
     slope = np.polyfit(np.log(steps), np.log([t.error for t in trials]), 1)[0]
-    assert slope == pytest.approx(order, abs=0.5)  # at a swing of 60° and these steps the order is not yet exact
+    assert slope == pytest.approx(
+        order, abs=0.5
+    )  # at a swing of 60° and these steps the order is not yet exact
     assert all(t.evaluations == (12 if method == "rk8" else 4) * (t.steps or 0) for t in trials)
 
 
@@ -122,20 +143,32 @@ def test_verdicts_name_the_missed_targets() -> None:
     assert results[0].verdict() == "misses C, general, CasADi"
     fine = Target("S1", 1e-9, 1.0, "MuJoCo", 20.0, 1.2, 1.4)
     assert fine.verdict() == "misses heyoka" and fine._replace(of_taylor=1.6).verdict() == "holds"
-    assert fine._replace(level=1e-12).verdict() == "holds" != fine._replace(case="S3a", of_taylor=4.9).verdict()
+    assert (
+        fine._replace(level=1e-12).verdict()
+        == "holds"
+        != fine._replace(case="S3a", of_taylor=4.9).verdict()
+    )
     assert (
         results[0]._replace(case="S4", of_hand_c=1.9, of_generated=1.2).verdict() == "holds"
     )  # the factor of S4 is 10
     of_c = {"S1": 1.3, "S2k": 1.3, "S5": 1.5, "S3a": 2.0, "S3b": 2.0, "S4": 2.0}
     for case, most in of_c.items():
         met = Target(case, 1e-9, most, "MuJoCo", 20.0, 1.2, 5.0)
-        assert met.verdict() == "holds" and met._replace(of_hand_c=most + 0.01).verdict() == "misses C"
+        assert (
+            met.verdict() == "holds" and met._replace(of_hand_c=most + 0.01).verdict() == "misses C"
+        )
 
 
 def scenes_data(date: str, engine: str, case: str, *points: WorkPrecisionPoint) -> dict[str, Any]:
     """Return the data of `scenes.measure_scenes` with one case and one engine."""
     scene = {"points": [list(p) for p in points], "refused": {}, "compiling_s": {}}
-    head = {"date": date, "machine": {}, "engines": {engine: "1"}, "missing": {}, "cannot": {engine: {}}}
+    head = {
+        "date": date,
+        "machine": {},
+        "engines": {engine: "1"},
+        "missing": {},
+        "cannot": {engine: {}},
+    }
     return head | {"scenes": {case: scene}}
 
 
@@ -144,13 +177,21 @@ def test_data_survive_the_file(tmp_path: Path) -> None:
 
     Infinite errors are read back as such.
     """
-    data = merge_suite({}, "scenes", scenes_data("1", "a", "S1", point("a", float("inf"), 1.0), point("a", 1e-3, 1.0)))
+    data = merge_suite(
+        {},
+        "scenes",
+        scenes_data("1", "a", "S1", point("a", float("inf"), 1.0), point("a", 1e-3, 1.0)),
+    )
     data = merge_suite(data, "scenes", scenes_data("2", "b", "S1", point("b", 1.23456789e-3, 1.0)))
     data = merge_suite(data, "scenes", scenes_data("3", "a", "S1", point("a", 1e-4, 3.0)))
     data = merge_suite(data, "scenes", scenes_data("4", "b", "S5"))
     write_store(data, tmp_path)
     again = read_store(tmp_path)
-    assert again == data and again["scenes"]["date"] == "4" and again["scenes"]["engines"] == {"a": "1", "b": "1"}
+    assert (
+        again == data
+        and again["scenes"]["date"] == "4"
+        and again["scenes"]["engines"] == {"a": "1", "b": "1"}
+    )
     results = read_points(again["scenes"]["scenes"]["S1"])
     assert [(p.engine, p.error) for p in results] == [("a", 1e-4), ("b", 1.2346e-3)]
     infinite = merge_suite({}, "scenes", scenes_data("1", "a", "S1", point("a", float("inf"), 1.0)))
@@ -169,12 +210,15 @@ def test_an_unreadable_data_file_is_named(text: str, tmp_path: Path) -> None:
 def test_bench_writes_data_figure_and_page(tmp_path: Path) -> None:
     """`crane bench` on one scene and method writes three files; the page is from the data."""
     pytest.importorskip("matplotlib")
-    result = CliRunner().invoke(bench, ["--scene", "S1", "--method", "rk8", "--save", str(tmp_path)])
+    result = CliRunner().invoke(
+        bench, ["--scene", "S1", "--method", "rk8", "--save", str(tmp_path)]
+    )
     assert result.exit_code == 0, result.output
     data = json.loads((tmp_path / "performance.json").read_text())
     results = cheapest_points(read_points(data["scenes"]["scenes"]["S1"]))[NAME]
     assert all(
-        p is not None and p.method == "rk8" and p.error <= level for p, level in zip(results, ERROR_LEVELS, strict=True)
+        p is not None and p.method == "rk8" and p.error <= level
+        for p, level in zip(results, ERROR_LEVELS, strict=True)
     )
     text = (tmp_path / "performance.md").read_text()
     assert text == format_page(data, drawn=True) and "| S1 | crane_sim |" in text

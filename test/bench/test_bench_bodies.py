@@ -41,7 +41,9 @@ START: dict[str, dict[str, Any]] = {
 """Starts that are not straight down, where a scene can have them."""
 
 
-def mechanism(case: BodyCase, duration: float = SHORT, changed: bool = False) -> tuple[Any, Mechanism]:
+def mechanism(
+    case: BodyCase, duration: float = SHORT, changed: bool = False
+) -> tuple[Any, Mechanism]:
     """Return (the scene of a case, its mechanism), with another duration [s].
 
     `changed`: with the start of START.
@@ -80,7 +82,9 @@ def test_the_mechanism_starts_as_the_crane(case: BodyCase) -> None:
     moved = [load_pose(made, q + sign * h * v) for sign in (-1.0, 1.0)]
     spin = turn.T @ (moved[1][1] - moved[0][1]) / (2.0 * h)
     omega = START[case.id].get("initial.rigging", {}).get("angular_velocity", [0.0, 0.0, 0.0])
-    assert [spin[2, 1], spin[0, 2], spin[1, 0]] == pytest.approx(omega, abs=1e-9)  # of central differences
+    assert [spin[2, 1], spin[0, 2], spin[1, 0]] == pytest.approx(
+        omega, abs=1e-9
+    )  # of central differences
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.id)
@@ -101,7 +105,9 @@ def test_mujoco_converges_to_our_end(case: BodyCase) -> None:
 def test_a_run_that_fails_stays_in_the_sweep() -> None:
     """A step far too long ends far away or in no number; the engine's next run is right again."""
     _, made = mechanism(CASES[0], 30.0)
-    coarse, fine = (nearest_run(available(mujoco_engine), made, "RK4", setting) for setting in (0.2, 0.04))
+    coarse, fine = (
+        nearest_run(available(mujoco_engine), made, "RK4", setting) for setting in (0.2, 0.04)
+    )
     assert not np.linalg.norm(coarse.execute(1).payload) < 1e3  # m; the load hangs within 20 m
     assert np.linalg.norm(fine.execute(1).payload) < 20.0
 
@@ -138,14 +144,23 @@ def test_the_suite_without_engines(monkeypatch: pytest.MonkeyPatch) -> None:
     Our errors fall below the finest level.
     """
     monkeypatch.setitem(sys.modules, "mujoco", None)
-    results = bodies.measure_bodies([CASES[1]._replace(changes={"duration": 0.25})], methods=("rk8",))
+    results = bodies.measure_bodies(
+        [CASES[1]._replace(changes={"duration": 0.25})], methods=("rk8",)
+    )
     assert set(results["missing"]) == {"MuJoCo"} and set(results["engines"]) == {NAME}
     scene = results["scenes"]["falls"]
     closest = min(read_points(scene), key=lambda point: point.error)
-    assert closest.error < 1e-9 and closest.attitude_error is not None and closest.attitude_error < 1e-9
+    assert (
+        closest.error < 1e-9
+        and closest.attitude_error is not None
+        and closest.attitude_error < 1e-9
+    )
     lines = "\n".join(bodies.format_bodies(results))
     assert "not there: MuJoCo" in lines and "1 x ours" in lines and "closest" in lines
     scene["trusted"] = 1e-9
     lines = "\n".join(bodies.format_bodies(results))
-    assert "not compared, below 20 times the reference's error: 1e-09 m" in lines and "1e-09 m  " not in lines
+    assert (
+        "not compared, below 20 times the reference's error: 1e-09 m" in lines
+        and "1e-09 m  " not in lines
+    )
     assert "closest: within the reference's error" in lines

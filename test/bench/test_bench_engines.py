@@ -19,7 +19,9 @@ from crane_bench.speed.peers.pinocchio_engine import Pinocchio
 from crane_bench.speed.problem import Chain, KnuckleCrane, Problem, RodParameters, Spring
 
 SWING = Chain(5.0, np.array([10.0]), np.array([2.0]), np.radians([60.0]), 9.81, 10.0)
-TEN = Chain(5.0, np.array([*[0.1] * 9, 100.0]), np.full(10, 0.2), np.radians([30.0] * 10), 9.81, 5.0)
+TEN = Chain(
+    5.0, np.array([*[0.1] * 9, 100.0]), np.full(10, 0.2), np.radians([30.0] * 10), 9.81, 5.0
+)
 SPRING = Spring(5.0, 10.0, 2.0, 1e6, np.array([2.0 * np.sin(np.pi / 3), -1.0]), 9.81, 10.0)
 KNUCKLE = KnuckleCrane(
     tower=10.0,
@@ -34,13 +36,20 @@ KNUCKLE = KnuckleCrane(
         [
             5.0 * np.cos(np.pi / 4) + 4.0 * np.cos(np.pi / 12) + 2.0 * np.sin(np.radians(20.0)),
             2.0 * np.sin(np.pi / 6) * np.cos(np.radians(20.0)),
-            5.0 * np.sin(np.pi / 4) - 4.0 * np.sin(np.pi / 12) - 2.0 * np.cos(np.pi / 6) * np.cos(np.radians(20.0)),
+            5.0 * np.sin(np.pi / 4)
+            - 4.0 * np.sin(np.pi / 12)
+            - 2.0 * np.cos(np.pi / 6) * np.cos(np.radians(20.0)),
         ]
     ),
     gravity=9.81,
     duration=10.0,
 )
-PROBLEMS = {"overhead_swing": SWING, "knuckle_springs": KNUCKLE, "overhead_chain": TEN, "overhead_spring": SPRING}
+PROBLEMS = {
+    "overhead_swing": SWING,
+    "knuckle_springs": KNUCKLE,
+    "overhead_chain": TEN,
+    "overhead_spring": SPRING,
+}
 # engine, method, its order, scene, and a step [s] from which on the order shows
 ORDERS = [
     (MuJoCo, "RK4", 4, "overhead_swing", 0.01),
@@ -86,7 +95,11 @@ def test_the_joints_start_at_the_cranes_initial_position(name: str) -> None:
         angles, lengths = problem.angles, problem.lengths
         expected = np.array([lengths @ np.sin(angles), 0.0, -lengths @ np.cos(angles)])
     else:
-        expected = problem.start if isinstance(problem, KnuckleCrane) else problem.start[[0, 0, 1]] * (1.0, 0.0, 1.0)
+        expected = (
+            problem.start
+            if isinstance(problem, KnuckleCrane)
+            else problem.start[[0, 0, 1]] * (1.0, 0.0, 1.0)
+        )
         assert tension(joints, q) == pytest.approx(0.0, abs=1e-8)  # 1e6 N/m on a rounding error
     assert payload_position(joints, q) == pytest.approx(expected, abs=1e-14)
 
@@ -97,12 +110,16 @@ def test_the_joints_turn_and_slide_in_space() -> None:
     That holds also in coordinates where nothing is zero.
     """
     angle = 0.7
-    rotation = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
+    rotation = np.array(
+        [[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]]
+    )
     slewed = KNUCKLE._replace(q=KNUCKLE.q + [angle, 0.0, 0.0], start=rotation @ KNUCKLE.start)
     chains = model_joints(KNUCKLE), model_joints(slewed)
     starts = [np.array([joint.initial for joint in row]) for row in chains]
     assert starts[1] - starts[0] == pytest.approx([angle, 0.0, 0.0, 0.0, 0.0, 0.0], abs=1e-14)
-    assert payload_position(chains[1], starts[1]) == pytest.approx(rotation @ KNUCKLE.start, abs=1e-14)
+    assert payload_position(chains[1], starts[1]) == pytest.approx(
+        rotation @ KNUCKLE.start, abs=1e-14
+    )
 
 
 @pytest.mark.parametrize(("kind", "method", "order", "name", "step"), ORDERS)
@@ -111,7 +128,10 @@ def test_errors_fall_with_the_order_of_the_method(
 ) -> None:
     """The engine's end of the motion converges to the reference with the method's order."""
     tested_engine = engine(kind)
-    runs = [nearest_run(tested_engine, PROBLEMS[name], method, setting) for setting in (step, 0.5 * step)]
+    runs = [
+        nearest_run(tested_engine, PROBLEMS[name], method, setting)
+        for setting in (step, 0.5 * step)
+    ]
     errors = [error(name, run.execute(1)) for run in runs]
     # all converge faster than this here, by at least a tenth
     assert np.log(errors[0] / errors[1]) / np.log(runs[0].setting / runs[1].setting) > order - 0.5
@@ -128,7 +148,9 @@ def test_the_tension_of_the_stiff_spring(kind: type[Engine], method: str, step: 
     outcome = run.execute(1)
     assert error("overhead_spring", outcome) < 3e-7  # at these steps the worst one is 9e-8
     exact = hardcase_references()["overhead_spring"]["tension"][-1][-1]
-    assert outcome.tension == pytest.approx(exact, abs=0.3)  # N of 383: 1e6 N/m times the position error above
+    assert outcome.tension == pytest.approx(
+        exact, abs=0.3
+    )  # N of 383: 1e6 N/m times the position error above
     assert np.array_equal(run.execute(2).payload, outcome.payload)
 
 
@@ -146,15 +168,21 @@ def test_a_batch_ends_like_single_runs() -> None:
     """Each crane of MuJoCo's batch ends at the end of a single run from the same start."""
     run = nearest_run(engine(MuJoCo), SWING, "RK4", 0.01)
     ends, seconds = mujoco_engine.batch(SWING, 3, run.setting, 2)
-    assert ends == pytest.approx(np.tile(run.execute(1).payload, (3, 1)), abs=1e-12) and seconds > 0.0
+    assert (
+        ends == pytest.approx(np.tile(run.execute(1).payload, (3, 1)), abs=1e-12) and seconds > 0.0
+    )
     starts = np.array([[0.0, -1.0], [0.0, 0.5]])
     ends, _ = mujoco_engine.batch(SWING, starts, run.setting, 1)
     mirrored = SWING._replace(angles=np.array([-0.5]))
-    assert ends[1] == pytest.approx(nearest_run(engine(MuJoCo), mirrored, "RK4", 0.01).execute(1).payload, abs=1e-12)
+    assert ends[1] == pytest.approx(
+        nearest_run(engine(MuJoCo), mirrored, "RK4", 0.01).execute(1).payload, abs=1e-12
+    )
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
-def test_heyokas_equations_are_those_of_the_scene(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_heyokas_equations_are_those_of_the_scene(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """At a tight tolerance each crane ends where extended precision does.
 
     A run repeats itself exactly.
@@ -162,10 +190,14 @@ def test_heyokas_equations_are_those_of_the_scene(name: str, monkeypatch: pytest
     tested_engine = engine(Heyoka)
     monkeypatch.setattr(heyoka_taylor, "TOLERANCES", [1e-11])
     monkeypatch.setattr(heyoka_taylor, "COARSE_TOLERANCES", [1e-11])
-    monkeypatch.setattr(heyoka_taylor, "MAX_UNROLLED", 1)  # recurrences of ten links take half a minute to compile
+    monkeypatch.setattr(
+        heyoka_taylor, "MAX_UNROLLED", 1
+    )  # recurrences of ten links take half a minute to compile
     (taylor,) = tested_engine.runs(PROBLEMS[name])
     outcome = taylor.execute(1)
-    assert error(name, outcome) < 2e-11  # its tolerance is per step and relative; chaotic terms of the chain double it
+    assert (
+        error(name, outcome) < 2e-11
+    )  # its tolerance is per step and relative; chaotic terms of the chain double it
     assert np.array_equal(taylor.execute(2).payload, outcome.payload)
 
 
@@ -175,6 +207,8 @@ def test_a_missing_engine_is_named(kind: type[Engine], monkeypatch: pytest.Monke
     for name in ("mujoco", "heyoka"):
         monkeypatch.setitem(sys.modules, name, None)
     monkeypatch.setattr(pinocchio_engine, "find_spec", lambda name: None)
-    with pytest.raises(EngineUnavailable, match=f"(?i){kind.name}.* is not installed") as error_info:
+    with pytest.raises(
+        EngineUnavailable, match=f"(?i){kind.name}.* is not installed"
+    ) as error_info:
         kind()
     assert "\n" not in str(error_info.value)

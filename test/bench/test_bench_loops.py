@@ -20,7 +20,9 @@ from crane_bench.speed.problem import Chain, Problem, Spring, problem_of
 from crane_sim import load_scene
 
 ROOT = Path(__file__).parents[2]
-STARTS = {  # m, of the payload: rope or spring of 2 m at 60 degrees; of the knuckle crane below its tip, rope 2 m
+# m, of the payload: rope or spring of 2 m at 60 degrees; of the knuckle crane below its tip, rope 2
+# m
+STARTS = {
     "overhead_swing": (2.0 * np.sin(np.pi / 3), 0.0, -2.0 * np.cos(np.pi / 3)),
     "overhead_spring": (2.0 * np.sin(np.pi / 3), 0.0, -2.0 * np.cos(np.pi / 3)),
     "overhead_chain": (2.0 * np.sin(np.pi / 6), 0.0, -2.0 * np.cos(np.pi / 6)),
@@ -54,7 +56,11 @@ def knuckle_start(q: tuple[float, ...]) -> tuple[float, float, float]:
     """Return the payload of the 5 m and 4 m crane at slew 0: θ1 leans sideways, θ2 outwards."""
     _, beta, gamma, rope, side, out = q
     r, h = 5.0 * np.cos(beta) + 4.0 * np.cos(gamma), 5.0 * np.sin(beta) + 4.0 * np.sin(gamma)
-    return r + rope * np.sin(out), rope * np.sin(side) * np.cos(out), h - rope * np.cos(side) * np.cos(out)
+    return (
+        r + rope * np.sin(out),
+        rope * np.sin(side) * np.cos(out),
+        h - rope * np.cos(side) * np.cos(out),
+    )
 
 
 @cache
@@ -92,7 +98,9 @@ def test_orders(scene: tuple[str, Loops]) -> None:
     for _, method, order, steps, bound in (row for row in ORDERS if row[0] == name):
         coarse, fine = (error(name, loops.fixed(method, n, 1).payload) for n in (steps, 2 * steps))
         assert fine < bound, method
-        assert np.log2(coarse / fine) > order - 0.3, method  # 0.3: what the next order adds at these steps
+        assert np.log2(coarse / fine) > order - 0.3, (
+            method
+        )  # 0.3: what the next order adds at these steps
 
 
 @pytest.mark.long(cases=["overhead_chain"])
@@ -100,7 +108,9 @@ def test_error_control(scene: tuple[str, Loops]) -> None:
     """The adaptive method's error at the end falls with its tolerance, to near rounding."""
     name, loops = scene
     errors = [error(name, loops.adaptive(rtol, 1).payload) for rtol in (1e-6, 1e-11)]
-    assert errors[1] < 1e-8  # a thousand times the tolerance: 10 s of motion of some metres, errors add up
+    assert (
+        errors[1] < 1e-8
+    )  # a thousand times the tolerance: 10 s of motion of some metres, errors add up
     assert errors[1] < 1e-2 * errors[0]
 
 
@@ -109,7 +119,9 @@ def test_repetitions_are_identical(scene: tuple[str, Loops]) -> None:
     """Each repetition begins at the start, so that its end is that of a single run to the bit."""
     loops = scene[1]
     for method in loops.problem.methods:
-        assert np.array_equal(loops.fixed(method, 5000, 3).payload, loops.fixed(method, 5000, 1).payload)
+        assert np.array_equal(
+            loops.fixed(method, 5000, 3).payload, loops.fixed(method, 5000, 1).payload
+        )
     assert loops.adaptive(1e-8, 3).evaluations == loops.adaptive(1e-8, 1).evaluations
 
 
@@ -125,7 +137,9 @@ def test_crumpled_chains(links: int, compiler: Compiler) -> None:
     chain = Chain(3.0, masses, lengths, random.uniform(-1.5, 1.5, links), 9.81, 0.3)
     hand_c = Loops(compiler, c_loop_input(chain)).fixed("rk8", 400, 1).payload
     scipy = [run for run in Scipy().runs(chain) if run.method == "DOP853"][-1].execute(1).payload
-    assert np.max(np.abs(hand_c - scipy)) < 1e-9  # tolerance 1e-12, and crumpled chains amplify some hundredfold
+    assert (
+        np.max(np.abs(hand_c - scipy)) < 1e-9
+    )  # tolerance 1e-12, and crumpled chains amplify some hundredfold
 
 
 def test_tension_of_a_spring_at_rest(compiler: Compiler) -> None:
@@ -134,20 +148,27 @@ def test_tension_of_a_spring_at_rest(compiler: Compiler) -> None:
     start = np.array([0.0, -(2.0 + weight / stiffness)])
     hanging = Spring(3.0, 4.0, 2.0, stiffness, start, 9.81, 1.0)
     result = Loops(compiler, c_loop_input(hanging)).fixed("rk4", 1000, 1)
-    assert result.tension == pytest.approx(weight, rel=1e-10)  # rounding of the length, times the stiffness
+    assert result.tension == pytest.approx(
+        weight, rel=1e-10
+    )  # rounding of the length, times the stiffness
     assert result.payload == pytest.approx((0.0, 0.0, start[1]), abs=1e-12)
 
 
 @pytest.mark.parametrize(
     ("engine", "name"),
-    [(HandC, "overhead_swing"), *((engine, name) for engine in (CasadiC, Scipy) for name in SCENES)],
+    [
+        (HandC, "overhead_swing"),
+        *((engine, name) for engine in (CasadiC, Scipy) for name in SCENES),
+    ],
 )
 def test_sweeps_reach_the_reference(engine: type[Engine], name: str, compiler: Compiler) -> None:
     """Each engine's order 8 sweep comes within a micrometre of the independent reference."""
     if engine is CasadiC and find_spec("casadi") is None:
         pytest.skip("casadi is not installed")
     *runs, finest = (run for run in engine().runs(problem(name)) if run.method in ("rk8", "DOP853"))
-    run = next((run for run in runs if run.setting < 1.1e-9), finest)  # of tolerances, 1e-9: tighter is slow
+    run = next(
+        (run for run in runs if run.setting < 1.1e-9), finest
+    )  # of tolerances, 1e-9: tighter is slow
     assert error(name, run.execute(1).payload) < 1e-6
 
 

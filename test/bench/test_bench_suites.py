@@ -25,7 +25,12 @@ def without_machine(results: dict[str, Any]) -> dict[str, Any]:
 
 def test_a_ratio_is_taken_round_by_round() -> None:
     """A drift of both sides of a round cancels in their ratio, unlike in the ratio of medians."""
-    assert describe_spread([3.0, 1.0, 2.0]) == {"median": 2.0, "least": 1.0, "most": 3.0, "rounds": [3.0, 1.0, 2.0]}
+    assert describe_spread([3.0, 1.0, 2.0]) == {
+        "median": 2.0,
+        "least": 1.0,
+        "most": 3.0,
+        "rounds": [3.0, 1.0, 2.0],
+    }
     assert ratio([2.0, 40.0, 6.0], [1.0, 20.0, 3.0]) == describe_spread([2.0, 2.0, 2.0])
 
 
@@ -36,7 +41,9 @@ def test_lockstep_is_compared_with_an_echo() -> None:
     assert results["steps_per_round"] == 20
     for key in ("steps_per_second", "ratio_to_echo"):
         assert set(results[key]) == {"echo", "lockstep"}
-        assert all(set(values) == SPREAD and values["least"] > 0.0 for values in results[key].values())
+        assert all(
+            set(values) == SPREAD and values["least"] > 0.0 for values in results[key].values()
+        )
     speed = {kind: values["median"] for kind, values in results["steps_per_second"].items()}
     assert results["ratio_to_echo"]["echo"]["rounds"] == [1.0]
     assert results["ratio_to_echo"]["lockstep"]["median"] == speed["lockstep"] / speed["echo"]
@@ -62,7 +69,9 @@ def test_a_group_has_a_cost_and_states() -> None:
         1,
     )  # position, angle, their rates; the energy of the imposed motion
     for unit in ("evaluation", "step"):
-        without, with_group = (row[f"ns_per_{unit}_{which}"]["median"] for which in ("without", "with"))
+        without, with_group = (
+            row[f"ns_per_{unit}_{which}"]["median"] for which in ("without", "with")
+        )
         assert row[f"ns_per_{unit}_added"]["median"] == with_group - without
         assert row[f"{unit}_ratio"]["median"] == with_group / without
 
@@ -87,14 +96,29 @@ def test_every_group_of_the_equations_has_a_row() -> None:
 
     The scenes have a cable or falls below their support.
     """
-    # of the plant, a law or the file; the load on falls and the ways of the inputs are in the baselines
-    outside = {"name", "description", "seed", "control", "integrator", "reference", "brake", "sensors", "faults"}
+    # of the plant, a law or the file; the load on falls and the ways of the inputs are in the
+    # baselines
+    outside = {
+        "name",
+        "description",
+        "seed",
+        "control",
+        "integrator",
+        "reference",
+        "brake",
+        "sensors",
+        "faults",
+    }
     outside |= {"uncertain", "imu", "camera", "legs"}
     measured = {key.split(".")[0] for case in CASES for key in case.changes}
     for schema in ("tower", "mobile", "bridge", "gantry", "knuckle", "pendulum"):
-        fields = {name for name, field in SCHEMAS[schema].model_fields.items() if not field.is_required()}
+        fields = {
+            name for name, field in SCHEMAS[schema].model_fields.items() if not field.is_required()
+        }
         assert fields - outside - {"gravity"} <= measured, schema
-    assert {SCHEMAS[load_scene(case.baseline.scene).crane] for case in CASES} == set(SCHEMAS.values())
+    assert {SCHEMAS[load_scene(case.baseline.scene).crane] for case in CASES} == set(
+        SCHEMAS.values()
+    )
 
 
 def test_all_groups_of_a_crane_are_measured_at_once() -> None:
@@ -108,7 +132,9 @@ def test_all_groups_of_a_crane_are_measured_at_once() -> None:
         assert len(own) == len(case.parts) > 1
         for row in own:
             for key, value in row.changes.items():
-                assert case.changes[key] == (case.changes[key] | value if isinstance(value, dict) else value), key
+                assert case.changes[key] == (
+                    case.changes[key] | value if isinstance(value, dict) else value
+                ), key
             _, alone = groups.scene_pair(row)
             for name, value in alone.model._asdict().items():
                 if value is not None and getattr(without.model, name) is None:
@@ -126,7 +152,10 @@ def test_twelve_falls_are_measured_against_real_time() -> None:
     assert all(row["times_real_time"]["least"] > 0.0 for row in rows)
     for first in (0, 3):
         assert rows[first]["error"] > rows[first + 1]["error"] > rows[first + 2]["error"] > 0.0
-    assert rows[-1]["error"] < reeving.LIMIT and "within 1e-04 m" in reeving.format_reeving(results)[-1]
+    assert (
+        rows[-1]["error"] < reeving.LIMIT
+        and "within 1e-04 m" in reeving.format_reeving(results)[-1]
+    )
 
 
 def test_rows_of_other_cranes_stay() -> None:
@@ -136,11 +165,21 @@ def test_rows_of_other_cranes_stay() -> None:
     """
 
     def result(processor: str, *labels: str) -> dict[str, Any]:
-        costs = {key: describe_spread([1.0]) for key in (f"ns_per_{unit}_{which}" for unit in ("evaluation", "step")
-                                                         for which in ("with", "without", "added"))}  # fmt: skip
+        costs = {
+            key: describe_spread([1.0])
+            for key in (
+                f"ns_per_{unit}_{which}"
+                for unit in ("evaluation", "step")
+                # fmt: skip
+                for which in ("with", "without", "added")
+            )
+        }
         costs |= {"evaluation_ratio": describe_spread([1.0]), "step_ratio": describe_spread([1.0])}
         cases = [case for case in CASES if case.baseline.label in labels and not case.parts]
-        rows = [{"crane": c.baseline.label, "group": c.group, "states": 1, "states_added": 0} | costs for c in cases]
+        rows = [
+            {"crane": c.baseline.label, "group": c.group, "states": 1, "states_added": 0} | costs
+            for c in cases
+        ]
         return {"cases": rows, "machine": {"processor": processor}}
 
     new = result("new", "tower")
@@ -164,8 +203,12 @@ def test_quantiles_of_period_errors() -> None:
     errors = sorted(1e6 * abs(b - a) for a, b in zip(lateness, lateness[1:], strict=False))
     results = timing.metrics()["period_error_us"]
     for name, i in (("p50", 499), ("p99", 989)):
-        assert errors[i] - 1e-6 <= results[name] <= errors[i] + 1.000001  # a bin, and rounding in the last digits
-    assert results["max"] == pytest.approx(errors[-1], abs=1e-6)  # µs: differences of times near 1 s round at 1e-10 s
+        assert (
+            errors[i] - 1e-6 <= results[name] <= errors[i] + 1.000001
+        )  # a bin, and rounding in the last digits
+    assert results["max"] == pytest.approx(
+        errors[-1], abs=1e-6
+    )  # µs: differences of times near 1 s round at 1e-10 s
     before = timing.metrics()["period_error_us"]["max"]
     timing.pause()
     timing.note(50.0, 50.09)

@@ -16,7 +16,8 @@ from crane_bench.reproduce.overhead_erratum import Erratum, example, relative_di
 
 SIZES = (1, 2, 3, 5)
 ERRATA = [*overhead_matrix_errata.errata(), *overhead_force_errata.errata()]
-EXACT = 1e-12  # relative: sums of some hundred terms of one size in double precision, errors of some 1e-15 each
+# relative: sums of some hundred terms of one size in double precision, errors of some 1e-15 each
+EXACT = 1e-12
 
 
 def random_crane(n: int, seed: int) -> tuple[LumpedCrane, np.ndarray, np.ndarray]:
@@ -41,7 +42,9 @@ def nodes(q: Any) -> list[tuple[Any, Any]]:
 def lagrangian(p: LumpedCrane, q: Any, v: Any) -> Any:
     """Return T - U from positions, and from velocities that are differences of positions."""
     n, h = len(p.masses), mpmath.mpf("1e-15")
-    ahead, behind = (nodes([a + sign * h * b for a, b in zip(q, v, strict=True)]) for sign in (1, -1))
+    ahead, behind = (
+        nodes([a + sign * h * b for a, b in zip(q, v, strict=True)]) for sign in (1, -1)
+    )
     total = mpmath.mpf(0)
     for mass, (xa, za), (xb, zb) in zip((p.trolley, *p.masses), ahead, behind, strict=True):
         total += mass * ((xa - xb) ** 2 + (za - zb) ** 2) / (8 * h * h)
@@ -71,7 +74,9 @@ def forces_by_differences(p: LumpedCrane, q: Any, v: Any, a: Any) -> np.ndarray:
                 return [value + by * (j == i) for j, value in enumerate(values)]
 
             def momentum(at: Any, rates: Any) -> Any:
-                return (lagrangian(p, at, moved(rates, h)) - lagrangian(p, at, moved(rates, -h))) / (2 * h)
+                return (
+                    lagrangian(p, at, moved(rates, h)) - lagrangian(p, at, moved(rates, -h))
+                ) / (2 * h)
 
             slope = (lagrangian(p, moved(q, h), v) - lagrangian(p, moved(q, -h), v)) / (2 * h)
             forces.append(float((momentum(*later) - momentum(*earlier)) / (2 * h) - slope))
@@ -100,11 +105,15 @@ def test_entries_of_the_report(n: int) -> None:
 def test_closed_forms() -> None:
     """The matrix (138)-(142) and the equations (194) are right as printed."""
     crane, q, _ = random_crane(2, 1)
-    assert relative_difference(closed.mass_matrix_two(crane, q), chain.mass_matrix(crane, q)) < EXACT
+    assert (
+        relative_difference(closed.mass_matrix_two(crane, q), chain.mass_matrix(crane, q)) < EXACT
+    )
     crane, q, v = random_crane(1, 1)
     bare, a = LumpedCrane(crane.trolley, crane.masses), np.array([0.3, -1.1, 0.8])
     expected = chain.mass_matrix(bare, q) @ a + chain.bias(bare, q, v)
-    assert np.max(np.abs(closed.forces_one(bare, q, v, a) - expected)) < EXACT * 100.0  # forces of up to 100 N
+    assert (
+        np.max(np.abs(closed.forces_one(bare, q, v, a) - expected)) < EXACT * 100.0
+    )  # forces of up to 100 N
 
 
 @given(st.integers(1, 6), st.integers(0, 2**32 - 1))
@@ -117,8 +126,14 @@ def test_properties_of_the_matrices(n: int, seed: int) -> None:
     mass = chain.mass_matrix(crane, q)
     assert properties.asymmetry(mass) < EXACT
     assert properties.smallest_eigenvalue(mass) > 0.0
-    assert properties.skewness_error(properties.mass_rate(crane, q, v), chain.coriolis(crane, q, v)) < EXACT
-    assert relative_difference(properties.christoffel(crane, q) @ v, chain.coriolis(crane, q, v)) < EXACT
+    assert (
+        properties.skewness_error(properties.mass_rate(crane, q, v), chain.coriolis(crane, q, v))
+        < EXACT
+    )
+    assert (
+        relative_difference(properties.christoffel(crane, q) @ v, chain.coriolis(crane, q, v))
+        < EXACT
+    )
     assert chain.kinetic_energy(crane, q, v) == pytest.approx(0.5 * v @ mass @ v, rel=EXACT)
 
 
@@ -143,10 +158,16 @@ def test_accelerations_agree_with_the_simulator(hoisted: bool) -> None:
     at, rates = ([x[0], *x[4 : 4 + hoisted], *coordinates.absolute(x[1:4])] for x in (q, v))
     accelerations = crane_sim.acceleration(document | hoist, at, rates, [7.0, -80.0][: 1 + hoisted])
     drawn = accelerations[1] if hoisted else 0.0
-    a = np.concatenate([accelerations[:1], coordinates.relative(accelerations[1 + hoisted :]), [drawn, 0.0, 0.0]])
-    forces = np.array([7.0, 0.0, 0.0, 0.0, -80.0 - 2.0 * drawn, 0.0, 0.0])  # the drum takes its share of the hoist's
+    a = np.concatenate(
+        [accelerations[:1], coordinates.relative(accelerations[1 + hoisted :]), [drawn, 0.0, 0.0]]
+    )
+    forces = np.array(
+        [7.0, 0.0, 0.0, 0.0, -80.0 - 2.0 * drawn, 0.0, 0.0]
+    )  # the drum takes its share of the hoist's
     computed = chain.chain_acceleration(crane, q, v, forces, (1,) if hoisted else ())
-    assert relative_difference(computed, a) < 1e-11  # the dense matrix loses its condition number, some 1e3
+    assert (
+        relative_difference(computed, a) < 1e-11
+    )  # the dense matrix loses its condition number, some 1e3
 
 
 @pytest.mark.parametrize("erratum", ERRATA, ids=lambda erratum: erratum.where.replace(" ", "_"))

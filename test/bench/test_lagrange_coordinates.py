@@ -9,7 +9,8 @@ from crane_bench.reproduce.lagrange.linearisation import collocate
 from crane_bench.reproduce.overhead_erratum import example, payload_only, relative_difference
 
 SIZES = (1, 2, 3, 5)
-EXACT = 1e-12  # relative: sums of some hundred terms of one size in double precision, errors of some 1e-15 each
+# relative: sums of some hundred terms of one size in double precision, errors of some 1e-15 each
+EXACT = 1e-12
 
 
 @pytest.mark.parametrize("n", SIZES)
@@ -20,11 +21,17 @@ def test_maps_between_coordinates(n: int) -> None:
     """
     crane, q, v = example(n)
     mass, energy = chain.mass_matrix(crane, q), chain.kinetic_energy(crane, q, v)
-    assert np.allclose(coordinates.relative(coordinates.absolute(q[1 : n + 1])), q[1 : n + 1], rtol=0, atol=EXACT)
+    assert np.allclose(
+        coordinates.relative(coordinates.absolute(q[1 : n + 1])), q[1 : n + 1], rtol=0, atol=EXACT
+    )
     jacobian = coordinates.horizontal_jacobian(q)
-    assert relative_difference(jacobian, properties.gradient(coordinates.to_horizontal, q).T) < EXACT
+    assert (
+        relative_difference(jacobian, properties.gradient(coordinates.to_horizontal, q).T) < EXACT
+    )
     sines = np.sin(coordinates.absolute(q[1 : n + 1]))
-    assert np.linalg.det(jacobian) == pytest.approx(np.prod(sines), rel=1e-10)  # as (189); elimination of up to 11 rows
+    assert np.linalg.det(jacobian) == pytest.approx(
+        np.prod(sines), rel=1e-10
+    )  # as (189); elimination of up to 11 rows
     for matrix in (coordinates.absolute_map(n), jacobian):
         rates = matrix @ v
         assert 0.5 * rates @ coordinates.transform_mass(mass, matrix) @ rates == pytest.approx(
@@ -41,7 +48,9 @@ def test_collocated_linearisation(n: int) -> None:
     assert properties.smallest_eigenvalue(reduced.mass) > 0.0
     forces[[0, n + 1]] = reduced.forces(wanted)
     found = chain.chain_acceleration(crane, q, v, forces, (1,))
-    assert relative_difference(found[[0, n + 1]], wanted) < 1e-10  # loads of 1e2 through matrices of condition 1e4
+    assert (
+        relative_difference(found[[0, n + 1]], wanted) < 1e-10
+    )  # loads of 1e2 through matrices of condition 1e4
     assert relative_difference(reduced.angles(wanted), found[1 : n + 1]) < 1e-10
 
 
@@ -59,7 +68,8 @@ def test_rank_with_the_payload_only(n: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("ratio", "absolute", "relative"), [(1.0, 2e2, 2e4), (1e4, 4e5, 6e7), (1e6, 4e7, 6e9), (1e8, 4e9, 6e11)]
+    ("ratio", "absolute", "relative"),
+    [(1.0, 2e2, 2e4), (1e4, 4e5, 6e7), (1e6, 4e7, 6e9), (1e8, 4e9, 6e11)],
 )
 def test_condition_of_the_mass_matrix(ratio: float, absolute: float, relative: float) -> None:
     """Condition numbers of ten hanging links grow with the payload.

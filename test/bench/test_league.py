@@ -17,7 +17,9 @@ from crane_sim.simulation.rollout import simulate
 from crane_sim.study.schema import load_study
 
 ANGULAR, CARTESIAN = GROUPS[1].entrants[:2]
-METRICS = CellMetrics(1e-4, 0.01, 0.02, 0.01, 5.0, 0.1, 3.0, 0.5, {"tip_x": 1.0}, {"tip_x": "m/s²"}, 0.0)
+METRICS = CellMetrics(
+    1e-4, 0.01, 0.02, 0.01, 5.0, 0.1, 3.0, 0.5, {"tip_x": 1.0}, {"tip_x": "m/s²"}, 0.0
+)
 
 
 def trial_of(column: str) -> Trial:
@@ -31,12 +33,18 @@ def test_hidden_changes_are_not_in_the_nominal_scene() -> None:
     The nominal scene is the law's.
     """
     heavy, long, sea = (
-        trial_scene(trial_of(name), CARTESIAN, 7) for name in ("mass +20 %", "rope +5 %", "irregular sea")
+        trial_scene(trial_of(name), CARTESIAN, 7)
+        for name in ("mass +20 %", "rope +5 %", "irregular sea")
     )
-    assert heavy["payload"]["mass"] == pytest.approx(4.8) and heavy["control"]["nominal"]["payload"]["mass"] == 4.0
+    assert (
+        heavy["payload"]["mass"] == pytest.approx(4.8)
+        and heavy["control"]["nominal"]["payload"]["mass"] == 4.0
+    )
     assert long["rope"]["length"] == pytest.approx(1.05 * 1.255)
     assert load_scene(long).law.tracker.pendulum.length == 1.255  # pyright: ignore[reportAttributeAccessIssue]
-    assert sea["base_motion"]["sea"]["seed"] == 7 and sea["control"]["nominal"]["base_motion"] is None
+    assert (
+        sea["base_motion"]["sea"]["seed"] == 7 and sea["control"]["nominal"]["base_motion"] is None
+    )
 
 
 def test_a_law_keeps_the_simple_model_of_its_scene() -> None:
@@ -45,11 +53,20 @@ def test_a_law_keeps_the_simple_model_of_its_scene() -> None:
     A shaped path knows the own sling.
     """
     group = next(group for group in GROUPS if group.name.startswith("tower"))
-    heavy, long = (next(t for t in group.trials if t.column == name) for name in ("mass +20 %", "rope +5 %"))
+    heavy, long = (
+        next(t for t in group.trials if t.column == name) for name in ("mass +20 %", "rope +5 %")
+    )
     document = trial_scene(heavy, group.entrants[0], 0)
-    assert document["payload"]["mass"] == pytest.approx(4800.0) and document["payload"]["inertia"][0] == 1.2 * 2.8e3
+    assert (
+        document["payload"]["mass"] == pytest.approx(4800.0)
+        and document["payload"]["inertia"][0] == 1.2 * 2.8e3
+    )
     believed = document["control"]["nominal"]
-    assert believed["links"] == [] and believed["payload"]["mass"] == 4450.0 and believed["payload"]["inertia"] is None
+    assert (
+        believed["links"] == []
+        and believed["payload"]["mass"] == 4450.0
+        and believed["payload"]["inertia"] is None
+    )
     shaped = next(entrant for entrant in group.entrants if entrant.name.endswith("ZV"))
     document = trial_scene(long, shaped, 0)
     assert document["links"][0]["length"] == pytest.approx(3.15)
@@ -66,14 +83,18 @@ def test_a_shaped_path_is_only_in_the_nominal_scene() -> None:
     scene = load_scene(trial_scene(trial_of("obstacle"), shaped, 0))
     assert scene.trajectory is not None and scene.trajectory.starts[-1] == 50.0
     nominal_path = scene.law.trajectory  # pyright: ignore[reportAttributeAccessIssue, reportOptionalMemberAccess]
-    assert nominal_path.starts[-1] == pytest.approx(50.0 + 1.1237, abs=1e-4)  # half a swing, pi sqrt(1.255 / 9.81)
+    assert nominal_path.starts[-1] == pytest.approx(
+        50.0 + 1.1237, abs=1e-4
+    )  # half a swing, pi sqrt(1.255 / 9.81)
 
 
 def test_settings_are_those_of_the_catalogue() -> None:
     """A law takes the gains of its own scene, at the period of the trial."""
     group = next(group for group in GROUPS if group.name == "knuckle boom")
     trial = group.trials[0]
-    plain, weighing, lqr = (trial_scene(trial, entrant, 0)["control"] for entrant in group.entrants[:3])
+    plain, weighing, lqr = (
+        trial_scene(trial, entrant, 0)["control"] for entrant in group.entrants[:3]
+    )
     assert plain["kp"] == [30, 10, 10, 1] and "adaptation" not in plain
     assert weighing["adaptation"] == {"rate": 2} and weighing["kp"] == [30, 10, 10, 2]
     assert lqr["r"] == [0.1, 0.1, 0.1, 1.0] and "kp" not in lqr
@@ -98,10 +119,14 @@ def test_metrics_of_a_cell_are_those_of_the_summary() -> None:
     cell = evaluate(Group("pendulum", "path", (), ()), ANGULAR, trial)
     summary = simulate(load_scene(trial_scene(trial, ANGULAR, 0))).summary
     assert cell.metrics is not None and not cell.refused and not cell.failed and cell.runs == 1
-    assert cell.metrics.mse == pytest.approx(summary["tracking_mse"], rel=1e-9)  # the same sum in another order
+    assert cell.metrics.mse == pytest.approx(
+        summary["tracking_mse"], rel=1e-9
+    )  # the same sum in another order
     assert cell.metrics.mae == pytest.approx(summary["tracking_mae"], rel=1e-9)
     assert cell.metrics.peak_error == pytest.approx(summary["tracking_peak"], rel=1e-9)
-    hardest = summary["peak_tip_acceleration"]  # of the control steps; the cell has the last state, too
+    hardest = summary[
+        "peak_tip_acceleration"
+    ]  # of the control steps; the cell has the last state, too
     assert cell.metrics.tip_acceleration == pytest.approx(hardest, rel=0.01)
     assert 0.0 < (cell.metrics.settling or 0.0) < 10.0  # the scene ends 10 s after its path
 
@@ -117,7 +142,9 @@ def test_the_median_of_settling() -> None:
     never = METRICS._replace(settling=None)
     assert median_metrics([METRICS, METRICS._replace(settling=5.0), never]).settling == 5.0
     assert median_metrics([METRICS, never, never]).settling is None
-    assert median_metrics([METRICS, METRICS._replace(mae=0.03, effort={"tip_x": 3.0})]).effort == {"tip_x": 2.0}
+    assert median_metrics([METRICS, METRICS._replace(mae=0.03, effort={"tip_x": 3.0})]).effort == {
+        "tip_x": 2.0
+    }
 
 
 CELLS = [
@@ -132,20 +159,25 @@ def test_page_figure_and_data_are_written(tmp_path: Path) -> None:
     save_comparison(CELLS, tmp_path)
     page = (tmp_path / "league.md").read_text()
     assert (
-        "| harmonic | obstacle: not controlled | 1 | - |" in page and "harmonic, obstacle: stopped at t = 1 s" in page
+        "| harmonic | obstacle: not controlled | 1 | - |" in page
+        and "harmonic, obstacle: stopped at t = 1 s" in page
     )
     assert page.count("\n| angular") == 1 and "| tip_x 1 m/s² |" in page
     assert "angular, 30 Hz vision: it has no camera" in page
     assert (tmp_path / "league.png").read_bytes().startswith(b"\x89PNG")
     kept = json.loads((tmp_path / "league.json").read_text())["cells"]
-    assert [cell["failed"] for cell in kept] == ["", "stopped at t = 1 s", ""] and kept[0]["metrics"]["mae"] == 0.01
+    assert [cell["failed"] for cell in kept] == ["", "stopped at t = 1 s", ""] and kept[0][
+        "metrics"
+    ]["mae"] == 0.01
 
 
 @pytest.mark.slow
 def test_the_whole_league() -> None:
     """Every entrant has a cell in every trial of its crane: metrics, or a reason for none."""
     cells = list(evaluate_all())
-    expected = [(g.name, c.name, t.column) for g in GROUPS for c, t in product(g.entrants, g.trials)]
+    expected = [
+        (g.name, c.name, t.column) for g in GROUPS for c, t in product(g.entrants, g.trials)
+    ]
     assert [(cell.crane, cell.law, cell.trial) for cell in cells] == expected
     assert {cell.trial for cell in cells} == set(COLUMNS)
     assert all((cell.metrics is None) <= bool(cell.refused or cell.failed) for cell in cells)

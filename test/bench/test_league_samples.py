@@ -14,7 +14,12 @@ from crane_bench.league.cases import GROUPS, Entrant, Group, Trial
 from crane_bench.league.cells import compute_metrics
 from crane_bench.league.sampled_cells import METRICS, SampledCell, better_laws, evaluate_samples
 from crane_bench.league.sampled_data import read_cells
-from crane_bench.league.sampled_table import command_of, describe_samples, format_samples, sampled_tables
+from crane_bench.league.sampled_table import (
+    command_of,
+    describe_samples,
+    format_samples,
+    sampled_tables,
+)
 from crane_bench.league.samples import study_of
 from crane_sim.files.document import get_value
 from crane_sim.files.errors import SceneError
@@ -27,12 +32,17 @@ from crane_sim.study.statistics import IntervalEstimate, PairedDifference
 MASSES = "cable.node_masses"
 ENERGY, LQR = Entrant("energy", "energy"), Entrant("lqr", "lqr")
 TROLLEY = next(group for group in GROUPS if group.name == "overhead, trolley")
-FIXED_RAIL_BASE, NODE_GUST = TROLLEY.trials[0].hidden, next(t for t in TROLLEY.trials if t.column == "gust").hidden
+FIXED_RAIL_BASE, NODE_GUST = (
+    TROLLEY.trials[0].hidden,
+    next(t for t in TROLLEY.trials if t.column == "gust").hidden,
+)
 OUT = {"trolley.limits": [-0.01, 4.0], "initial.v": -2.0}
 SHORT = {"duration": 0.4, "control.period": 0.02}
 STILL = Trial("set-point", "overhead_energy", SHORT, FIXED_RAIL_BASE)
 GUST = Trial("gust", "overhead_energy", SHORT, NODE_GUST)
-GROUP = Group("trolley", "target", (ENERGY, LQR, Entrant("twin", "lqr")), (STILL, GUST), {MASSES: 0.1})
+GROUP = Group(
+    "trolley", "target", (ENERGY, LQR, Entrant("twin", "lqr")), (STILL, GUST), {MASSES: 0.1}
+)
 SAMPLES = 6
 
 
@@ -75,10 +85,17 @@ def test_cells_are_statistics_of_rows_and_rows_are_single_runs(whole: WholeLeagu
     ]
     still, _ = rows_in(folder)
     energy = cells[0]
-    errors = np.array([row["payload_mae"] for row in still.table.to_pylist() if row["variant"] == "energy"])
+    errors = np.array(
+        [row["payload_mae"] for row in still.table.to_pylist() if row["variant"] == "energy"]
+    )
     assert len(errors) == SAMPLES and energy.metrics["payload_mae"].value == np.median(errors)
-    assert energy.metrics["payload_mae"].low >= errors.min() and energy.metrics["payload_mae"].high <= errors.max()
-    assert energy.controlled is not None and energy.controlled.value == 0.0  # nothing settles within 0.4 s
+    assert (
+        energy.metrics["payload_mae"].low >= errors.min()
+        and energy.metrics["payload_mae"].high <= errors.max()
+    )
+    assert (
+        energy.controlled is not None and energy.controlled.value == 0.0
+    )  # nothing settles within 0.4 s
     assert energy.metrics["payload_settling"].value == np.inf
     row, case = still.table.to_pylist()[1], cases(still.study)[1]
     run = simulate(load_scene(scene_document(still.study), case.changes))
@@ -137,13 +154,17 @@ def test_samples_are_hidden_from_the_laws() -> None:
     A law believes in the catalogue's own ones.
     """
     group = next(group for group in GROUPS if group.name == "overhead, trolley")
-    heavy, gust = (next(t for t in group.trials if t.column == name) for name in ("mass +20 %", "gust"))
+    heavy, gust = (
+        next(t for t in group.trials if t.column == name) for name in ("mass +20 %", "gust")
+    )
     study = study_of(group, heavy, 5).study
     assert study is not None
     masses = [case.changes[MASSES][0] for case in cases(study)][:: len(group.entrants)]
     assert all(10.8 <= mass <= 13.2 for mass in masses) and len(set(masses)) == 5
     case = cases(study)[0]
-    document = scene_document(study) | {key: value for key, value in case.changes.items() if key == "control"}
+    document = scene_document(study) | {
+        key: value for key, value in case.changes.items() if key == "control"
+    }
     assert get_value(document, f"control.nominal.{MASSES}")[1] == [10.0]
     study = study_of(group, gust, 5).study
     assert study is not None
@@ -161,7 +182,9 @@ def test_each_sample_has_a_sea_of_its_own() -> None:
     for law in study.variant_changes:
         seeds = [case.changes["base_motion.sea.seed"] for case in listed if case.variant == law]
         assert sorted(seeds) == list(range(100, 107))
-    assert study_of(group, next(t for t in group.trials if "vision" in t.column), 2).refused.keys() >= {"angular"}
+    assert study_of(
+        group, next(t for t in group.trials if "vision" in t.column), 2
+    ).refused.keys() >= {"angular"}
 
 
 @pytest.mark.long
@@ -183,12 +206,22 @@ def test_better_is_significant_for_all_pairs_together() -> None:
     A failure is worse.
     """
     small = np.linspace(1.0, 1.7, 8)
-    three = {"a": small, "b": small + np.linspace(0.5, 0.9, 8), "c": small + np.linspace(1.5, 1.9, 8)}
+    three = {
+        "a": small,
+        "b": small + np.linspace(0.5, 0.9, 8),
+        "c": small + np.linspace(1.5, 1.9, 8),
+    }
     assert better_laws(three) == {"a": ("b", "c"), "b": ("c",), "c": ()}
     many = {str(i): small + i * np.linspace(0.5, 0.9, 8) for i in range(5)}
     assert better_laws(many) == dict.fromkeys(many, ())
-    skewed = {"a": np.zeros(100), "b": np.array([*-np.linspace(0.1, 0.2, 55), *np.linspace(1.0, 1.5, 45)])}
-    assert better_laws(skewed) == {"a": ("b",), "b": ()}  # by ranks, though b is less in more than half
+    skewed = {
+        "a": np.zeros(100),
+        "b": np.array([*-np.linspace(0.1, 0.2, 55), *np.linspace(1.0, 1.5, 45)]),
+    }
+    assert better_laws(skewed) == {
+        "a": ("b",),
+        "b": (),
+    }  # by ranks, though b is less in more than half
     failed = {"a": small, "b": np.full(8, np.inf)}
     assert better_laws(failed) == {"a": ("b",), "b": ()}
 
@@ -199,11 +232,16 @@ def test_a_page_says_where_samples_are_too_few() -> None:
     Laws that differ in every sample cannot be told apart then, or a median has no interval.
     """
     for laws, samples in product(range(2, 9), range(2, 15)):
-        errors = {str(i): np.linspace(1.0, 1.7, samples) + i * np.linspace(0.5, 0.9, samples) for i in range(laws)}
+        errors = {
+            str(i): np.linspace(1.0, 1.7, samples) + i * np.linspace(0.5, 0.9, samples)
+            for i in range(laws)
+        }
         told = not any(better_laws(errors).values())
         text = describe_samples(samples, laws)
         assert (f"no difference among {laws} laws" in text) == told
-        assert ("too narrow" in text) == (samples <= 5)  # 2 / 2**5: the median is outside of 5 values more often
+        assert ("too narrow" in text) == (
+            samples <= 5
+        )  # 2 / 2**5: the median is outside of 5 values more often
     assert describe_samples(12, 8) == "12 samples of each trial."
 
 
@@ -212,8 +250,13 @@ def test_page_and_data_are_written(whole: WholeLeague, tmp_path: Path) -> None:
     cells = [*whole.cells, SampledCell("trolley", "other", "gust", SAMPLES, "it has no camera")]
     save_samples(cells, tmp_path)
     page = (tmp_path / "league_samples.md").read_text()
-    assert "| energy | set-point | 0 % (0 … 39) |" in page and "- trolley, other, gust: it has no camera" in page
-    assert PAGES["league_samples"].read_rows(page) == [f"{cell.crane}, {cell.law}, {cell.trial}" for cell in cells]
+    assert (
+        "| energy | set-point | 0 % (0 … 39) |" in page
+        and "- trolley, other, gust: it has no camera" in page
+    )
+    assert PAGES["league_samples"].read_rows(page) == [
+        f"{cell.crane}, {cell.law}, {cell.trial}" for cell in cells
+    ]
     kept = json.loads((tmp_path / "league_samples.json").read_text())
     assert kept == json.loads(json.dumps(sampled_json_data(cells)))
     assert kept["cells"][0]["metrics"]["payload_settling"]["value"] is None
@@ -223,10 +266,20 @@ def test_page_and_data_are_written(whole: WholeLeague, tmp_path: Path) -> None:
 def cell_of(crane: str, samples: int, mean: float = 0.5) -> SampledCell:
     """Return a cell with numbers that are not finite among others."""
     number = IntervalEstimate(1.0, 0.5, np.inf)
-    metrics = dict.fromkeys(METRICS, number) | {METRICS[-1]: IntervalEstimate(np.inf, np.inf, np.inf)}
+    metrics = dict.fromkeys(METRICS, number) | {
+        METRICS[-1]: IntervalEstimate(np.inf, np.inf, np.inf)
+    }
     difference = PairedDifference(samples - 1, mean, 0.4, 0.6, np.nan, 0.25, 0.0)
     return SampledCell(
-        crane, "lqr", "gust", samples, "", IntervalEstimate(0.5, 0.2, 0.8), metrics, difference, ("energy",)
+        crane,
+        "lqr",
+        "gust",
+        samples,
+        "",
+        IntervalEstimate(0.5, 0.2, 0.8),
+        metrics,
+        difference,
+        ("energy",),
     )
 
 
@@ -235,18 +288,27 @@ def test_cranes_are_added_to_the_page(tmp_path: Path) -> None:
     first, last = GROUPS[0].name, GROUPS[-1].name
     save_samples([cell_of(last, 4)], tmp_path)
     save_samples([cell_of(first, 12)], tmp_path)
-    save_samples([cell_of(last, 12), cell_of(last, 12)._replace(from_best=None, better_than=())], tmp_path)
+    save_samples(
+        [cell_of(last, 12), cell_of(last, 12)._replace(from_best=None, better_than=())], tmp_path
+    )
     page, cells = (tmp_path / "league_samples.md").read_text(), read_cells(tmp_path)
     assert [(cell.crane, cell.samples) for cell in cells] == [(first, 12), (last, 12), (last, 12)]
-    assert page == format_samples(cells) and repr(cells[0]) == repr(cell_of(first, 12))  # NaN equals nothing
+    assert page == format_samples(cells) and repr(cells[0]) == repr(
+        cell_of(first, 12)
+    )  # NaN equals nothing
     assert f"`crane {command_of(12, (first, last))}`" in page.splitlines()[2]
     assert "| 1 (0.5 … -) | - | 0.5 (0.4 … 0.6), 11 pairs | energy |" in page
     save_samples([cell_of(last, 4)], tmp_path)
     page = (tmp_path / "league_samples.md").read_text()
-    assert f"`crane {command_of(12, [first])}` and `crane {command_of(4, [last])}`" in page.splitlines()[2]
+    assert (
+        f"`crane {command_of(12, [first])}` and `crane {command_of(4, [last])}`"
+        in page.splitlines()[2]
+    )
     assert page.index("12 samples of each trial.") < page.index("4 samples of each trial. The 95 %")
     (tmp_path / "league_samples.json").write_text('{"cells": [{"crane": 1}]}')
-    with pytest.raises(SceneError, match="league_samples.json: cannot be read as the league's data: KeyError"):
+    with pytest.raises(
+        SceneError, match="league_samples.json: cannot be read as the league's data: KeyError"
+    ):
         sampled_league(False, str(tmp_path), 2, tmp_path / "rows")
     assert not (tmp_path / "rows").exists()
 
@@ -281,14 +343,21 @@ def test_infeasible_scenes_are_counted(tmp_path: Path, capsys: pytest.CaptureFix
 
     Page and terminal say how many.
     """
-    group = GROUP._replace(trials=(STILL,), entrants=(ENERGY, LQR), uncertain={MASSES: 10.0})  # some are negative
+    group = GROUP._replace(
+        trials=(STILL,), entrants=(ENERGY, LQR), uncertain={MASSES: 10.0}
+    )  # some are negative
     cells = list(evaluate_samples(5, tmp_path, [group], 1))
     status = read_result(tmp_path / study_of(group, STILL, 5).folder).column("status").reshape(5, 2)
     refused = (status == "refused").sum(axis=0).tolist()
     assert status[0, 0] == "refused" and 1 < refused[0] < 5
-    assert [(cell.law, cell.refused_runs) for cell in cells] == [("energy", refused[0]), ("lqr", refused[1])]
+    assert [(cell.law, cell.refused_runs) for cell in cells] == [
+        ("energy", refused[0]),
+        ("lqr", refused[1]),
+    ]
     assert cells[0].controlled is not None and "cable.node_masses" in cells[0].failed
-    line = f"- trolley, energy, set-point: {refused[0]} of 5 scenes are infeasible; the first reason: "
+    line = (
+        f"- trolley, energy, set-point: {refused[0]} of 5 scenes are infeasible; the first reason: "
+    )
     assert line in format_samples(cells)
     sampled_league(False, None, 5, tmp_path, [group])
     assert "\nRuns that failed\n" + line in capsys.readouterr().out

@@ -39,7 +39,9 @@ def test_a_recording_has_all_received_steps(tmp_path: Path) -> None:
 def test_a_process_that_outlives_its_run_is_found_and_ended() -> None:
     """It is identified by a variable of its environment, independent of its present parent."""
     env = os.environ | {MARK: "mine"}
-    with started_program([sys.executable, "-c", "input()"], stdin=subprocess.PIPE, env=env) as process:
+    with started_program(
+        [sys.executable, "-c", "input()"], stdin=subprocess.PIPE, env=env
+    ) as process:
         assert orphans("another's") == []
         (line,) = orphans("mine")
         assert line.startswith("outlives the run: ") and process.wait(60.0) == -signal.SIGKILL
@@ -53,7 +55,9 @@ def test_a_process_that_holds_the_pipes_of_its_run_is_a_failure() -> None:
     child = [sys.executable, "-c", "import time; time.sleep(600.0)"]
     program = f"import subprocess; subprocess.Popen({child!r}); print('ready', flush=True)"
     ends: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    with started_program([sys.executable, "-c", program], env=os.environ | {MARK: "held"}, **ends) as process:
+    with started_program(
+        [sys.executable, "-c", program], env=os.environ | {MARK: "held"}, **ends
+    ) as process:
         assert next_line(process) == "ready\n"
         process.wait(60.0)
         _, (line,) = signals._wait_for_pipes(process, "held", 0.2)

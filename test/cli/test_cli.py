@@ -37,28 +37,55 @@ from crane_sim.simulation.rollout import simulate
         (["run", "--rate", "0"], "'--rate': 0.0 is not in the range x>0.0"),
         (["run", "--rate", "nan"], "'--rate': 'nan': must be a finite number"),
         (["run", "--domain-id", "999"], "'--domain-id': 999 is not in the range 0<=x<=232"),
-        (["run", "--frame-prefix", "a b/"], "'--frame-prefix': 'a b/': possible: letters, digits, _ and /"),
-        (["run", "--namespace", "a,b"], "'--namespace': 'a,b': possible: letters, digits, _ and /, such as west"),
+        (
+            ["run", "--frame-prefix", "a b/"],
+            "'--frame-prefix': 'a b/': possible: letters, digits, _ and /",
+        ),
+        (
+            ["run", "--namespace", "a,b"],
+            "'--namespace': 'a,b': possible: letters, digits, _ and /, such as west",
+        ),
         (["run", "--beside", "east,"], "'--beside': 'east,': possible: letters"),
-        (["run", "--record", "/proc/none/run.rrd"], "--record /proc/none/run.rrd: cannot be written"),
-        (["simulate", "--law", "lqr", "--set", "control.kp=1"], "unknown key 'kp' for law 'lqr' (known: q, r)"),
+        (
+            ["run", "--record", "/proc/none/run.rrd"],
+            "--record /proc/none/run.rrd: cannot be written",
+        ),
+        (
+            ["simulate", "--law", "lqr", "--set", "control.kp=1"],
+            "unknown key 'kp' for law 'lqr' (known: q, r)",
+        ),
         (["check", "nowhere/mine.yaml"], "scene file nowhere/mine.yaml: there is no such file"),
         (["reproduce", "nonsense"], "unknown item 'nonsense' (known: overhead"),
         (["reproduce", "--save", "/proc/none"], "--save '/proc/none': cannot be written"),
         (["league", "--save", "/proc/none"], "--save '/proc/none': cannot be written"),
-        (["league", "--samples", "two"], "'--samples': 'two': must be a whole number of at least 2"),
+        (
+            ["league", "--samples", "two"],
+            "'--samples': 'two': must be a whole number of at least 2",
+        ),
         (["league", "--samples", "1"], "'--samples': '1': must be a whole number of at least 2"),
         (["league", "-o", "rows"], "-o 'rows': is for --samples N only; add it, or leave out -o"),
         (["league", "--crane", "pendulum"], "--crane 'pendulum': is for --samples N only"),
-        (["league", "--samples", "2", "--crane", "pendulums"], "unknown crane 'pendulums', did you mean 'pendulum'?"),
-        (["sweep", "study.yaml", "--workers", "0"], "'--workers': '0': must be a whole number of at least 1"),
+        (
+            ["league", "--samples", "2", "--crane", "pendulums"],
+            "unknown crane 'pendulums', did you mean 'pendulum'?",
+        ),
+        (
+            ["sweep", "study.yaml", "--workers", "0"],
+            "'--workers': '0': must be a whole number of at least 1",
+        ),
         (["run", "--fast"], "No such option"),
-        (["run", "--on-silence", "warp"], "'--on-silence': 'warp' is not one of 'zero', 'hold', 'brake'"),
+        (
+            ["run", "--on-silence", "warp"],
+            "'--on-silence': 'warp' is not one of 'zero', 'hold', 'brake'",
+        ),
         (["bench", "inprocess"], "crane soak inprocess is a soak"),
         (["describe", "--ros2-control"], "crane describe --ros2-control: needs SCENE"),
         (["fly"], "No such command 'fly' (known: bench, check"),
         (["soak", "inprocess", "--steps", "nan"], "'nan': must be a finite number"),
-        (["soak", "memry"], "No such command 'memry', did you mean 'memory'? (known: determinism, inprocess"),
+        (
+            ["soak", "memry"],
+            "No such command 'memry', did you mean 'memory'? (known: determinism, inprocess",
+        ),
         (["bench", "flight"], "unknown SUITE 'flight' (known: scenes, lockstep"),
         (["check", "/"], "cannot be read"),
         (
@@ -69,7 +96,10 @@ from crane_sim.simulation.rollout import simulate
     ids=lambda case: " ".join(case) if isinstance(case, list) else "",
 )
 def test_bad_input_is_one_line_and_exit_2(
-    arguments: list[str], line: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    arguments: list[str],
+    line: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     """Bad input ends with exit code 2 and one line on stderr that names it, without a traceback."""
     result = crane_here(monkeypatch, capsys, *arguments)
@@ -81,7 +111,9 @@ def test_bad_input_is_one_line_and_exit_2(
 @pytest.mark.parametrize("command", ["bench", "soak", "run"])
 def test_every_command_has_help(command: str) -> None:
     """Both -h and --help print the usage of a command."""
-    short, long = (CliRunner().invoke(app, [command, option], prog_name="crane") for option in ("-h", "--help"))
+    short, long = (
+        CliRunner().invoke(app, [command, option], prog_name="crane") for option in ("-h", "--help")
+    )
     assert short.exit_code == long.exit_code == 0
     assert short.stdout == long.stdout and short.stdout.startswith(f"Usage: crane {command} ")
 
@@ -93,20 +125,27 @@ def test_help_of_run_has_possible_values_and_time_limits() -> None:
     assert "(default 120; 0: no limit)" in text and "at least 120 s to connect" in text
 
 
-@pytest.mark.parametrize(("group", "first"), [([], "Run a crane:"), (["soak"], "Commands:")], ids=str)
+@pytest.mark.parametrize(
+    ("group", "first"), [([], "Run a crane:"), (["soak"], "Commands:")], ids=str
+)
 def test_help_is_not_cut(group: list[str], first: str) -> None:
     """The help has a whole sentence on each command."""
     commands = crane(*group, "--help").stdout.partition(first)[2]
     assert commands and "..." not in commands
 
 
-def test_help_has_groups_and_a_warning_of_what_cannot_be_imported(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_help_has_groups_and_a_warning_of_what_cannot_be_imported(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """A package whose command cannot be imported costs a line of help, its command exit code 2."""
     broken = EntryPoint("broken", "no.such.module:command", help_lines.COMMANDS)
     found = (*help_lines.find_extensions(help_lines.COMMANDS), broken)
     monkeypatch.setattr(help_lines, "find_extensions", lambda _: found)
     result = CliRunner().invoke(app, ["--help"], prog_name="crane")
-    line = "command broken: no.such.module:command cannot be imported: ModuleNotFoundError: No module named 'no'"
+    line = (
+        "command broken: no.such.module:command cannot be imported: ModuleNotFoundError: No module "
+        "named 'no'"
+    )
     assert result.exit_code == 0 and result.stderr == f"crane: warning: {line}\n"
     assert [text[:-1] for text in result.stdout.splitlines() if re.fullmatch(r"\w.*:", text)] == [
         "Options",
@@ -117,7 +156,9 @@ def test_help_has_groups_and_a_warning_of_what_cannot_be_imported(monkeypatch: p
         app(["broken"], standalone_mode=False)
 
 
-def test_a_scene_is_described(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_scene_is_described(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     """`crane describe SCENE` has the law and a row per joint, with unit, travel and command."""
     said = crane_here(monkeypatch, capsys, "describe", "bridge_speed_drive").stdout
     assert "crane bridge, 30 s in 3000 steps of 0.01 s, law anti_swing" in said
@@ -145,7 +186,9 @@ def test_no_compilation_status_without_compilation() -> None:
     crane(*command)
     master, slave = pty.openpty()
     with open(master, "rb", buffering=0) as terminal:
-        result = subprocess.run([str(CRANE), *command], stdout=subprocess.PIPE, stderr=slave, check=True)
+        result = subprocess.run(
+            [str(CRANE), *command], stdout=subprocess.PIPE, stderr=slave, check=True
+        )
         os.write(slave, b"end")  # so that the read returns
         os.close(slave)
         assert b"compiling" not in terminal.read(65536) and result.stdout
@@ -165,7 +208,10 @@ with show_progress("runs", quiet=False) as on_progress:
 def test_an_interrupted_progress_bar_ends_in_one_line() -> None:
     """Ctrl-C clears a progress bar's line, which is not drawn again below `crane: interrupted`."""
     master, slave = pty.openpty()
-    with open(master, "rb", buffering=0) as terminal, started_program([sys.executable, "-c", BAR], stderr=slave) as bar:
+    with (
+        open(master, "rb", buffering=0) as terminal,
+        started_program([sys.executable, "-c", BAR], stderr=slave) as bar,
+    ):
         shown = b""
         while b"1/2" not in shown:
             shown += terminal.read(4096)
@@ -184,10 +230,14 @@ def test_a_full_disk_behind_stdout_is_one_line() -> None:
         command = [str(CRANE), "simulate", "nowhere", "--json"]
         result = run_to_completion(command, stdout=full)
     assert result.returncode == 2
-    assert len(result.stderr.strip().splitlines()) == 1 and "unknown scene 'nowhere'" in result.stderr
+    assert (
+        len(result.stderr.strip().splitlines()) == 1 and "unknown scene 'nowhere'" in result.stderr
+    )
 
 
-def test_json_carries_the_error_too(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_json_carries_the_error_too(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     """With --json, a failure is an object with the key `error` on stdout as well."""
     result = crane_here(monkeypatch, capsys, "simulate", "nowhere", "--json")
     assert result.returncode == 2
@@ -211,11 +261,17 @@ def test_a_run_that_ends_early_has_a_partial_summary() -> None:
     """
     result = crane("simulate", "overhead_slack", "--json")
     summary = json.loads(result.stdout)
-    assert result.returncode == 1 and "link 1 went slack" in result.stderr and summary["error"] in result.stderr
+    assert (
+        result.returncode == 1
+        and "link 1 went slack" in result.stderr
+        and summary["error"] in result.stderr
+    )
     assert summary["events"][-1]["what"].startswith("link 1 went slack") and summary["steps"] > 10
 
 
-def test_scenes_lists_the_catalogue(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_scenes_lists_the_catalogue(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     """`crane scenes` has a line for each catalogue scene: its name and first sentence."""
     lines = crane_here(monkeypatch, capsys, "scenes").stdout.strip().splitlines()
     assert [line.split()[0] for line in lines] == list(scene_files())

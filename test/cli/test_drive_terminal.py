@@ -86,20 +86,37 @@ def printed(*things: object) -> str:
 def test_the_table_of_levers() -> None:
     """The table names each joint's lever, speed, ramp and soft limits in the units of people."""
     assignment = make_lever_assignment(("slew", "rope"))
-    keys, sticks = (printed(make_lever_table((SLEW, ROPE), assignment, device)) for device in ("keyboard", "joy"))
+    keys, sticks = (
+        printed(make_lever_table((SLEW, ROPE), assignment, device))
+        for device in ("keyboard", "joy")
+    )
     assert "a / d" in keys and "5.73°/s" in keys and "none" in keys and "1.00 m .. 7.00 m" in keys
     assert "left stick horizontal" in sticks and "right stick vertical" in sticks
-    assert "emergency stop: B" in format_lever_note(assignment, "gamepad") and "space" in format_lever_note(
-        assignment, "keyboard"
-    )
+    assert "emergency stop: B" in format_lever_note(
+        assignment, "gamepad"
+    ) and "space" in format_lever_note(assignment, "keyboard")
 
 
 def test_the_page_has_the_levers() -> None:
     """The documentation's table of levers has keys and directions of every joint with levers."""
     page = (Path(__file__).parents[2] / "docs" / "operator.md").read_text()
     rows = [line.split("|")[1:4] for line in page.splitlines() if line.startswith("| `")]
-    described = {name: (keys, stick) for names, keys, stick in rows for name in re.findall(r"`(\w+)`", names)}
-    joints = ("slew", "bridge", "trolley", "telescope", "jib", "boom", "rope", "hoist", "tip_x", "tip_y", "tip_z")
+    described = {
+        name: (keys, stick) for names, keys, stick in rows for name in re.findall(r"`(\w+)`", names)
+    }
+    joints = (
+        "slew",
+        "bridge",
+        "trolley",
+        "telescope",
+        "jib",
+        "boom",
+        "rope",
+        "hoist",
+        "tip_x",
+        "tip_y",
+        "tip_z",
+    )
     for joint in joints:
         (lever,), (keys, stick) = make_lever_assignment((joint,)).levers, described[joint]
         for key, direction in zip(lever.keys, lever.directions, strict=True):
@@ -109,13 +126,35 @@ def test_the_page_has_the_levers() -> None:
 
 def test_the_panel() -> None:
     """The panel has the desk's mode, velocities, positions, active soft limits and refusals."""
-    state = {"t": 12.3, "mode": "emergency stop", "assisted": False, "assistance_unavailable": "", "device": "keyboard"}
-    state |= {"speed_scale": 0.25, "speeds": [0.05, 0.0], "positions": [0.5, 6.9], "velocities": [0.02, 0.0]}
-    state |= {"at_soft_limit": ["rope"], "dragged": ["rope"], "braked": True, "swing_deg": 2.51, "brakes_refused": ""}
+    state = {
+        "t": 12.3,
+        "mode": "emergency stop",
+        "assisted": False,
+        "assistance_unavailable": "",
+        "device": "keyboard",
+    }
+    state |= {
+        "speed_scale": 0.25,
+        "speeds": [0.05, 0.0],
+        "positions": [0.5, 6.9],
+        "velocities": [0.02, 0.0],
+    }
+    state |= {
+        "at_soft_limit": ["rope"],
+        "dragged": ["rope"],
+        "braked": True,
+        "swing_deg": 2.51,
+        "brakes_refused": "",
+    }
     text = printed(make_panel("tower_gust", (SLEW, ROPE), state, True))
-    parts = "12.3 s|emergency stop|1.15°/s|28.65°|6.90 m|soft limit, dragged|brakes on|25 %|swing 2.5°|q end"
+    parts = (
+        "12.3 s|emergency stop|1.15°/s|28.65°|6.90 m|soft limit, dragged|brakes on|25 %|swing "
+        "2.5°|q end"
+    )
     assert [part for part in parts.split("|") if part not in text] == []
-    refused = printed(make_panel("x", (SLEW, ROPE), state | {"brakes_refused": "only in real time"}, False))
+    refused = printed(
+        make_panel("x", (SLEW, ROPE), state | {"brakes_refused": "only in real time"}, False)
+    )
     assert "only in real time" in refused and "brakes on" not in refused
     state |= {"assistance_unavailable": "nothing hangs"}
     assert "nothing hangs" in printed(make_panel("x", (SLEW, ROPE), state, False))
@@ -147,8 +186,12 @@ class Terminal:
 
     def _read(self, seconds: float) -> None:
         end = time.monotonic() + seconds
-        while (left := end - time.monotonic()) > 0.0 and select.select([self.master], [], [], left)[0]:
-            self.text += re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", os.read(self.master, 65536).decode(errors="ignore"))
+        while (left := end - time.monotonic()) > 0.0 and select.select([self.master], [], [], left)[
+            0
+        ]:
+            self.text += re.sub(
+                r"\x1b\[[0-9;?]*[A-Za-z]", "", os.read(self.master, 65536).decode(errors="ignore")
+            )
 
 
 @pytest.mark.long
@@ -160,13 +203,20 @@ def test_a_drive_by_keys(tmp_path: Path) -> None:
     command = [CRANE, "drive", "bridge_speed_drive", "--no-record"]
     terminal = Terminal()
     before = termios.tcgetattr(terminal.slave)
-    ends = {"stdin": terminal.slave, "stdout": terminal.slave, "stderr": terminal.slave, "cwd": tmp_path}
+    ends = {
+        "stdin": terminal.slave,
+        "stdout": terminal.slave,
+        "stderr": terminal.slave,
+        "cwd": tmp_path,
+    }
     env = os.environ | {"TERM": "xterm-256color"}
     with started_program(command, env=env, **ends) as process:
         terminal.type_until(b"", "dead man's switch open")
         terminal.type_until(b"w", "in operation")
         terminal.type_until(b"w", "━━━━")
-        terminal.type_until(b" ", " s    emergency stop ")  # behind the time: the last line names the key, too
+        terminal.type_until(
+            b" ", " s    emergency stop "
+        )  # behind the time: the last line names the key, too
         terminal.type_until(b"w", " s    emergency stop ")
         terminal.type_until(b"\r", "dead man's switch open")
         os.write(terminal.master, b"\t")
@@ -184,26 +234,41 @@ def test_a_drive_by_keys(tmp_path: Path) -> None:
         (["--input", "mouse"], "--input = 'mouse': possible: keyboard, gamepad, joy"),
         ([], "--input keyboard: needs a terminal, and the input is none; possible: gamepad, joy"),
         (["--input", "joy", "--speed", "slew"], "--speed 'slew': must be JOINT=NUMBER"),
-        (["--input", "joy", "--map", "slw=1"], "--map 'slw=1': unknown name 'slw', did you mean 'slew'?"),
+        (
+            ["--input", "joy", "--map", "slw=1"],
+            "--map 'slw=1': unknown name 'slw', did you mean 'slew'?",
+        ),
         (
             ["--input", "joy", "--gamepad", "/dev/x"],
             "--gamepad /dev/x: belongs to --input gamepad, here is --input joy",
         ),
-        (["--input", "joy", "--joy-topic", "a b"], "--joy-topic 'a b': is no topic's name; possible: letters, digits"),
+        (
+            ["--input", "joy", "--joy-topic", "a b"],
+            "--joy-topic 'a b': is no topic's name; possible: letters, digits",
+        ),
         (
             ["--input", "joy", "--joy-topic", "~joy"],
             "--joy-topic '~joy': is no topic's name; possible: letters, digits",
         ),
-        (["--input", "joy", "--set", "duration=5"], "--set duration=5: the length of a run by hand is --duration"),
+        (
+            ["--input", "joy", "--set", "duration=5"],
+            "--set duration=5: the length of a run by hand is --duration",
+        ),
         (
             ["--input", "joy", "--set", "control.law=lqr"],
             "--set control.law=lqr: control is left out, since an operator",
         ),
-        (["--input", "joy", "--on-silence", "stop"], "Invalid value for '--on-silence': 'stop' is not one of"),
+        (
+            ["--input", "joy", "--on-silence", "stop"],
+            "Invalid value for '--on-silence': 'stop' is not one of",
+        ),
     ],
 )
 def test_mistakes_are_one_line(
-    arguments: list[str], line: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    arguments: list[str],
+    line: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     """Scenes that cannot be driven, and inputs that cannot drive, are one line with exit code 2.
 
@@ -211,14 +276,21 @@ def test_mistakes_are_one_line(
     """
     result = crane_here(monkeypatch, capsys, "drive", "knuckle_setpoint", *arguments)
     assert result.returncode == 2
-    assert result.stderr.startswith(f"crane: {line}") and result.stderr.count("\n") == 1, result.stderr
+    assert result.stderr.startswith(f"crane: {line}") and result.stderr.count("\n") == 1, (
+        result.stderr
+    )
 
 
 def test_levers_are_mapped_of_devices_only(monkeypatch: pytest.MonkeyPatch) -> None:
     """The axes of `--map` belong to a gamepad: beside a keyboard they are refused, not ignored."""
     monkeypatch.setattr("sys.stdin", SimpleNamespace(isatty=lambda: True))
-    with pytest.raises(SceneError, match="--map slew=2: belongs to --input gamepad or joy, here is --input keyboard"):
-        drive_command._check_device({"device": "keyboard", "joy_topic": None, "gamepad": "", "mapping": ("slew=2",)})
+    with pytest.raises(
+        SceneError,
+        match="--map slew=2: belongs to --input gamepad or joy, here is --input keyboard",
+    ):
+        drive_command._check_device(
+            {"device": "keyboard", "joy_topic": None, "gamepad": "", "mapping": ("slew=2",)}
+        )
 
 
 def test_a_key_after_a_pause_is_none_of_a_sequence(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -42,7 +42,11 @@ def lines(capsys: pytest.CaptureFixture[str]) -> list[str]:
 def test_metrics_have_their_units(lines: list[str]) -> None:
     """Final errors are in units of joints, peak efforts in those of efforts, and zero is zero."""
     rows = {line.split()[0]: re.split(r" {2,}", line.strip()) for line in lines if line.strip()}
-    assert rows["rope"][1:] == ["0.25 m", "-", "9 N"] and rows["boom"][1:] == ["0.1 rad", "-", "5 N m"]
+    assert rows["rope"][1:] == ["0.25 m", "-", "9 N"] and rows["boom"][1:] == [
+        "0.1 rad",
+        "-",
+        "5 N m",
+    ]
     assert rows["slew"][1:] == ["0 rad", "-", "0 N m"]
     assert rows["min"][1] == "0 N" and rows["max"][1] == "9.812 N"
 
@@ -52,7 +56,9 @@ def test_files_are_named_with_what_opens_them(lines: list[str]) -> None:
 
     No name is markup.
     """
-    assert [line for line in lines if line.startswith("before reset ")][0].endswith("my run[new].before_reset_1.rrd")
+    assert [line for line in lines if line.startswith("before reset ")][0].endswith(
+        "my run[new].before_reset_1.rrd"
+    )
     command = next(line for line in lines if line.startswith("open it with "))
     assert command.endswith("crane view 'runs/my run[new].rrd'")
 
@@ -90,8 +96,12 @@ def call_new_function() -> None:
     assert scaled(1.0) == factor
 
 
-@pytest.mark.parametrize("wait", [lambda: compiling(quiet=False), lambda: show_progress("runs", quiet=True)])
-def test_compilation_is_said_once(wait: Callable[[], Any], capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(
+    "wait", [lambda: compiling(quiet=False), lambda: show_progress("runs", quiet=True)]
+)
+def test_compilation_is_said_once(
+    wait: Callable[[], Any], capsys: pytest.CaptureFixture[str]
+) -> None:
     """If stderr is no terminal one line says that a kind of scene is compiled, and none if not."""
     _say_compiling.cache_clear()
     with wait():
@@ -100,19 +110,29 @@ def test_compilation_is_said_once(wait: Callable[[], Any], capsys: pytest.Captur
     with wait():
         for _ in range(2):
             call_new_function()
-    assert re.fullmatch(r"crane: compiling this kind of scene \([^\n]*\)\n", capsys.readouterr().err)
+    assert re.fullmatch(
+        r"crane: compiling this kind of scene \([^\n]*\)\n", capsys.readouterr().err
+    )
 
 
 def test_a_run_that_was_not_in_real_time_is_marked(capsys: pytest.CaptureFixture[str]) -> None:
     """The summary of a run in real time that the machine was too slow for says so in one line."""
     violation = "610 of 2500 steps were late, and 581 had no new command"
-    print_summary(SUMMARY | {"mode": "realtime", "real_time_violation": violation}, load_scene("knuckle_setpoint"))
+    print_summary(
+        SUMMARY | {"mode": "realtime", "real_time_violation": violation},
+        load_scene("knuckle_setpoint"),
+    )
     lines = capsys.readouterr().out.splitlines()
     assert [line for line in lines if line.startswith(f"warning: not in real time: {violation}; ")]
 
 
 def test_json_has_plain_numbers() -> None:
     """Numbers of numpy become Python's, tuples lists, negative zero 0, and non-finite ones null."""
-    value = {"a": np.float64(0.1), "b": (np.int64(2), -0.0), "c": [float("nan"), np.float32(0.5)], "d": np.bool_(True)}
+    value = {
+        "a": np.float64(0.1),
+        "b": (np.int64(2), -0.0),
+        "c": [float("nan"), np.float32(0.5)],
+        "d": np.bool_(True),
+    }
     assert json.dumps(json_value(value)) == '{"a": 0.1, "b": [2, 0.0], "c": [null, 0.5], "d": true}'
     assert type(json_value(value)["a"]) is float

@@ -36,10 +36,17 @@ def urdf() -> str:
 
 BROKEN: dict[str, tuple[str, Change]] = {
     "robot>": ("no XML: ", lambda urdf: urdf.replace("</robot>", "</robo>")),
-    "no tag": ("no <ros2_control> tag in <robot>", lambda urdf: urdf.partition("<ros2_control")[0] + "</robot>"),
+    "no tag": (
+        "no <ros2_control> tag in <robot>",
+        lambda urdf: urdf.partition("<ros2_control")[0] + "</robot>",
+    ),
     "plugin": (
-        "plugin 'mock_components/GenericSystem': possible: joint_state_topic_hardware_interface/JointStateTopicSystem",
-        in_tag("joint_state_topic_hardware_interface/JointStateTopicSystem", "mock_components/GenericSystem"),
+        "plugin 'mock_components/GenericSystem': possible: "
+        "joint_state_topic_hardware_interface/JointStateTopicSystem",
+        in_tag(
+            "joint_state_topic_hardware_interface/JointStateTopicSystem",
+            "mock_components/GenericSystem",
+        ),
     ),
     "topic": (
         "joint_commands_topic '/crane/commands': possible: /knuckle/joint_commands",
@@ -49,7 +56,10 @@ BROKEN: dict[str, tuple[str, Change]] = {
         "trigger_joint_command_threshold '1e-5': possible: -1",
         in_tag('threshold">-1<', 'threshold">1e-5<'),
     ),
-    "unknown joint": ("joint 'turn': possible: slew, boom, jib, rope, ", in_tag('"slew"', '"turn"')),
+    "unknown joint": (
+        "joint 'turn': possible: slew, boom, jib, rope, ",
+        in_tag('"slew"', '"turn"'),
+    ),
     "joint left out": ("joint 'slew' is not in the tag", in_tag('"slew"', '"swing_radial"')),
     "unknown interface": (
         "command interface 'torque': possible: position, velocity, effort",
@@ -63,7 +73,10 @@ BROKEN: dict[str, tuple[str, Change]] = {
         "state interface 'acceleration': possible: position, velocity, effort",
         in_tag('<state_interface name="effort"', '<state_interface name="acceleration"'),
     ),
-    "passive joint": ("nothing drives it; possible: none", in_tag(SWING, f"{SWING}{EFFORT}</command_interface>")),
+    "passive joint": (
+        "nothing drives it; possible: none",
+        in_tag(SWING, f"{SWING}{EFFORT}</command_interface>"),
+    ),
     "no initial value": (
         "initial_value 'missing' of its command: possible: a number, else NaN is sent",
         in_tag('<param name="initial_value">0</param>', ""),
@@ -73,7 +86,11 @@ BROKEN: dict[str, tuple[str, Change]] = {
 
 @pytest.mark.parametrize("case", BROKEN)
 def test_a_wrong_tag_is_one_line(
-    case: str, urdf: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    case: str,
+    urdf: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     """Every mistake that would leave the crane without commands is named with its value.
 
@@ -92,11 +109,15 @@ def test_the_tag_that_is_written_passes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """What `describe --ros2-control` writes is fine."""
-    written = crane_here(monkeypatch, capsys, "describe", SCENE, "--ros2-control", "--save", str(tmp_path))
+    written = crane_here(
+        monkeypatch, capsys, "describe", SCENE, "--ros2-control", "--save", str(tmp_path)
+    )
     assert written.returncode == 0
     file = tmp_path / f"{SCENE}.urdf"
     result = crane_here(monkeypatch, capsys, "check", SCENE, "--ros2-control", str(file))
-    assert result.returncode == 0 and f"{file}: fine (commands slew, boom, jib, rope" in result.stdout
+    assert (
+        result.returncode == 0 and f"{file}: fine (commands slew, boom, jib, rope" in result.stdout
+    )
 
 
 def test_a_tag_of_the_root_namespace(
@@ -105,7 +126,9 @@ def test_a_tag_of_the_root_namespace(
     """The root namespace's tag is fine for the namespace `/`, and not for that of the crane."""
     file = tmp_path / "mine.urdf"
     file.write_text(urdf_with_ros2_control(load_scene(SCENE), "/"))
-    result = crane_here(monkeypatch, capsys, "check", SCENE, "--ros2-control", str(file), "--namespace", "/")
+    result = crane_here(
+        monkeypatch, capsys, "check", SCENE, "--ros2-control", str(file), "--namespace", "/"
+    )
     assert result.returncode == 0, result.stderr
     result = crane_here(monkeypatch, capsys, "check", SCENE, "--ros2-control", str(file))
     assert "joint_states_topic '/joint_states': possible: /knuckle/joint_states" in result.stderr
@@ -120,9 +143,18 @@ def test_each_tag_on_the_topics_of_the_crane_is_checked(
     """
     begin, end = urdf.index("<ros2_control"), urdf.index("</ros2_control>") + len("</ros2_control>")
     own = urdf[begin:end]
-    other, broken = own.replace("/knuckle/", "/east/"), own.replace('name="velocity"', 'name="speed"')
+    other, broken = (
+        own.replace("/knuckle/", "/east/"),
+        own.replace('name="velocity"', 'name="speed"'),
+    )
     file = tmp_path / "mine.urdf"
-    for tags, code in ((other + own, 0), (own + other, 0), (broken + own, 2), (own + broken, 2), (other, 2)):
+    for tags, code in (
+        (other + own, 0),
+        (own + other, 0),
+        (broken + own, 2),
+        (own + broken, 2),
+        (other, 2),
+    ):
         file.write_text(urdf[:begin] + tags + urdf[end:])
         result = crane_here(monkeypatch, capsys, "check", SCENE, "--ros2-control", str(file))
         assert result.returncode == code, result.stderr

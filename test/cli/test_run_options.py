@@ -24,9 +24,18 @@ LED = {"command_stamps": "ros", "no_controller": True}  # by the clock
     ("options", "line"),
     [
         ({"mcap": Path("run.bag")}, "--mcap run.bag: must end in .mcap"),
-        ({"mcap": Path("a.mcap"), "record": Path("a.mcap")}, "--mcap and --record: both are a.mcap"),
-        ({"mcap": Path("busy.mcap")}, "--mcap busy.mcap: busy.mcap.part is in the way, another run is writing it"),
-        ({"live": True, "no_record": True}, "--live and --no-record: only one of the two is possible"),
+        (
+            {"mcap": Path("a.mcap"), "record": Path("a.mcap")},
+            "--mcap and --record: both are a.mcap",
+        ),
+        (
+            {"mcap": Path("busy.mcap")},
+            "--mcap busy.mcap: busy.mcap.part is in the way, another run is writing it",
+        ),
+        (
+            {"live": True, "no_record": True},
+            "--live and --no-record: only one of the two is possible",
+        ),
         ({"beside": "east", "mode": "realtime"}, "--beside = east: only with lockstep"),
         (
             LED | {"beside": "east"},
@@ -40,7 +49,10 @@ LED = {"command_stamps": "ros", "no_controller": True}  # by the clock
         ({"rate": 2.0}, "--rate = 2.0: only with --mode realtime"),
         ({"on_silence": "zero"}, "--on-silence = zero: only with --mode realtime"),
         ({"fifo": 5}, "--fifo = 5: only with --mode realtime"),
-        ({"restart": True, "no_controller": True, "no_record": True}, "--restart: .* nothing that it could replace"),
+        (
+            {"restart": True, "no_controller": True, "no_record": True},
+            "--restart: .* nothing that it could replace",
+        ),
         ({"wait": 5.0}, "--wait = 5.0: only with --no-controller"),
     ],
 )
@@ -57,7 +69,9 @@ def test_impossible_options_are_rejected(
 def test_cranes_beside_need_a_scene_with_commands(tmp_path: Path) -> None:
     """A scene without commands has no lockstep with other cranes: a line, exit 2, no recording."""
     record = tmp_path / "new" / "run.rrd"
-    result = CliRunner().invoke(app, ["run", "overhead_swing", "--beside", "east", "--record", str(record)])
+    result = CliRunner().invoke(
+        app, ["run", "overhead_swing", "--beside", "east", "--record", str(record)]
+    )
     assert isinstance(result.exception, SceneError)  # exit code 2, see test_cli
     assert str(result.exception).startswith("--beside = east: overhead_swing takes no commands")
     assert not record.parent.exists()
@@ -65,12 +79,16 @@ def test_cranes_beside_need_a_scene_with_commands(tmp_path: Path) -> None:
 
 def test_a_driven_crane_has_names_of_its_own(tmp_path: Path) -> None:
     """`crane drive` takes the options of a second crane in one domain, and passes them on."""
-    given: dict[str, Any] = {each.name: None for each in drive.params if each.name in RunOptions._fields}
+    given: dict[str, Any] = {
+        each.name: None for each in drive.params if each.name in RunOptions._fields
+    }
     given["record"] = tmp_path / "run.rrd"
     assert {"namespace", "frame_prefix"} <= given.keys()
     options = RunOptions.of_drive(given | {"namespace": "west", "frame_prefix": "west/"})
     options.check()
-    assert {"namespace": "west", "frame_prefix": "west/"}.items() <= options.arguments("any").items()
+    assert {"namespace": "west", "frame_prefix": "west/"}.items() <= options.arguments(
+        "any"
+    ).items()
 
 
 def test_options_are_arguments_of_the_run(tmp_path: Path) -> None:

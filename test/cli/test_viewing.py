@@ -19,7 +19,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    monkeypatch.setattr("crane_sim.recording.rerun.rrd_file.whole_size", lambda _: None)  # they count as whole
+    monkeypatch.setattr(
+        "crane_sim.recording.rerun.rrd_file.whole_size", lambda _: None
+    )  # they count as whole
     for name, age in (("b", 10.0), ("a", 20.0)):
         file = tmp_path / "runs" / f"{name}.rrd"
         file.parent.mkdir(exist_ok=True)
@@ -32,7 +34,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def executed(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
     """Return the command lines that a double of `os.exec…` is called with; it runs none."""
     commands = list[list[str]]()
-    monkeypatch.setattr(os, "execve", lambda _program, command, _environment: commands.append(command))
+    monkeypatch.setattr(
+        os, "execve", lambda _program, command, _environment: commands.append(command)
+    )
     return commands
 
 
@@ -48,7 +52,9 @@ def test_the_newest_recording_is_taken(folder: Path) -> None:
     """
     assert find_recording(None) == Path("runs/b.rrd")
     assert find_recording(Path("runs/a.rrd")) == Path("runs/a.rrd")
-    with pytest.raises(SceneError, match="^RUN = 'c.rrd': no such file; leave it out for the newest in runs/$"):
+    with pytest.raises(
+        SceneError, match="^RUN = 'c.rrd': no such file; leave it out for the newest in runs/$"
+    ):
         find_recording(Path("c.rrd"))
     for file in (folder / "runs").iterdir():
         file.unlink()
@@ -60,12 +66,16 @@ def test_the_newest_recording_is_taken(folder: Path) -> None:
 def test_a_file_that_is_no_recording_is_refused(folder: Path, command: str) -> None:
     """What does not begin as a recording does is refused at once: the viewer would wait for one."""
     (folder / "page.rrd").write_text("# a page\n")
-    with pytest.raises(SceneError, match="^page.rrd: is no recording: its first bytes are not those of one$"):
+    with pytest.raises(
+        SceneError, match="^page.rrd: is no recording: its first bytes are not those of one$"
+    ):
         run(command, "page.rrd")
 
 
 @pytest.mark.usefixtures("folder")
-def test_a_window_opens_where_there_is_a_display(executed: list[list[str]], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_window_opens_where_there_is_a_display(
+    executed: list[list[str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The viewer gets the recording and the loopback interface; no display is an error.
 
     The error says what to do.
@@ -75,7 +85,10 @@ def test_a_window_opens_where_there_is_a_display(executed: list[list[str]], monk
     monkeypatch.setenv("DISPLAY", ":0")
     run("view")
     run("view", "--live", "--port", "9999")
-    assert [command[-1] for command in executed] == ["runs/b.rrd", "rerun+http://127.0.0.1:9999/proxy"]
+    assert [command[-1] for command in executed] == [
+        "runs/b.rrd",
+        "rerun+http://127.0.0.1:9999/proxy",
+    ]
     assert all(command[command.index("--bind") + 1] == "127.0.0.1" for command in executed)
 
 
@@ -89,7 +102,8 @@ def test_a_page_is_served_until_the_viewer_ends(
     program, given = folder / "viewer", folder / "given"
     listen = "socket.create_server(('127.0.0.1', int(argv[argv.index('--web-viewer-port') + 1])))"
     program.write_text(
-        f"#!{sys.executable}\nimport socket; from sys import argv\nopen('{given}', 'w').write(' '.join(argv))\n"
+        f"#!{sys.executable}\nimport socket; from sys import argv\nopen('{given}', 'w').write(' "
+        "'.join(argv))\n"
         f"server = {listen}\nserver.accept()\nraise SystemExit(7)\n"
     )
     program.chmod(0o755)

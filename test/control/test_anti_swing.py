@@ -15,7 +15,14 @@ from crane_sim.simulation.rollout import simulate
 
 LENGTH = 4.0  # m
 OMEGA = sqrt(9.81 / LENGTH)
-PATH = {"kind": "point_to_point", "of": "joints", "from": [0.0], "to": [1.0], "velocity": 0.1, "acceleration": 0.1}
+PATH = {
+    "kind": "point_to_point",
+    "of": "joints",
+    "from": [0.0],
+    "to": [1.0],
+    "velocity": 0.1,
+    "acceleration": 0.1,
+}
 TABLE = {"trolley": {"times": [0.0, 0.5, 1.3], "values": [0.0, 0.0, 0.4]}}
 
 
@@ -44,13 +51,21 @@ def test_the_poles_are_those_of_the_formula() -> None:
     """
     z, h = 0.3, 0.4
     law: Any = scene({"damping": z, "position_gain": h}, reference={"q": [0.0]}).law
-    # x' = v(x, a) of the law, a'' = -(g sin a + x'' cos a) / l, linearised by central differences of the law itself
+    # x' = v(x, a) of the law, a'' = -(g sin a + x'' cos a) / l, linearised by central differences
+    # of the law itself
     step = 1e-6
-    by_x = (law(0.0, (step, 0.0), (0.0, 0.0))[0] - law(0.0, (-step, 0.0), (0.0, 0.0))[0]) / (2.0 * step)
-    by_a = (law(0.0, (0.0, step), (0.0, 0.0))[0] - law(0.0, (0.0, -step), (0.0, 0.0))[0]) / (2.0 * step)
+    by_x = (law(0.0, (step, 0.0), (0.0, 0.0))[0] - law(0.0, (-step, 0.0), (0.0, 0.0))[0]) / (
+        2.0 * step
+    )
+    by_a = (law(0.0, (0.0, step), (0.0, 0.0))[0] - law(0.0, (0.0, -step), (0.0, 0.0))[0]) / (
+        2.0 * step
+    )
     state = np.array([[by_x, by_a, 0.0], [0.0, 0.0, 1.0], np.zeros(3)])
     speed = state[0]  # of x; its rate is by_x x' + by_a a'
-    state[2] = -(by_x * speed + by_a * np.array([0.0, 0.0, 1.0]) + 9.81 * np.array([0.0, 1.0, 0.0])) / LENGTH
+    state[2] = (
+        -(by_x * speed + by_a * np.array([0.0, 0.0, 1.0]) + 9.81 * np.array([0.0, 1.0, 0.0]))
+        / LENGTH
+    )
     poles = np.sort_complex(np.linalg.eigvals(state))
     k = 2.0 * z * sqrt(9.81 * LENGTH)
     expected = np.sort_complex(np.roots([LENGTH, LENGTH * h + k, 9.81, 9.81 * h]))
@@ -80,7 +95,9 @@ def test_the_feedback_damps_the_swing_as_it_says() -> None:
     servo = {"max_acceleration": 50.0, "max_jerk": 1e6}
     run = simulate(scene(control, servo=servo, initial={"angles": 0.01}))
     real, frequency = decay(run, 0.5)
-    assert real == pytest.approx(-0.2 * OMEGA, rel=0.02)  # the speed is held for a period: 0.01 s × k of delay
+    assert real == pytest.approx(
+        -0.2 * OMEGA, rel=0.02
+    )  # the speed is held for a period: 0.01 s × k of delay
     assert frequency == pytest.approx(OMEGA * sqrt(1.0 - 0.2**2), rel=0.02)
 
 
@@ -90,10 +107,15 @@ def test_shaped_speeds_leave_no_swing(kind: str) -> None:
     """An operator's ramp of speed excites a full swing, the shaped one a small part of it."""
     servo = {"max_acceleration": 5.0, "max_jerk": 500.0}  # which bind nothing: the drive is linear
     plain = simulate(scene({"damping": 0.0, "speeds": TABLE}, servo=servo))
-    shaped = simulate(scene({"damping": 0.0, "speeds": TABLE, "shaping": {"kind": kind}}, servo=servo))
+    shaped = simulate(
+        scene({"damping": 0.0, "speeds": TABLE, "shaping": {"kind": kind}}, servo=servo)
+    )
     rest = round((1.3 + 2.0 * pi / OMEGA + 0.1) / 0.01)
-    residue = [np.max(np.hypot(run.q[rest:, 1], run.v[rest:, 1] / OMEGA)) for run in (plain, shaped)]
-    # delays are whole periods within 0.01 s: a phase of 0.016 rad, and the swing is not quite linear
+    residue = [
+        np.max(np.hypot(run.q[rest:, 1], run.v[rest:, 1] / OMEGA)) for run in (plain, shaped)
+    ]
+    # delays are whole periods within 0.01 s: a phase of 0.016 rad, and the swing is not quite
+    # linear
     assert residue[0] > 0.02 and residue[1] < 0.02 * residue[0]
     assert run_speed(plain) == pytest.approx(0.4, abs=1e-9) == run_speed(shaped)
 
@@ -107,7 +129,9 @@ def test_speeds_that_begin_with_the_run_are_shaped(kind: str, sums: tuple[float,
     speeds = {"trolley": {"times": [0.0], "values": [0.4]}}
     law: Any = scene({"damping": 0.0, "speeds": speeds, "shaping": {"kind": kind}}).law
     commands = [law((i + 0.5) * pi / OMEGA, (0.0, 0.0), (0.0, 0.0))[0] for i in range(len(sums))]
-    assert commands == pytest.approx([0.4 * part for part in sums], abs=1e-12)  # rounding of the weights
+    assert commands == pytest.approx(
+        [0.4 * part for part in sums], abs=1e-12
+    )  # rounding of the weights
     assert law(0.0, (0.0, 0.0), (0.0, 0.0))[0] == pytest.approx(0.4 * sums[0], abs=1e-12)
 
 
@@ -119,12 +143,17 @@ def run_speed(run: Any) -> float:
 def test_angles_ahead_of_every_joint() -> None:
     """In a bridge crane the trolley feels the swing along x, the bridge along y, the rope none."""
     length, gains = swing_gains(
-        load_scene("bridge_hook_and_sling", {"links": [], "payload": {"mass": 8000.0}, "initial.rigging": None})
+        load_scene(
+            "bridge_hook_and_sling",
+            {"links": [], "payload": {"mass": 8000.0}, "initial.rigging": None},
+        )
     )
     assert length == pytest.approx(4.0)
     names = load_scene("bridge_hook_and_sling").joint_names[3:5]
     assert names == ("swing_tangential", "swing_radial")
-    assert np.abs(gains[:, 3:]) == pytest.approx(np.array([[0.0, 1.0], [1.0, 0.0], [0.0, 0.0]]), abs=1e-6)
+    assert np.abs(gains[:, 3:]) == pytest.approx(
+        np.array([[0.0, 1.0], [1.0, 0.0], [0.0, 0.0]]), abs=1e-6
+    )
 
 
 POSTURES = {
@@ -133,7 +162,9 @@ POSTURES = {
 }
 
 
-@pytest.mark.parametrize(("name", "q"), [(name, q) for name, postures in POSTURES.items() for q in postures])
+@pytest.mark.parametrize(
+    ("name", "q"), [(name, q) for name, postures in POSTURES.items() for q in postures]
+)
 def test_joints_move_the_tip_by_the_offset_together(name: str, q: tuple[float, ...] | None) -> None:
     """All actuated joints together move the tip by the payload's offset.
 
@@ -147,9 +178,13 @@ def test_joints_move_the_tip_by_the_offset_together(name: str, q: tuple[float, .
         ways = np.zeros((2, len(initial)))
         ways[:, actuated] = np.outer((step, -step), ahead @ offset)
         still = [0.0] * len(initial)
-        forward, back = (derive_instant(loaded, 0.0, (initial + way).tolist(), still).tip for way in ways)
+        forward, back = (
+            derive_instant(loaded, 0.0, (initial + way).tolist(), still).tip for way in ways
+        )
         moved = (forward - back)[0, :2] / (2.0 * step)
-        np.testing.assert_allclose(moved, offset, atol=1e-6)  # of the differences: step² and rounding / step
+        np.testing.assert_allclose(
+            moved, offset, atol=1e-6
+        )  # of the differences: step² and rounding / step
 
 
 def test_parallel_joints_that_span_one_direction() -> None:

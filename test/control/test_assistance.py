@@ -64,7 +64,9 @@ def test_feedback_is_that_of_the_law() -> None:
         at_rest = assistance.compute_velocity_command(0.0, q)
         q[swing] = 0.05
         added = np.abs(np.array(assistance.compute_velocity_command(PERIOD, q)) - at_rest)
-        assert added.max() == pytest.approx(2.0 * DAMPING * sqrt(GRAVITY * 5.0) * sin(0.05), rel=1e-6)
+        assert added.max() == pytest.approx(
+            2.0 * DAMPING * sqrt(GRAVITY * 5.0) * sin(0.05), rel=1e-6
+        )
         assert np.sort(added)[:2].max() < 1e-9
         moved.add(int(np.argmax(added)))
     assert moved == {0, 1}  # trolley and bridge
@@ -83,7 +85,10 @@ def test_the_rope_has_its_present_length() -> None:
 def test_the_vertical_is_the_present_one() -> None:
     """On a base that moves a load that hangs plumb at the state's own time gets no feedback."""
     scene = with_operator_drives(load_scene("knuckle_sea"))
-    swing, t = [scene.joint_names.index(name) for name in scene.joint_names if name not in scene.actuated], 7.0
+    swing, t = (
+        [scene.joint_names.index(name) for name in scene.joint_names if name not in scene.actuated],
+        7.0,
+    )
 
     def posture(angles: np.ndarray) -> list[float]:
         q = list(scene.initial_q)
@@ -97,7 +102,9 @@ def test_the_vertical_is_the_present_one() -> None:
 
     plumb = root(offset, np.zeros(len(swing))).x
     assert np.abs(plumb).max() > 0.002, "the base has to be inclined"
-    np.testing.assert_allclose(Assistance(scene).compute_velocity_command(t, posture(plumb)), 0.0, atol=1e-9)
+    np.testing.assert_allclose(
+        Assistance(scene).compute_velocity_command(t, posture(plumb)), 0.0, atol=1e-9
+    )
 
 
 def test_nothing_to_assist() -> None:
@@ -107,7 +114,9 @@ def test_nothing_to_assist() -> None:
     """
     changes = {"trolley": {"drive": "fixed"}, "control": None, "reference": None}
     hoist_only = with_operator_drives(load_scene("overhead_hoist_energy", changes))
-    with pytest.raises(SceneError, match="no actuated joint moves a point below which the load swings"):
+    with pytest.raises(
+        SceneError, match="no actuated joint moves a point below which the load swings"
+    ):
         Assistance(hoist_only)
 
 
@@ -120,7 +129,10 @@ def test_coordinates_of_any_kind() -> None:
     assistance = Assistance(scene)
     still = [2.0 if name == "trolley" or name.endswith("_x") else q for name, q in named(scene)]
     assert assistance.compute_velocity_command(0.0, still) == pytest.approx((0.0,), abs=1e-9)
-    aside = [q + 0.1 if name == scene.joint_names[-2] else q for name, q in zip(scene.joint_names, still, strict=True)]
+    aside = [
+        q + 0.1 if name == scene.joint_names[-2] else q
+        for name, q in zip(scene.joint_names, still, strict=True)
+    ]
     length = abs(still[-1])
     assert assistance.compute_velocity_command(PERIOD, aside)[0] == pytest.approx(
         2.0 * DAMPING * sqrt(GRAVITY / length) * 0.1, rel=1e-3

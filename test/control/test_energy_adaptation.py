@@ -25,8 +25,15 @@ def run_without_adaptation(mass: float, nominal_mass: float) -> Rollout:
 
     The gains are those of the paper.
     """
-    control = {"law": "energy", "period": 0.01, **FIXED_GAINS, "nominal": {"payload": {"mass": nominal_mass}}}
-    return simulate(crane_sim.load_scene("knuckle_setpoint", {"payload.mass": mass, "control": control}))
+    control = {
+        "law": "energy",
+        "period": 0.01,
+        **FIXED_GAINS,
+        "nominal": {"payload": {"mass": nominal_mass}},
+    }
+    return simulate(
+        crane_sim.load_scene("knuckle_setpoint", {"payload.mass": mass, "control": control})
+    )
 
 
 @pytest.mark.long
@@ -40,11 +47,15 @@ def test_the_law_reaches_its_target_with_any_mass(mass: float) -> None:
     error = np.abs(run.q[-1, :4] - np.array(run.scene.reference))
     assert np.degrees(error[:3]).max() < 0.5 and error[3] < 0.01
     wrong_mass, true_mass = run_without_adaptation(mass, 1.0), run_without_adaptation(mass, mass)
-    assert run.summary["peak_swing_deg"] < min(r.summary["peak_swing_deg"] for r in (wrong_mass, true_mass))
+    assert run.summary["peak_swing_deg"] < min(
+        r.summary["peak_swing_deg"] for r in (wrong_mass, true_mass)
+    )
     assert np.degrees(abs(wrong_mass.q[-1, 1] - wrong_mass.scene.reference[1])) > 10.0  # pyright: ignore
 
 
-def record_mass_estimates(mass: float, seconds: float, changes: dict[str, Any]) -> tuple[Any, list[tuple[float, ...]]]:
+def record_mass_estimates(
+    mass: float, seconds: float, changes: dict[str, Any]
+) -> tuple[Any, list[tuple[float, ...]]]:
     """Return (the law, [t, a, p, m̂] at every command) of a run.
 
     The law is called from Python; see the law.
@@ -62,7 +73,8 @@ def test_the_estimate_converges_as_in_the_proof(mass: float) -> None:
     """The difference of both filters decays at the filters' rate, for any motion of the crane."""
     _, records = record_mass_estimates(mass, 8.0, {"initial.v": [0.3, 0.2, -0.1, 0.2, 1.0, -0.5]})
     t, a, p, estimate = np.array(records).T
-    # the mean of -n_z over a period is taken from its ends: h² / 12 of its second derivative, 2 / s² at the worst
+    # the mean of -n_z over a period is taken from its ends: h² / 12 of its second derivative, 2 /
+    # s² at the worst
     assert np.allclose(p - mass * a, (1.0 - mass) * G * np.exp(-2.0 * t), rtol=0, atol=5e-5 * G)
     assert estimate[-1] == pytest.approx(mass, abs=5e-5)
     assert np.ptp(a) > 0.5  # the payload did heave
@@ -73,8 +85,14 @@ def proof_function(law: Any, mass: float, t: float, q: Any, v: Any) -> float:
     nominal, winch, kd = law.nominal, law.parameters.rope, law.parameters.kd
     true = EnergyLaw(law.parameters, nominal._replace(load=nominal.load._replace(mass=mass)))
     value, _ = compute_lyapunov(true, t, tuple(q), tuple(v))
-    bound = nominal.support.boom.length**2 / kd[1] + nominal.support.jib.length**2 / kd[2] + 1.0 / winch.kd  # B
-    filter_error = (nominal.load.mass - mass) * nominal.gravity * exp(-law.filter_rate * t)  # f - m a
+    bound = (
+        nominal.support.boom.length**2 / kd[1]
+        + nominal.support.jib.length**2 / kd[2]
+        + 1.0 / winch.kd
+    )  # B
+    filter_error = (
+        (nominal.load.mass - mass) * nominal.gravity * exp(-law.filter_rate * t)
+    )  # f - m a
     return value + 0.5 * bound / law.filter_rate * filter_error**2
 
 
@@ -88,7 +106,9 @@ def test_lyapunov_function_decreases(mass: float) -> None:
     law: Any = run.scene.law
     w = np.array([proof_function(law, mass, *row) for row in zip(run.t, run.q, run.v, strict=True)])
     # the estimation error is zero by then
-    v_energy = np.array([proof_function(law, mass, 1e9, q, v) for q, v in zip(run.q, run.v, strict=True)])
+    v_energy = np.array(
+        [proof_function(law, mass, 1e9, q, v) for q, v in zip(run.q, run.v, strict=True)]
+    )
     assert np.all(np.diff(w) < 0.0)
     assert w[-1] < 0.06 * w[0]
     assert np.max(v_energy - np.minimum.accumulate(v_energy)) > 0.01
@@ -120,7 +140,9 @@ def test_no_estimator_update_while_the_rope_is_slack() -> None:
         masses.append(law.estimator.mass[0])
     assert law.estimator.filters[0] == pytest.approx(G * exp(-2.0 * 0.99))
     half_life = 35  # commands until exp(-2 t) is a half
-    assert len(set(masses[:half_life])) == half_life and set(masses[half_life:]) == {masses[half_life - 1]}
+    assert len(set(masses[:half_life])) == half_life and set(masses[half_life:]) == {
+        masses[half_life - 1]
+    }
     assert law(1.0, (*q[:3], 0.2, 0.0, 0.0), (0.0, 0.0, 0.0, -20.0, 0.0, 0.0))[3] > 0.0
     assert law.estimator.winch_effort[0] == 0.0
 
@@ -150,7 +172,10 @@ def test_poles_of_the_plain_law_about_its_target() -> None:
     assert scene.reference and scene.law
     law, step, target = scene.law, 1e-5, np.array([*scene.reference, 0.0, 0.0])
     a, b = state_matrices(scene, target, np.array(law(0.0, tuple(target), (0.0,) * 6)))
-    rows = [(np.concatenate([target, np.zeros(6)]) + d) for d in np.vstack([step * np.eye(12), -step * np.eye(12)])]
+    rows = [
+        (np.concatenate([target, np.zeros(6)]) + d)
+        for d in np.vstack([step * np.eye(12), -step * np.eye(12)])
+    ]
     efforts = np.array([law(0.0, tuple(z[:6]), tuple(z[6:])) for z in rows])
     poles = np.linalg.eigvals(a + b @ ((efforts[:12] - efforts[12:]).T / (2.0 * step)))
     swings = sorted(pole for pole in poles if pole.imag > 2.0)
@@ -164,9 +189,15 @@ def test_poles_of_the_plain_law_about_its_target() -> None:
     ("changes", "message"),
     [
         ({"rope": {"drive": "locked"}}, "possible: rope.drive = 'force'"),
-        ({"control.period": "continuous"}, "a law that estimates the mass has memory; give a period"),
+        (
+            {"control.period": "continuous"},
+            "a law that estimates the mass has memory; give a period",
+        ),
         ({"gravity": 0.0}, "without weight the mass cannot be estimated"),
-        ({"control.adaptation": {"rate": 0.0}}, "control.adaptation.rate = 0.0: must be greater than 0"),
+        (
+            {"control.adaptation": {"rate": 0.0}},
+            "control.adaptation.rate = 0.0: must be greater than 0",
+        ),
     ],
     ids=["locked", "continuous", "gravity", "rate"],
 )

@@ -17,7 +17,9 @@ from crane_sim.simulation.rollout import simulate
 
 CASE = next(
     case
-    for case in json.loads((Path(__file__).parents[1] / "data" / "knuckle.json").read_text())["trajectories"]
+    for case in json.loads((Path(__file__).parents[1] / "data" / "knuckle.json").read_text())[
+        "trajectories"
+    ]
     if case["control"]["kind"] == "energy"
 )
 
@@ -30,7 +32,12 @@ def test_efforts_are_the_corrected_formula() -> None:
     q, v = (0.1, 0.4, -0.3, 1.8, 0.2, -0.1), (0.3, -0.2, 0.1, 0.05, 0.4, 0.6)
     e = np.subtract(scene.reference, q[:4])
     expected = np.array([30, 10, 10, 1]) * e - np.array([50, 30, 50, 10]) * v[:4]
-    expected += [0.0, 9.81 * 5 * cos(0.4) * (m + 1.0 + 3.0), 9.81 * 4 * cos(-0.3) * (m + 1.5), -m * 9.81]
+    expected += [
+        0.0,
+        9.81 * 5 * cos(0.4) * (m + 1.0 + 3.0),
+        9.81 * 4 * cos(-0.3) * (m + 1.5),
+        -m * 9.81,
+    ]
     assert law(0.0, q, v) == pytest.approx(tuple(expected), rel=1e-14)
 
 
@@ -56,7 +63,10 @@ LOOPS: dict[str, dict[str, Any]] = {
     "plain": {},
     "drag": {"payload_drag": {"coefficient": 0.2}},
     "springs and turning rods": {
-        "springs": {"boom": {"stiffness": 50.0, "rest": 0.5}, "rope": {"stiffness": 5.0, "rest": 1.8}},
+        "springs": {
+            "boom": {"stiffness": 50.0, "rest": 0.5},
+            "rope": {"stiffness": 5.0, "rest": 1.8},
+        },
         "boom.axial_inertia": 0.5,
     },
     "large swing": {"initial.q": [0, "30 deg", "-10 deg", 2.0, "60 deg", "-50 deg"]},
@@ -70,7 +80,9 @@ def test_v_only_falls_along_a_continuous_closed_loop(loop: str) -> None:
     run = simulate(crane_sim.load_scene("knuckle_continuous", {"duration": 4.0, **LOOPS[loop]}))
     value, rate = run.lyapunov().T
     assert np.all(rate <= 1e-12)
-    assert np.max(np.diff(value)) < 1e-9 * value[0]  # the integrator's tolerance, where V stands still
+    assert (
+        np.max(np.diff(value)) < 1e-9 * value[0]
+    )  # the integrator's tolerance, where V stands still
     # Simpson's rule over 20 ms, error h^4 / 180 of the fourth derivative, (7 rad/s)^4 of ~1 W
     fallen = np.cumsum((rate[:-2:2] + 4.0 * rate[1:-1:2] + rate[2::2]) * 0.01 / 3.0)
     assert np.allclose(value[2::2] - value[0], fallen, rtol=0, atol=1e-4 * value[0])
@@ -80,11 +92,16 @@ def test_v_only_falls_along_a_continuous_closed_loop(loop: str) -> None:
 def test_the_rate_of_v_is_that_of_every_instant() -> None:
     """On a moving base, under a varying force, V changes at the law's rate at each instant."""
     wind = {"kind": "sine", "amplitude": 2.0, "frequency": 1.3, "phase": 0.4}
-    swell = {"surge": {"amplitude": 0.2, "frequency": 1.1, "phase": 0.8}, "roll": {"amplitude": 0.05, "frequency": 0.9}}
+    swell = {
+        "surge": {"amplitude": 0.2, "frequency": 1.1, "phase": 0.8},
+        "roll": {"amplitude": 0.05, "frequency": 0.9},
+    }
     disturbed = {"payload_force": {"x": wind}, "base_motion": swell}
     run = simulate(crane_sim.load_scene("knuckle_continuous", {"duration": 2.0, **disturbed}))
     value, rate = run.lyapunov().T
-    fallen = np.cumsum((rate[:-2:2] + 4.0 * rate[1:-1:2] + rate[2::2]) * 0.01 / 3.0)  # Simpson's rule, as above
+    fallen = np.cumsum(
+        (rate[:-2:2] + 4.0 * rate[1:-1:2] + rate[2::2]) * 0.01 / 3.0
+    )  # Simpson's rule, as above
     assert np.allclose(value[2::2] - value[0], fallen, rtol=0, atol=1e-4 * value[0])
     assert np.max(rate) > 0.5  # W: V does rise
 
@@ -93,9 +110,14 @@ def test_one_percent_of_payload_mass_moves_the_boom_two_degrees() -> None:
     """A law whose nominal payload is 1 % too heavy ends where gains and weights balance."""
     run = simulate("knuckle_wrong_mass")
     error = np.degrees(run.q[-1, :3] - np.array(run.scene.reference[:3]))  # pyright: ignore
-    # kp e = weight of the missing 10 g at the joint: 10 e = 9.81 * 5 * 0.01 cos(b), and 10 e = 9.81 * 4 * 0.01 cos(c)
-    assert error[1] == pytest.approx(np.degrees(9.81 * 5 * 0.01 * cos(run.q[-1, 1]) / 10.0), abs=0.05)
-    assert error[2] == pytest.approx(np.degrees(9.81 * 4 * 0.01 * cos(run.q[-1, 2]) / 10.0), abs=0.05)
+    # kp e = weight of the missing 10 g at the joint: 10 e = 9.81 * 5 * 0.01 cos(b), and 10 e = 9.81
+    # * 4 * 0.01 cos(c)
+    assert error[1] == pytest.approx(
+        np.degrees(9.81 * 5 * 0.01 * cos(run.q[-1, 1]) / 10.0), abs=0.05
+    )
+    assert error[2] == pytest.approx(
+        np.degrees(9.81 * 4 * 0.01 * cos(run.q[-1, 2]) / 10.0), abs=0.05
+    )
     assert 1.8 < error[1] < 2.2
 
 
@@ -105,7 +127,9 @@ def test_lqr_rejects_a_knuckle_boom_straight_up() -> None:
     No effort damps the swing across the boom.
     """
     target = {"reference": {"q": [0.0, "90 deg", "90 deg", 1.5]}, "control": {"law": "lqr"}}
-    with pytest.raises(crane_sim.SceneError, match=r"a motion of 2\.56 rad/s .* stays: no effort damps it$"):
+    with pytest.raises(
+        crane_sim.SceneError, match=r"a motion of 2\.56 rad/s .* stays: no effort damps it$"
+    ):
         crane_sim.load_scene("knuckle_setpoint", target)
 
 
@@ -114,9 +138,15 @@ def test_lqr_rejects_a_knuckle_boom_straight_up() -> None:
     [
         (lambda t, q, v: [float("nan")] * 4, "efforts that are not finite at t = 0 s"),
         (lambda t, q, v: [0.0, 190.0], "gave 2 efforts at t = 0 s, 4 joints are actuated"),
-        (lambda t, q, v: 3.0, "the law returned 3.0 at t = 0 s, not 4 efforts: return (x,), a tuple"),
+        (
+            lambda t, q, v: 3.0,
+            "the law returned 3.0 at t = 0 s, not 4 efforts: return (x,), a tuple",
+        ),
         (lambda t, q, v: (1.0 / x for x in (0.0,)), "the law failed at t = 0 s: ZeroDivisionError"),
-        (lambda t, q, v: int("a\nb"), "the law failed at t = 0 s: ValueError: invalid literal for int()"),
+        (
+            lambda t, q, v: int("a\nb"),
+            "the law failed at t = 0 s: ValueError: invalid literal for int()",
+        ),
     ],
     ids=["not finite", "too few", "a number", "raises later", "two lines"],
 )

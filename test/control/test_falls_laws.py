@@ -15,12 +15,19 @@ from crane_sim.simulation.linearisation import equilibrium
 ENDS = [[x, y, 0.0] for x in (0.2, -0.2) for y in (0.3, -0.3)]
 COMMON = {
     "duration": 4.0,
-    "falls": {"top": ENDS, "bottom": [[0.7 * x, 0.9 * y, 0.0] for x, y, _ in ENDS], "axial_stiffness": 4e4},
+    "falls": {
+        "top": ENDS,
+        "bottom": [[0.7 * x, 0.9 * y, 0.0] for x, y, _ in ENDS],
+        "axial_stiffness": 4e4,
+    },
     "payload": {"mass": 100.0, "inertia": [30.0, 20.0, 40.0], "attachment": [0.05, 0.02, 0.5]},
     "control": {"law": "lqr", "period": 0.05},
     "integrator": {"method": "dop853", "rtol": 1e-4, "atol": 1e-4},
 }
-BENT = {"vertical": {"stiffness": 1e5}, "jib": {"mass": 50.0, "centre": 3, "inertia": 80}}  # by 0.12 rad, 0.7 m
+BENT = {
+    "vertical": {"stiffness": 1e5},
+    "jib": {"mass": 50.0, "centre": 3, "inertia": 80},
+}  # by 0.12 rad, 0.7 m
 CRANES: dict[str, Any] = {
     "tower": {
         "slew": {"drive": "force", "inertia": 5e3},
@@ -29,7 +36,10 @@ CRANES: dict[str, Any] = {
         "flexibility": BENT,
         "reference": {"q": [0.45, 6.2, 2.2]},
     },
-    "pendulum": {"initial": {"tip": [1.0, 2.0, 3.0], "length": 2.0}, "reference": {"q": [1.1, 2.1]}},
+    "pendulum": {
+        "initial": {"tip": [1.0, 2.0, 3.0], "length": 2.0},
+        "reference": {"q": [1.1, 2.1]},
+    },
 }
 
 
@@ -49,7 +59,8 @@ def test_lqr_brings_the_load_to_its_target(name: str) -> None:
     assert abs(law.poles).max() < 1.0
     run = crane_sim.simulate(crane)
     away = np.abs(run.q - law.target).max(axis=1)
-    # the slowest mode takes 10 s: in 4 s the distance falls at least to a fifth, and nearly all motion is gone
+    # the slowest mode takes 10 s: in 4 s the distance falls at least to a fifth, and nearly all
+    # motion is gone
     assert away[-1] < 0.2 * away[0] and np.abs(run.v[-1]).max() < 0.1
     assert run.summary["min_rope_tension"] > 0.0
 
@@ -63,7 +74,13 @@ def test_laws_of_swing_angles_refuse_falls(name: str, law: str) -> None:
     line = str(error.value)
     assert "\n" not in line and "cannot be built" not in line
     assert any(
-        part in line for part in ("there is none for", "the scene has falls", "not for crane", "swings by angles")
+        part in line
+        for part in (
+            "there is none for",
+            "the scene has falls",
+            "not for crane",
+            "swings by angles",
+        )
     )
 
 
@@ -74,8 +91,13 @@ def test_lqr_linearises_an_untwisted_load() -> None:
 
     Falls that are fastened apart have a second equilibrium, twisted by half a turn.
     """
-    start = {"initial": {"length": 34.0, "trolley": 40.0, "skew": "120 deg"}, "reference.q": [0.0, 2.0, 14.0]}
+    start = {
+        "initial": {"length": 34.0, "trolley": 40.0, "skew": "120 deg"},
+        "reference.q": [0.0, 2.0, 14.0],
+    }
     gantry = load_scene("spreader_skew", start)
     q, u = equilibrium(gantry)
-    assert np.abs(acceleration(gantry, q, 0.0 * q, u)).max() < 1e-8  # m/s²: rounding of falls that carry 0.5 MN
+    assert (
+        np.abs(acceleration(gantry, q, 0.0 * q, u)).max() < 1e-8
+    )  # m/s²: rounding of falls that carry 0.5 MN
     assert np.allclose(q[:3], gantry.reference) and q[6] > np.cos(np.radians(1.0))

@@ -11,7 +11,14 @@ from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.rollout import simulate
 from crane_sim.trajectories.trajectory import sample_trajectory
 
-PATH = {"kind": "point_to_point", "of": "joints", "from": [0.0], "to": [0.4], "velocity": 0.4, "acceleration": 0.5}
+PATH = {
+    "kind": "point_to_point",
+    "of": "joints",
+    "from": [0.0],
+    "to": [0.4],
+    "velocity": 0.4,
+    "acceleration": 0.5,
+}
 
 
 def scene(drive: str, path: dict[str, Any] | None, **groups: Any) -> Scene:
@@ -26,7 +33,8 @@ def scene(drive: str, path: dict[str, Any] | None, **groups: Any) -> Scene:
         "trolley": {"mass": 1200.0},
         "cable": {"lengths": 4.0, "node_masses": 500.0},
         "actuators": {"trolley": {"drive": drive, "servo": servo}},
-        "control": {"law": "joint_trajectory", "period": 0.01, "drive": drive} | groups.pop("control", {}),
+        "control": {"law": "joint_trajectory", "period": 0.01, "drive": drive}
+        | groups.pop("control", {}),
     }
     return load_scene(document | ({"reference": {"path": path}} if path else {}) | groups)
 
@@ -37,7 +45,9 @@ def test_commands_are_those_of_the_formula() -> None:
         loaded = scene("velocity", PATH, control={"position_gain": 3.0})
         ((x,), (rate,), _), q = sample_trajectory(loaded.trajectory, np.array([t]))[0], (0.7, 0.1)
         assert loaded.law is not None
-        assert loaded.law(t, q, (0.0, 0.0)) == pytest.approx((rate + 3.0 * (x - 0.7),), abs=1e-15)  # rounding
+        assert loaded.law(t, q, (0.0, 0.0)) == pytest.approx(
+            (rate + 3.0 * (x - 0.7),), abs=1e-15
+        )  # rounding
         by_position = scene("position", PATH).law
         assert by_position is not None and by_position(t, q, (0.0, 0.0)) == (x,)
 
@@ -47,7 +57,8 @@ def test_a_deviation_decays_by_the_gain() -> None:
     path = {"kind": "trajectory", "of": "joints", "joint_names": ["trolley"]}
     path |= {"points": [{"positions": [0.5], "velocities": [0.0], "time_from_start": 0.0}]}
     run = simulate(scene("velocity", path, control={"position_gain": 2.0}, duration=1.0))
-    # a speed held for a period T: (1 - h T) a period in place of exp(-h T), 1 % at h t = 2; and the drive's ramp
+    # a speed held for a period T: (1 - h T) a period in place of exp(-h T), 1 % at h t = 2; and the
+    # drive's ramp
     assert 0.5 - run.q[100, 0] == pytest.approx(0.5 * exp(-2.0), rel=0.06)
 
 
@@ -62,10 +73,15 @@ def test_what_the_law_cannot_follow_is_refused() -> None:
 
     They are errors of one line.
     """
-    of_payload = {key: value for key, value in PATH.items() if key != "of"} | {"from": [0.0, 0.0], "to": [1.0, 0.0]}
+    of_payload = {key: value for key, value in PATH.items() if key != "of"} | {
+        "from": [0.0, 0.0],
+        "to": [1.0, 0.0],
+    }
     with pytest.raises(SceneError, match="joint_trajectory' follows paths of the joints only"):
         scene("velocity", of_payload)
-    with pytest.raises(SceneError, match="commands velocity of the trolley, whose drive takes position"):
+    with pytest.raises(
+        SceneError, match="commands velocity of the trolley, whose drive takes position"
+    ):
         scene("position", None, control={"drive": "velocity"})
     with pytest.raises(SceneError, match="'joint_trajectory': no joint of this crane is actuated"):
         load_scene("overhead_pole", {"control.law": "joint_trajectory"})

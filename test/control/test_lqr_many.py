@@ -53,7 +53,9 @@ def test_a_design_of_many_that_fails_spares_the_others(monkeypatch: pytest.Monke
         return build(settings, scenes)
 
     monkeypatch.setattr(lqr, "build_many", fail_for_several)
-    first, second = load_scenes("overhead_energy", [LQR | {"control.r": r} for r in ([1.0], [1e300])])
+    first, second = load_scenes(
+        "overhead_energy", [LQR | {"control.r": r} for r in ([1.0], [1e300])]
+    )
     assert isinstance(first, Scene) and first.law is not None and isinstance(second, SceneError)
 
 

@@ -17,9 +17,19 @@ from crane_sim.laws import with_initial_state
 from crane_sim.scenes.scene import load_scene
 
 LENGTH, G = 1.255, 9.81
-KP, KD = G / LENGTH, 0.4 * sqrt(G / LENGTH)  # of the paper's table 2: the pendulum's own frequency, damping 0.2
+KP, KD = (
+    G / LENGTH,
+    0.4 * sqrt(G / LENGTH),
+)  # of the paper's table 2: the pendulum's own frequency, damping 0.2
 Q = (1.3, 0.05, 0.0, 0.06, -0.08, -sqrt(1.0 - 0.06**2 - 0.08**2))
-V = (0.02, -0.03, 0.0, 0.1, 0.2, (0.06 * 0.1 - 0.08 * 0.2) / sqrt(1.0 - 0.06**2 - 0.08**2))  # across the link
+V = (
+    0.02,
+    -0.03,
+    0.0,
+    0.1,
+    0.2,
+    (0.06 * 0.1 - 0.08 * 0.2) / sqrt(1.0 - 0.06**2 - 0.08**2),
+)  # across the link
 Y, DY = np.array(Q[:2]) + LENGTH * np.array(Q[3:5]), np.array(V[:2]) + LENGTH * np.array(V[3:5])
 E1, E2 = Y - (1.35, 0.0), DY  # the path of the scenes rests at (1.35, 0) for ten seconds
 
@@ -40,7 +50,9 @@ def hanging(y: Any, dy: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
 @pytest.mark.parametrize("of", ["y", "state", "error"])
 def test_features_have_unit_norm_and_approximate_the_kernel(of: str) -> None:
     """Features have norm 1, and their products at two points are the Gaussian kernel."""
-    changes = {"control.adaptation": {"features": 4000, "of": of, "time": True, "width": 0.5, "rate": 0.0}}
+    changes = {
+        "control.adaptation": {"features": 4000, "of": of, "time": True, "width": 0.5, "rate": 0.0}
+    }
     law, features = law_of("offshore_resonant", changes), []
     for t, y in ((0.0, (1.35, 0.0)), (0.3, (1.2, 0.2))):
         law(t, *hanging(y, (0.0, 0.0)))
@@ -48,7 +60,9 @@ def test_features_have_unit_norm_and_approximate_the_kernel(of: str) -> None:
     assert [feature @ feature for feature in features] == pytest.approx([1.0, 1.0], abs=1e-12)
     distance = 0.15**2 + 0.2**2 + 0.3**2  # m² and s²: velocities and the reference stay
     # the mean of 4000 cosines, each of variance below 1/2: four standard deviations
-    assert features[0] @ features[1] == pytest.approx(exp(-distance / (2.0 * 0.5**2)), abs=4.0 * sqrt(0.5 / 4000))
+    assert features[0] @ features[1] == pytest.approx(
+        exp(-distance / (2.0 * 0.5**2)), abs=4.0 * sqrt(0.5 / 4000)
+    )
 
 
 def test_one_step_of_learning_is_the_printed_law() -> None:
@@ -57,7 +71,9 @@ def test_one_step_of_learning_is_the_printed_law() -> None:
     These are equations 64, 67, 74, 86, 97 and 99.
     """
     zone = {"cutoff": 0.001, "smoothing": 0.05}
-    law = law_of("offshore_resonant", {"control.adaptation": {"features": 20, "seed": 3, "dead_zone": zone}})
+    law = law_of(
+        "offshore_resonant", {"control.adaptation": {"features": 20, "seed": 3, "dead_zone": zone}}
+    )
     state, c, h = law.tracker.disturbance_estimator.state, 0.5, 0.004
     law(0.0, Q, V)
     assert not np.any(state.weights)  # zero elapsed time
@@ -72,7 +88,9 @@ def test_one_step_of_learning_is_the_printed_law() -> None:
     assert np.allclose(state.weights, weights, rtol=1e-12, atol=0.0)
     w = -KD * E2 - KP * E1 + weights.T @ psi
     setpoint = Y + w / (G * -Q[5] / LENGTH)
-    assert effort == pytest.approx(tuple(-36.4 * np.array(V[:2]) - 676.0 * (Q[:2] - setpoint)), rel=1e-11)
+    assert effort == pytest.approx(
+        tuple(-36.4 * np.array(V[:2]) - 676.0 * (Q[:2] - setpoint)), rel=1e-11
+    )
 
 
 def test_the_dead_zone_is_piecewise_linear() -> None:
@@ -84,7 +102,9 @@ def test_the_dead_zone_is_piecewise_linear() -> None:
     assert [learning_factor(zone, q) for q in (0.0, 0.007, 0.011, 1.0)] == pytest.approx(
         [0.0, 0.0, 1.0, 1.0], abs=1e-15
     )
-    assert [learning_factor(zone, q) for q in (0.008, 0.009, 0.01)] == pytest.approx([0.25, 0.5, 0.75])
+    assert [learning_factor(zone, q) for q in (0.008, 0.009, 0.01)] == pytest.approx(
+        [0.25, 0.5, 0.75]
+    )
     assert learning_factor(None, 0.0) == 1.0
 
 
@@ -116,11 +136,15 @@ def test_the_velocity_fed_forward_is_the_setpoints_rate(base: float) -> None:
         zero, one = (0.0, 0.0), (1.0, 1.0)
         estimates = Estimate((y, 0.0), (dy, 0.0), (-d, 0.0), zero, (d, 0.0), one)
         goal = (x, 0.0), (v, 0.0), (a, 0.0)
-        return axis_setpoint(gains, 0.7 + h, omega_sq, estimates, (tip, 0.0), goal, (jerk, 0.0), (base, 0.0), 0)
+        return axis_setpoint(
+            gains, 0.7 + h, omega_sq, estimates, (tip, 0.0), goal, (jerk, 0.0), (base, 0.0), 0
+        )
 
     step = 1e-5
     rate = (setpoint(step)[0] - setpoint(-step)[0]) / (2.0 * step)
-    assert setpoint(0.0)[1] == pytest.approx(rate, abs=1e-8)  # the difference: rounding / step, and step²
+    assert setpoint(0.0)[1] == pytest.approx(
+        rate, abs=1e-8
+    )  # the difference: rounding / step, and step²
 
 
 def lyapunov(learner: Any, true_weights: Any, e: Any, de: Any, zone: bool) -> float:
@@ -129,7 +153,13 @@ def lyapunov(learner: Any, true_weights: Any, e: Any, de: Any, zone: bool) -> fl
     size = 0.5 * (KP + (kc + c) * c) * e @ e + c * e @ de + 0.5 * de @ de
     if zone:
         low, mu = learner.zone
-        size = 0.0 if size <= low else (size - low) ** 2 / (4 * mu) if size < low + 2 * mu else size - low - mu
+        size = (
+            0.0
+            if size <= low
+            else (size - low) ** 2 / (4 * mu)
+            if size < low + 2 * mu
+            else size - low - mu
+        )
     weight_error = learner.state.weights - true_weights
     return size + 0.5 * float(np.sum(weight_error**2)) / learner.rate
 
@@ -140,7 +170,10 @@ def test_the_proofs_lyapunov_function_falls(zone: bool) -> None:
 
     V only falls.
     """
-    settings = {"features": 30, "dead_zone": {"cutoff": 0.002, "smoothing": 0.004} if zone else None}
+    settings = {
+        "features": 30,
+        "dead_zone": {"cutoff": 0.002, "smoothing": 0.004} if zone else None,
+    }
     law, h = law_of("offshore_resonant", {"control.adaptation": settings}), 1e-3
     learner, c, kc = law.tracker.disturbance_estimator, 0.5, KD - 0.5
     true_weights = np.random.default_rng(1).normal(0.0, 0.05, (60, 2))
@@ -149,11 +182,14 @@ def test_the_proofs_lyapunov_function_falls(zone: bool) -> None:
         law(k * h, *hanging(e + (1.35, 0.0), de))
         values.append(lyapunov(learner, true_weights, e, de, zone))
         size = values[0] if not zone else 0.5 * (KP + KD * c) * e @ e + c * e @ de + 0.5 * de @ de
-        expected_decrease += h * (c * KP * e @ e + kc * de @ de) * learning_factor(learner.zone, size)
+        expected_decrease += (
+            h * (c * KP * e @ e + kc * de @ de) * learning_factor(learner.zone, size)
+        )
         dde = -KP * e - KD * de + (learner.state.weights - true_weights).T @ learner.state.values
         de = de + h * dde
         e = e + h * de
-    # a step of length h errs by about h / 2 of what V falls by, and by h² w0² of V where it stands still
+    # a step of length h errs by about h / 2 of what V falls by, and by h² w0² of V where it stands
+    # still
     assert np.max(np.diff(values)) < h**2 * KP * values[0]
     assert values[0] - values[-1] == pytest.approx(expected_decrease, rel=0.02)
     assert values[0] - values[-1] > 0.1 * values[0]
@@ -185,7 +221,8 @@ def test_poles_of_the_linearised_loop() -> None:
     assert np.all(poles.real < 0.0)
     for axis in (slice(0, None, 2), slice(1, None, 2)):
         actual = np.sort_complex(np.linalg.eigvals(matrix[axis, axis]))
-        # differences of efforts of a thousand: 1e3 * 1e-16 / 1e-5 of rounding, and of the step's square, 1e3 * 1e-10
+        # differences of efforts of a thousand: 1e3 * 1e-16 / 1e-5 of rounding, and of the step's
+        # square, 1e3 * 1e-10
         assert np.allclose(actual, poles, rtol=0, atol=1e-6)
     assert not np.any(matrix[::2, 1::2]) and not np.any(matrix[1::2, ::2])
 
@@ -193,20 +230,36 @@ def test_poles_of_the_linearised_loop() -> None:
 SERVO = {"suspension": {"drive": "servo", "kp": 676.0, "kd": 36.4}}
 ALONG_X = {"control.law": "angular", "initial.direction": [1.0, 0.0, 0.0]}
 REJECTED: list[tuple[dict[str, Any], str]] = [
-    ({"control.law": "cartesian", "reference": {"q": [1.0, 0.0]}}, "reference.path: .* needs one of the payload"),
+    (
+        {"control.law": "cartesian", "reference": {"q": [1.0, 0.0]}},
+        "reference.path: .* needs one of the payload",
+    ),
     ({"control.law": "cartesian", "suspension.height": "driven"}, "suspension.height: fixed"),
     ({"control.law": "cartesian", "gravity": 0.0}, "gravity = 0: .* needs gravity"),
     ({"control.servo": {"kp": 1.0}, **SERVO}, "control.servo: the suspension has one itself"),
     ({"control.law": "angular", **SERVO}, "'servo': the angular law commands accelerations"),
     ({"control.adaptation": {"c": 1.2}}, "adaptation.c = 1.2: must be below kd = 1.118"),
-    ({"control.law": "harmonic", "control.observer": [1]}, r"control.observer = \[1\]: must be a group of keys: freq"),
+    (
+        {"control.law": "harmonic", "control.observer": [1]},
+        r"control.observer = \[1\]: must be a group of keys: freq",
+    ),
     (
         {"control.law": "harmonic", "control.observer": {"frequency": 20.0}},
-        r"control.observer.frequency = 20: must be 0.28 to 8.39 rad/s, 0.1 to 3 times the natural frequency",
+        r"control.observer.frequency = 20: must be 0.28 to 8.39 rad/s, 0.1 to 3 times the natural "
+        r"frequency",
     ),
-    ({"control.period": "continuous"}, "control.period = 'continuous': 'adaptive' is a sampled law: give a period"),
-    ({"control.law": "cartesian", "control.adaptation": {}}, "unknown key 'adaptation' for law 'cartesian'"),
-    (ALONG_X, r"initial.direction = \[1.0, 0.0, 0.0\]: the rope is horizontal, where the angular law"),
+    (
+        {"control.period": "continuous"},
+        "control.period = 'continuous': 'adaptive' is a sampled law: give a period",
+    ),
+    (
+        {"control.law": "cartesian", "control.adaptation": {}},
+        "unknown key 'adaptation' for law 'cartesian'",
+    ),
+    (
+        ALONG_X,
+        r"initial.direction = \[1.0, 0.0, 0.0\]: the rope is horizontal, where the angular law",
+    ),
     (
         {"control.law": "harmonic", "control.feedforward": {"base": True}},
         "feedforward.base: must be left out, the harmonic law",
@@ -214,7 +267,9 @@ REJECTED: list[tuple[dict[str, Any], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("changes", "message"), REJECTED, ids=lambda value: value if isinstance(value, str) else "")
+@pytest.mark.parametrize(
+    ("changes", "message"), REJECTED, ids=lambda value: value if isinstance(value, str) else ""
+)
 def test_what_does_not_fit_is_a_single_line_error(changes: dict[str, Any], message: str) -> None:
     """A law, or settings, that do not fit the scene are single-line errors with the key."""
     with pytest.raises(SceneError, match=message) as caught:

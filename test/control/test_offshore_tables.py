@@ -14,7 +14,9 @@ TABLES = [  # MSE [m²] and MAE [m] as printed, and how far ours may be from the
     (1.93e-2, 0.15, 1.24e-1, 0.15),
     (3.66e-3, 0.15, 5.16e-2, 0.15),
 ]
-COLUMNS = list(zip((experiment for pair in offshore.PAIRS for experiment in pair), TABLES, strict=True))
+COLUMNS = list(
+    zip((experiment for pair in offshore.PAIRS for experiment in pair), TABLES, strict=True)
+)
 
 
 @pytest.mark.long(
@@ -27,8 +29,12 @@ COLUMNS = list(zip((experiment for pair in offshore.PAIRS for experiment in pair
     ]
 )
 @pytest.mark.parametrize("seeds", [2, pytest.param(offshore.SEEDS, marks=pytest.mark.slow)])
-@pytest.mark.parametrize(("experiment", "printed"), COLUMNS, ids=[f"{e.table}, {e.name}" for e, _ in COLUMNS])
-def test_the_papers_tables(experiment: offshore.Experiment, printed: tuple[float, ...], seeds: int) -> None:
+@pytest.mark.parametrize(
+    ("experiment", "printed"), COLUMNS, ids=[f"{e.table}, {e.name}" for e, _ in COLUMNS]
+)
+def test_the_papers_tables(
+    experiment: offshore.Experiment, printed: tuple[float, ...], seeds: int
+) -> None:
     """Tables 5, 7 and 9 come out within what their unprinted parameters leave open.
 
     There is one servo for all of them.
@@ -36,16 +42,31 @@ def test_the_papers_tables(experiment: offshore.Experiment, printed: tuple[float
     actual = offshore.measure_errors(experiment, seeds)
     for row, value, tolerance in zip(actual, printed[::2], printed[1::2], strict=True):
         assert row.paper == value and row.runs == (seeds if experiment.seeded else 1)
-        assert value * (1.0 - tolerance) <= row.lowest <= row.ours <= row.highest <= value * (1.0 + tolerance)
+        assert (
+            value * (1.0 - tolerance)
+            <= row.lowest
+            <= row.ours
+            <= row.highest
+            <= value * (1.0 + tolerance)
+        )
         assert row.verdict == f"within {tolerance:.0%}"
 
 
 def test_the_verdict_is_on_all_seeds() -> None:
     """A number is the median between extremes, and one seed too far off misses the tolerance."""
     far = offshore.compare_with_paper("MSE", offshore.Printed(2.0, 0.1), [2.1, 2.3, 2.0], "")
-    assert (far.ours, far.lowest, far.highest, far.runs, far.verdict) == (2.1, 2.0, 2.3, 3, "not within 10%")
+    assert (far.ours, far.lowest, far.highest, far.runs, far.verdict) == (
+        2.1,
+        2.0,
+        2.3,
+        3,
+        "not within 10%",
+    )
     assert far.difference == pytest.approx(0.05)
-    assert offshore.compare_with_paper("MSE", offshore.Printed(2.0, 0.1), [2.1, 1.9, 2.0], "").verdict == "within 10%"
+    assert (
+        offshore.compare_with_paper("MSE", offshore.Printed(2.0, 0.1), [2.1, 1.9, 2.0], "").verdict
+        == "within 10%"
+    )
 
 
 @pytest.mark.long
@@ -57,9 +78,13 @@ def test_what_the_tables_rest_on() -> None:
     forward, printed_sway, constant, damped = (
         next(offshore.measure_errors(experiment, 1)).ours for experiment in offshore.OTHERWISE
     )
-    assert forward < 0.1 * offshore.PAIRS[0][0].printed.mse.value  # the Cartesian law is at 0.007 of it
+    assert (
+        forward < 0.1 * offshore.PAIRS[0][0].printed.mse.value
+    )  # the Cartesian law is at 0.007 of it
     assert printed_sway > 10.0 * offshore.NO_LEARNING.mse.value  # "far off"
-    assert constant == pytest.approx(offshore.LEARNING.mse.value, rel=0.05)  # the tolerance of the table
+    assert constant == pytest.approx(
+        offshore.LEARNING.mse.value, rel=0.05
+    )  # the tolerance of the table
     assert damped < offshore.LEARNING.mse.value
 
 
@@ -77,6 +102,10 @@ def test_the_harmonic_law_finds_out_how_long_the_rope_is(part: float) -> None:
 
     It is shorter or longer than believed.
     """
-    changes = {"rope.length": part * 1.255, "control.nominal": {"rope": {"length": 1.255}}, "duration": 40.0}
+    changes = {
+        "rope.length": part * 1.255,
+        "control.nominal": {"rope": {"length": 1.255}},
+        "duration": 40.0,
+    }
     actual = simulate(load_scene("offshore_obstacle", changes | {"control.law": "harmonic"}))
     assert actual.summary["tracking_peak"] < 1e-3

@@ -14,7 +14,14 @@ from crane_sim.scenes.scene import load_scene
 
 LENGTH, KP = 1.255, 9.81 / 1.255  # m, 1/s²
 Q = (1.3, 0.05, 0.0, 0.06, -0.08, -sqrt(1.0 - 0.06**2 - 0.08**2))
-V = (0.02, -0.03, 0.0, 0.1, 0.2, (0.06 * 0.1 - 0.08 * 0.2) / sqrt(1.0 - 0.06**2 - 0.08**2))  # across the link
+V = (
+    0.02,
+    -0.03,
+    0.0,
+    0.1,
+    0.2,
+    (0.06 * 0.1 - 0.08 * 0.2) / sqrt(1.0 - 0.06**2 - 0.08**2),
+)  # across the link
 
 
 def law_of(scene: str, changes: dict[str, Any] | None = None) -> Any:
@@ -47,7 +54,10 @@ def test_the_observer_finds_a_disturbance_that_it_was_not_told() -> None:
     The force is that of the moment.
     """
     vision, w, force = {"rate": 30.0, "latency": 0.05, "noise": 0.0}, 3.5, 0.3
-    observer = {"wander": 0.5, "rope": 0.0}  # the rope's length is unobservable while the tip is at rest
+    observer = {
+        "wander": 0.5,
+        "rope": 0.0,
+    }  # the rope's length is unobservable while the tip is at rest
     control = {"law": "harmonic", "period": 0.004, "vision": vision, "observer": observer}
     law, t = law_of("offshore_obstacle", {"control": control}), 0.0
     ekf = law.tracker.disturbance_estimator.ekf
@@ -60,7 +70,8 @@ def test_the_observer_finds_a_disturbance_that_it_was_not_told() -> None:
         height = sqrt(1.0 - n * n)
         law(t, (1.35, 0.0, 0.0, n, 0.0, -height), (0.0, 0.0, 0.0, rate, 0.0, n * rate / height))
     assert sqrt(x[0, THETA]) == pytest.approx(w, rel=0.01)  # it comes nearer by a tenth a second
-    # what the frequency is off by, over the 0.05 s of a late frame and the time that the filter looks back, is 3 %
+    # what the frequency is off by, over the 0.05 s of a late frame and the time that the filter
+    # looks back, is 3 %
     assert x[0, D] == pytest.approx(force * sin(w * t), abs=0.03 * force)
     assert abs(x[1, D]) < 1e-6  # nothing forces the other axis
 

@@ -37,7 +37,9 @@ def scene_of(links: int = 1, mass: float = 20.0, **groups: Any) -> crane_sim.Sce
     } | groups
     control, payload = document["control"], document["cable"]["node_masses"][-1]
     nominal = {"cable": {"lengths": [2.0], "node_masses": [payload]}, "initial": {"angles": [0.0]}}
-    return crane_sim.load_scene(document | {"control": control | {"nominal": nominal}} if links > 1 else document)
+    return crane_sim.load_scene(
+        document | {"control": control | {"nominal": nominal}} if links > 1 else document
+    )
 
 
 LOOPS: dict[str, dict[str, Any]] = {
@@ -59,8 +61,11 @@ def test_v_only_falls_along_a_continuous_closed_loop(loop: str) -> None:
     run = simulate(scene_of(**groups | {"control": control}), duration=10.0)
     value, rate = run.lyapunov().T
     assert np.all(rate <= 0.0)
-    assert np.max(np.diff(value)) < 1e-9 * value[0]  # the integrator's tolerance, where V stands still
-    # Simpson's rule over 20 ms, error h^4 / 180 of the fourth derivative: of exp(-20 t), the fastest, 1e-5
+    assert (
+        np.max(np.diff(value)) < 1e-9 * value[0]
+    )  # the integrator's tolerance, where V stands still
+    # Simpson's rule over 20 ms, error h^4 / 180 of the fourth derivative: of exp(-20 t), the
+    # fastest, 1e-5
     fallen = np.cumsum((rate[:-2:2] + 4.0 * rate[1:-1:2] + rate[2::2]) * 0.01 / 3.0)
     assert np.allclose(value[2::2] - value[0], fallen, rtol=0, atol=1e-4 * value[0])
 
@@ -71,14 +76,22 @@ def test_friction_lowers_v(hoist: float | None) -> None:
 
     The accelerations are the crane's.
 
-    A hoist at rest slips off below the force that its static friction of 9 N leaves, and sticks with 900 N.
+    A hoist at rest slips off below the force that its static friction of 9 N leaves, and sticks
+    with 900 N.
     """
     rubs: dict[str, Any] = {"trolley": {"coulomb": 4.0, "static": 5.0, "viscous": 3.0}}
     rubs |= {"hoist": {"coulomb": 8.0, "static": hoist, "viscous": 2.0}} if hoist else {}
-    scene, rng, h = scene_of(friction=rubs, **(HOIST if hoist else {})), np.random.default_rng(5), 1e-5
+    scene, rng, h = (
+        scene_of(friction=rubs, **(HOIST if hoist else {})),
+        np.random.default_rng(5),
+        1e-5,
+    )
     law: Any = scene.law
     for k in range(6):
-        q, v = np.array([*rng.uniform(1.0, 3.0, len(scene.joint_names) - 1), 1.2]), rng.normal(0, 1, 3)
+        q, v = (
+            np.array([*rng.uniform(1.0, 3.0, len(scene.joint_names) - 1), 1.2]),
+            rng.normal(0, 1, 3),
+        )
         v = v[: len(q)]
         v[1] *= k % 2 if hoist else 1.0  # every other time the hoist rests
         a = crane_sim.acceleration(scene, q, v, law(0.0, tuple(q), tuple(v)))
@@ -96,15 +109,27 @@ def test_the_trolley_feels_like_one_of_the_apparent_mass(groups: dict[str, Any])
     law: Any = scene.law
     rng = np.random.default_rng(3)
     for _ in range(5):
-        q, v = np.array([*rng.uniform(1.0, 3.0, len(scene.joint_names) - 1), 1.2]), rng.normal(0, 1, 3)
+        q, v = (
+            np.array([*rng.uniform(1.0, 3.0, len(scene.joint_names) - 1), 1.2]),
+            rng.normal(0, 1, 3),
+        )
         v = v[: len(q)]
         demanded = law(0.0, tuple(q), tuple(v))
         push = law.kp * (3.0 - q[0]) - law.kd * v[0]
         actual = crane_sim.acceleration(scene, q, v, demanded)
-        assert np.allclose(actual, crane_sim.acceleration(light, q, v, (push, *demanded[1:])), rtol=1e-12, atol=1e-12)
+        assert np.allclose(
+            actual,
+            crane_sim.acceleration(light, q, v, (push, *demanded[1:])),
+            rtol=1e-12,
+            atol=1e-12,
+        )
         springs = [0.5 * law.kp * (3.0 - q[0]) ** 2]
-        springs += [0.5 * law.rope.kp * (1.5 - q[1]) ** 2 + 10.0 * G * q[1] if groups else 10.0 * G * 2.0]
-        assert law.lyapunov(0.0, tuple(q), tuple(v))[0] == pytest.approx(crane_sim.energy(light, q, v) + sum(springs))
+        springs += [
+            0.5 * law.rope.kp * (1.5 - q[1]) ** 2 + 10.0 * G * q[1] if groups else 10.0 * G * 2.0
+        ]
+        assert law.lyapunov(0.0, tuple(q), tuple(v))[0] == pytest.approx(
+            crane_sim.energy(light, q, v) + sum(springs)
+        )
 
 
 def test_the_default_gains_put_all_poles_on_one_spot() -> None:
@@ -119,7 +144,8 @@ def test_the_default_gains_put_all_poles_on_one_spot() -> None:
     steps = 1e-5 * np.eye(4)
     gain = [(law(0, q + d[:2], d[2:])[0] - law(0, q - d[:2], -d[2:])[0]) / 2e-5 for d in steps]
     omega = sqrt(G / 2.0)
-    # coefficients, since a fourfold pole moves by the fourth root of an error; the law's differences are good to 1e-9
+    # coefficients, since a fourfold pole moves by the fourth root of an error; the law's
+    # differences are good to 1e-9
     assert np.poly(a + b @ np.array([gain])) == pytest.approx(np.poly([-omega] * 4), rel=1e-7)
 
 
@@ -148,9 +174,12 @@ def test_closed_loop_poles_are_those_of_the_hamiltonian(period: float | None) ->
     else:
         transition = expm(period * np.block([[a, b], [np.zeros((1, 5))]]))
         a, b = transition[:4, :4], transition[:4, 4:]
-        expected = eig(np.block([[a, nil], [-q, eye]]), np.block([[eye, b @ b.T / r], [nil, a.T]]), right=False)
+        expected = eig(
+            np.block([[a, nil], [-q, eye]]), np.block([[eye, b @ b.T / r], [nil, a.T]]), right=False
+        )
         expected = expected[np.abs(expected) < 1.0]
-    # the law's matrices are differences, good to 1e-9; Riccati equations lose two or three digits more
+    # the law's matrices are differences, good to 1e-9; Riccati equations lose two or three digits
+    # more
     assert np.sort_complex(law.poles) == pytest.approx(np.sort_complex(expected), rel=1e-6)
 
 
@@ -163,9 +192,15 @@ def test_lqr_in_space_is_that_in_the_plane_of_a_steady_force(force: float) -> No
     steady = {"forces": [{"node": 1, "axis": "x", "force": {"kind": "constant", "value": force}}]}
     control = {"law": "lqr", "period": "continuous"}
     planar: Any = scene_of(**steady, control=control).law
-    space = {"dimensions": 3, "bridge": {"drive": "force", "mass": 10.0}, "initial": {"directions": [[0, 0, -1]]}}
+    space = {
+        "dimensions": 3,
+        "bridge": {"drive": "force", "mass": 10.0},
+        "initial": {"directions": [[0, 0, -1]]},
+    }
     spatial: Any = scene_of(**steady, **space, control=control, reference={"q": [3.0, 1.0]}).law
-    swing = np.arctan2(force, 10.0 * G)  # to 1e-9 / ω², and as much of every second-order error below
+    swing = np.arctan2(
+        force, 10.0 * G
+    )  # to 1e-9 / ω², and as much of every second-order error below
     assert planar.target == pytest.approx([3.0, swing], abs=1e-8)
     assert spatial.target == pytest.approx([3.0, 1.0, np.sin(swing), 0.0, -np.cos(swing)], abs=1e-8)
     # differences of 1e-10 over what Riccati equations lose, see above
@@ -173,7 +208,9 @@ def test_lqr_in_space_is_that_in_the_plane_of_a_steady_force(force: float) -> No
     assert spatial.rows[0].effort == pytest.approx(planar.rows[0].effort, abs=1e-6)
     (kx, _, *k_link), (kv, _, *k_rate) = spatial.rows[0].gain.reshape(2, 5)
     tangent = np.array([np.cos(swing), 0.0, np.sin(swing)])
-    assert [kx, k_link @ tangent, kv, k_rate @ tangent] == pytest.approx(planar.rows[0].gain, rel=1e-6)
+    assert [kx, k_link @ tangent, kv, k_rate @ tangent] == pytest.approx(
+        planar.rows[0].gain, rel=1e-6
+    )
 
 
 @pytest.mark.slow
@@ -198,7 +235,8 @@ def test_laws_that_believe_in_one_link_work_on_more(law: str, links: int) -> Non
     """
     run = simulate(scene_of(links, control={"law": law, "period": 0.01}))
     late = run.t > 15.0
-    # nine nodes of 0.1 kg on 10 kg, undamped: their waves of 0.1 rad and more move the payload by 1e-3 of that
+    # nine nodes of 0.1 kg on 10 kg, undamped: their waves of 0.1 rad and more move the payload by
+    # 1e-3 of that
     assert np.abs(run.payload[late, 0] - 3.0).max() < (1e-4 if links == 1 else 2e-3)
     assert run.summary["settling_time"]["trolley"] < 6.0
     assert run.summary["min_rope_tension"] > 0.0
@@ -224,26 +262,51 @@ def test_the_catalogue_reaches_its_targets(name: str) -> None:
 
 
 LQR = {"law": "lqr"}
-FIXED = {"trolley": {"drive": "fixed"}, "hoist": {"drive": "force", "inertia": 5.0}, "reference": {"q": [1.5]}}
+FIXED = {
+    "trolley": {"drive": "fixed"},
+    "hoist": {"drive": "force", "inertia": 5.0},
+    "reference": {"q": [1.5]},
+}
 
 
 @pytest.mark.parametrize(
     ("groups", "message"),
     [
-        ({**FIXED, "control": LQR}, "a motion of 2.56 rad/s about the target stays: no effort damps it"),
-        ({"gravity": 0.0, "control": LQR}, "a motion of 0 rad/s about the target stays: no effort damps it"),
+        (
+            {**FIXED, "control": LQR},
+            "a motion of 2.56 rad/s about the target stays: no effort damps it",
+        ),
+        (
+            {"gravity": 0.0, "control": LQR},
+            "a motion of 0 rad/s about the target stays: no effort damps it",
+        ),
         ({"control": LQR | {"q": [0.0] * 4}}, "no effort damps it, or its states have no weight"),
-        ({**HOIST, "reference": {"q": [3.0, 0.0]}, "control": LQR}, "no efforts hold the crane at rest there"),
-        ({"trolley": {"drive": "fixed"}, "reference": {"q": []}, "control": LQR}, "actuated are ()"),
+        (
+            {**HOIST, "reference": {"q": [3.0, 0.0]}, "control": LQR},
+            "no efforts hold the crane at rest there",
+        ),
+        (
+            {"trolley": {"drive": "fixed"}, "reference": {"q": []}, "control": LQR},
+            "actuated are ()",
+        ),
         ({"reference": None, "control": LQR}, "LQR needs a target"),
-        ({"control": LQR | {"q": [1.0, 1.0]}}, "control.q: has 2 weights, 4 are needed: of the positions, then"),
+        (
+            {"control": LQR | {"q": [1.0, 1.0]}},
+            "control.q: has 2 weights, 4 are needed: of the positions, then",
+        ),
         ({"reference": None}, "the energy law needs a target"),
         ({"gravity": 0.0}, "gravity = 0.0"),
         (FIXED, "the energy law drives both by force"),
-        ({**HOIST, "reference": {"q": [3.0, -1.0]}}, "reference.q[1] = -1.0: must be greater than 0"),
+        (
+            {**HOIST, "reference": {"q": [3.0, -1.0]}},
+            "reference.q[1] = -1.0: must be greater than 0",
+        ),
         ({**HOIST, "control": SAMPLED | {"kp": [1.0]}}, "control.kp: has 1 values, 2 are needed"),
         (
-            {"cable": {"lengths": [1.0, 1.0], "node_masses": [1.0, 9.0]}, "initial": {"angles": [0, 0]}},
+            {
+                "cable": {"lengths": [1.0, 1.0], "node_masses": [1.0, 9.0]},
+                "initial": {"angles": [0, 0]},
+            },
             "the energy law needs a nominal cable of one rigid link",
         ),
     ],

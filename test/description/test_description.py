@@ -33,11 +33,15 @@ OVERHEAD = {
     "hoisted rope": load_scene(TWO_D | HOIST | {"cable": {"lengths": 2.0, "node_masses": 10.0}}),
     "rod": load_scene(TWO_D | HOIST | {"cable": LINKS | {"model": "straight"}}),
     "hoisted chain": load_scene(TWO_D | HOIST | {"cable": LINKS}),
-    "long chain": load_scene(TWO_D | {"cable": {"links": 200, "lengths": 0.05, "node_masses": 1.0}}),
+    "long chain": load_scene(
+        TWO_D | {"cable": {"links": 200, "lengths": 0.05, "node_masses": 1.0}}
+    ),
     "spatial chain": load_scene(THREE_D | {"cable": LINKS}),
     "hoisted spatial chain": load_scene(THREE_D | HOIST | {"cable": LINKS}),
     "elastic": load_scene(TWO_D | {"cable": LINKS | {"model": "elastic", "stiffness": 1e5}}),
-    "elastic in space": load_scene(THREE_D | {"cable": LINKS | {"model": "elastic", "stiffness": 1e5}}),
+    "elastic in space": load_scene(
+        THREE_D | {"cable": LINKS | {"model": "elastic", "stiffness": 1e5}}
+    ),
 }
 
 
@@ -59,7 +63,9 @@ def payload(scene: Scene, q: tuple[float, ...]) -> np.ndarray:
 @given(st.tuples(ANGLE, ANGLE, ANGLE, st.floats(0.1, 8.0), SWING, SWING))
 def test_forward_kinematics_is_the_models(q: tuple[float, ...]) -> None:
     """The payload link is at the model's payload in any posture, by level frames and rope chain."""
-    actual = link_position(urdf(SCENE), dict(zip(SCENE.joint_names, q, strict=True)), "payload_link")
+    actual = link_position(
+        urdf(SCENE), dict(zip(SCENE.joint_names, q, strict=True)), "payload_link"
+    )
     # lengths up to 17 m in double precision
     assert actual == pytest.approx(payload(SCENE, q), abs=1e-12)
 
@@ -67,16 +73,24 @@ def test_forward_kinematics_is_the_models(q: tuple[float, ...]) -> None:
 def test_joints_are_the_scenes() -> None:
     """Every joint state has its joint, and nothing else moves but the two level frames."""
     robot = ElementTree.fromstring(urdf(SCENE))
-    free = {j.attrib["name"] for j in robot.iter("joint") if j.attrib["type"] != "fixed" and j.find("mimic") is None}
+    free = {
+        j.attrib["name"]
+        for j in robot.iter("joint")
+        if j.attrib["type"] != "fixed" and j.find("mimic") is None
+    }
     assert free == set(SCENE.joint_names)
-    assert {joint.attrib["name"] for joint in robot.iter("joint") if joint.find("mimic") is not None} == {
+    assert {
+        joint.attrib["name"] for joint in robot.iter("joint") if joint.find("mimic") is not None
+    } == {
         "boom_level",
         "jib_level",
     }
 
 
 @pytest.mark.parametrize(
-    "scene", [SCENE, load_scene("pendulum_free"), *OVERHEAD.values()], ids=["knuckle", "pendulum", *OVERHEAD]
+    "scene",
+    [SCENE, load_scene("pendulum_free"), *OVERHEAD.values()],
+    ids=["knuckle", "pendulum", *OVERHEAD],
 )
 def test_links_make_one_tree(scene: Scene) -> None:
     """Each link but the root has one parent, so robot_state_publisher accepts the description."""
@@ -103,7 +117,9 @@ def test_masses_and_inertias_are_the_models() -> None:
     assert crate is not None
     assert numbers(crate.find("mass"), "value") == pytest.approx([SCENE.model.load.mass])
     for body in filter(None, inertials.values()):
-        moments = sorted(float(numbers(body.find("inertia"), key)[0]) for key in ("ixx", "iyy", "izz"))
+        moments = sorted(
+            float(numbers(body.find("inertia"), key)[0]) for key in ("ixx", "iyy", "izz")
+        )
         assert 0.0 <= moments[0] and moments[2] <= moments[0] + moments[1]
 
 
@@ -111,7 +127,11 @@ def test_masses_and_inertias_are_the_models() -> None:
 def test_free_joints_of_an_overhead_crane_are_the_scenes(scene: Scene) -> None:
     """Joint states move everything, whatever the number of links; no other joint is free."""
     robot = ElementTree.fromstring(urdf(scene))
-    free = [j.attrib["name"] for j in robot.iter("joint") if j.attrib["type"] != "fixed" and j.find("mimic") is None]
+    free = [
+        j.attrib["name"]
+        for j in robot.iter("joint")
+        if j.attrib["type"] != "fixed" and j.find("mimic") is None
+    ]
     assert sorted(free) == sorted(scene.joint_names)
 
 
@@ -141,7 +161,9 @@ def test_the_nodes_are_the_models(scene: Scene) -> None:
     n = len(nodes) - 1
     for k in {1, n // 2, n - 1, n} - {0}:
         actual = link_position(document, joints, "payload_link" if k == n else f"node_{k}")
-        assert actual == pytest.approx(nodes[k], abs=1e-12)  # rounding of up to 200 lengths, 10 m together
+        assert actual == pytest.approx(
+            nodes[k], abs=1e-12
+        )  # rounding of up to 200 lengths, 10 m together
 
 
 def test_a_hoist_in_space_is_exact_below_the_trolley() -> None:
@@ -150,7 +172,9 @@ def test_a_hoist_in_space_is_exact_below_the_trolley() -> None:
     q = posture(scene, 0)
     q[2:6] = 2.5, 0.0, 0.0, -1.0  # hoist, first link
     nodes, _ = world_points(scene.model, 0.0, q, np.zeros_like(q))
-    actual = link_position(urdf(scene), dict(zip(scene.joint_names, q, strict=True)), "payload_link")
+    actual = link_position(
+        urdf(scene), dict(zip(scene.joint_names, q, strict=True)), "payload_link"
+    )
     assert actual == pytest.approx(nodes[-1], abs=1e-12)  # rounding of a few metres
 
 

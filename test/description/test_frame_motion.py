@@ -25,12 +25,18 @@ def test_velocities_are_the_rates_of_poses(name: str) -> None:
         v = np.random.default_rng(seed).uniform(-1.0, 1.0, len(q))
         _keep_size(scene.joint_names, q, v)
         motions = frame_motions(scene, tree, t, q.tolist(), v.tolist())
-        before, after = (frame_motions(scene, tree, t + s, (q + s * v).tolist(), v.tolist()) for s in (-STEP, STEP))
+        before, after = (
+            frame_motions(scene, tree, t + s, (q + s * v).tolist(), v.tolist())
+            for s in (-STEP, STEP)
+        )
         size = 1.0 + max(float(np.abs(motion.position).max()) for motion in motions.values())
         for frame, motion in motions.items():
             rate = (after[frame].position - before[frame].position) / (2.0 * STEP)
-            turn = Rotation.from_matrix(after[frame].rotation @ before[frame].rotation.T).as_rotvec() / (2.0 * STEP)
-            # rounding 1e-16 / STEP and third derivatives STEP²: 1e-10 each, times lengths and rates of some 10
+            turn = Rotation.from_matrix(
+                after[frame].rotation @ before[frame].rotation.T
+            ).as_rotvec() / (2.0 * STEP)
+            # rounding 1e-16 / STEP and third derivatives STEP²: 1e-10 each, times lengths and rates
+            # of some 10
             assert motion.velocity == pytest.approx(rate, abs=2e-8 * size)
             assert motion.angular_velocity == pytest.approx(turn, abs=2e-8)
         points, _ = world_points(scene.model, t, q, v)
@@ -49,12 +55,16 @@ def test_accelerations_are_the_second_derivatives_of_positions(name: str) -> Non
     accelerations = frame_accelerations(scene, tree, t, q.tolist(), v.tolist(), a.tolist())
 
     def at(s: float) -> dict[str, FrameMotion]:
-        return frame_motions(scene, tree, t + s, (q + s * (v + 0.5 * s * a)).tolist(), (v + s * a).tolist())
+        return frame_motions(
+            scene, tree, t + s, (q + s * (v + 0.5 * s * a)).tolist(), (v + s * a).tolist()
+        )
 
     before, now, after = at(-step), at(0.0), at(step)
     size = 1.0 + max(float(np.abs(motion.position).max()) for motion in now.values())
     for frame, acceleration in accelerations.items():
-        second = (after[frame].position - 2.0 * now[frame].position + before[frame].position) / step**2
+        second = (
+            after[frame].position - 2.0 * now[frame].position + before[frame].position
+        ) / step**2
         turning = (after[frame].angular_velocity - before[frame].angular_velocity) / (2.0 * step)
         # fourth derivatives of lengths at some rad/s, times step² = 1e-6; rounding 1e-16 / step²
         assert acceleration.linear == pytest.approx(second, abs=2e-5 * size)
@@ -72,7 +82,11 @@ def test_a_long_cable_has_all_its_frames() -> None:
     """A cable with the most links needs no recursion: its last frame is where the links end."""
     links, length = 500, 0.1  # m
     cable = {"links": links, "lengths": length, "node_masses": 1.0}
-    scene = load_scene({"crane": "overhead", "duration": 1.0, "trolley": {"drive": "fixed"}, "cable": cable})
+    scene = load_scene(
+        {"crane": "overhead", "duration": 1.0, "trolley": {"drive": "fixed"}, "cable": cable}
+    )
     tree = TransformTree(urdf(scene), scene.joint_names)
     motions = frame_motions(scene, tree, 0.0, scene.initial_q, scene.initial_v)
-    assert -motions["payload_link"].position[2] == pytest.approx(links * length, rel=1e-12)  # rounding of 500 sums
+    assert -motions["payload_link"].position[2] == pytest.approx(
+        links * length, rel=1e-12
+    )  # rounding of 500 sums

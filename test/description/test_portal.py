@@ -7,7 +7,14 @@ import pytest
 
 from crane_sim import SceneError, load_scene
 from crane_sim.description import urdf
-from crane_sim.description.falls import HEIGHT, LENGTHS, WIDTH, container_edges, portal_of, portal_visual
+from crane_sim.description.falls import (
+    HEIGHT,
+    LENGTHS,
+    WIDTH,
+    container_edges,
+    portal_of,
+    portal_visual,
+)
 from crane_sim.description.suspended import box_edges
 
 SHIP_TO_SHORE = ("port_sts_container", "set_down_on_deck", "spreader_pick_up", "spreader_skew")
@@ -28,11 +35,15 @@ def test_a_ship_to_shore_crane_has_a_boom(name: str) -> None:
     assert portal.boom is not None and portal.boom[0] == legs[0]
     root, tip = portal.boom
     assert tip < scene.initial_q[0] < root and portal.ends[1] > legs[1]
-    heights = [shape.at[2] + 0.5 * shape.size[2] for shape in portal_visual(portal) if len(shape.size) == 3]
-    assert max(heights) == pytest.approx(portal.top, abs=portal.unit) and portal.top > portal.leg_top + 0.3 * (
-        root - tip
-    )
-    assert portal.half_span > 0.5 * box_edges(scene.model.load)[1] + 1.0  # the load passes between the legs
+    heights = [
+        shape.at[2] + 0.5 * shape.size[2] for shape in portal_visual(portal) if len(shape.size) == 3
+    ]
+    assert max(heights) == pytest.approx(
+        portal.top, abs=portal.unit
+    ) and portal.top > portal.leg_top + 0.3 * (root - tip)
+    assert (
+        portal.half_span > 0.5 * box_edges(scene.model.load)[1] + 1.0
+    )  # the load passes between the legs
 
 
 def test_a_container_has_its_true_size() -> None:

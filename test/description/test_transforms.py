@@ -10,7 +10,12 @@ from urdf_kinematics import link_position
 from crane_sim import load_scene
 from crane_sim.description import urdf
 from crane_sim.description.rotations import quaternion_of
-from crane_sim.description.transforms import Transform, TransformTree, base_transform, payload_orientation
+from crane_sim.description.transforms import (
+    Transform,
+    TransformTree,
+    base_transform,
+    payload_orientation,
+)
 from crane_sim.files.catalogue import scene_files
 from crane_sim.models.falls.crane import FallsCrane
 from crane_sim.scenes.scene import Scene
@@ -29,7 +34,7 @@ NAMES = """
     overhead_elastic overhead_friction_chain overhead_hoist overhead_hoist_chain overhead_pole
     overhead_pole_chain overhead_spatial overhead_sway overhead_toss pendulum_lifeboat port_sts_container
     tandem_play tower_beam_turns tower_flexible_jib tower_set_down tower_sway
-""".split()
+""".split()  # noqa: E501
 """One scene of the catalogue for each crane, set of joints, and kind of motion of the base."""
 ALL = sorted(scene_files())
 ENDS = [[x, y, 0.0] for x in (0.2, -0.2) for y in (0.3, -0.3)]
@@ -37,7 +42,10 @@ ON_FALLS = {
     "duration": 1.0,
     "payload": {"mass": 100.0, "inertia": [30.0, 20.0, 40.0], "attachment": [0.05, 0.02, 0.5]},
     "falls": {"top": ENDS, "bottom": ENDS, "axial_stiffness": 4e4},
-    "base_motion": {"roll": {"amplitude": 0.1, "frequency": 0.7}, "mount": {"position": [1.0, 2.0, 3.0], "yaw": 2.0}},
+    "base_motion": {
+        "roll": {"amplitude": 0.1, "frequency": 0.7},
+        "mount": {"position": [1.0, 2.0, 3.0], "yaw": 2.0},
+    },
 }
 BOOM, ROD = {"mass": 100.0, "centre": 2.0, "inertia": 80.0}, {"mass": 80.0, "inertia": 170.0}
 FALLS: dict[str, dict[str, Any]] = {
@@ -56,7 +64,11 @@ FALLS: dict[str, dict[str, Any]] = {
     "pendulum": {"initial": {"tip": [1.0, 2.0, 3.0], "length": 2.0}},
 }
 """Cranes with falls that no scene of the catalogue has, on a ship."""
-TIPS = {"overhead": "trolley_link", "pendulum": "tip_link", "gantry": "trolley_link"}  # others: swing_link
+TIPS = {
+    "overhead": "trolley_link",
+    "pendulum": "tip_link",
+    "gantry": "trolley_link",
+}  # others: swing_link
 
 
 def test_every_kind_of_scene_is_among_the_names() -> None:
@@ -64,7 +76,12 @@ def test_every_kind_of_scene_is_among_the_names() -> None:
     scenes = {name: load_scene(name) for name in sorted(scene_files(), reverse=True)}
     short = {name: scene for name, scene in scenes.items() if len(scene.joint_names) < LONGEST}
     kinds = {
-        (scene.crane, scene.joint_names, type(scene.model), type(getattr(scene.model, "base", None))): name
+        (
+            scene.crane,
+            scene.joint_names,
+            type(scene.model),
+            type(getattr(scene.model, "base", None)),
+        ): name
         for name, scene in short.items()
     }
     assert sorted(kinds.values()) == NAMES
@@ -125,7 +142,10 @@ def test_chained_transforms_below_falls(crane: str) -> None:
 def check_frames(scene: Scene) -> None:
     """Check the frames of a crane at random states."""
     on_falls = isinstance(scene.model, FallsCrane)
-    document, tip_frame = urdf(scene), TIPS.get(scene.crane, "head_link" if on_falls else "swing_link")
+    document, tip_frame = (
+        urdf(scene),
+        TIPS.get(scene.crane, "head_link" if on_falls else "swing_link"),
+    )
     tree = TransformTree(document, scene.joint_names)
     for seed in range(STATES):
         t, q = random_state(scene, seed)
@@ -138,14 +158,19 @@ def check_frames(scene: Scene) -> None:
             seed < 3 or len(scene.joint_names) < LONGEST
         ):  # what a subscriber computes from URDF, joint states and the base's place
             base = base_state(scene, t)
-            aboard = link_position(document, dict(zip(scene.joint_names, q.tolist(), strict=True)), "payload_link")
+            aboard = link_position(
+                document, dict(zip(scene.joint_names, q.tolist(), strict=True)), "payload_link"
+            )
             assert base.position + base.rotation @ aboard == pytest.approx(points[-1], abs=1e-12)
 
 
 @pytest.mark.parametrize("name", ["tower_gust", "port_sts_container"])
 def test_the_pose_of_a_load_on_a_ship_has_its_turn_in_the_world(name: str) -> None:
     """`payload_pose` has the orientation of the payload's frame: base and attitude together."""
-    turns = {"roll": {"amplitude": 0.1, "frequency": 0.7}, "yaw": {"amplitude": 0.2, "frequency": 0.4}}
+    turns = {
+        "roll": {"amplitude": 0.1, "frequency": 0.7},
+        "yaw": {"amplitude": 0.2, "frequency": 0.4},
+    }
     scene = load_scene(name, {"base_motion": turns | {"mount": {"yaw": 2.0}}})
     for seed in range(5):
         t, q = random_state(scene, seed)

@@ -48,7 +48,9 @@ HOOK = {"links": HOOK_AND_LOAD["links"]}
 FREE_SCENES = {
     "pendulum": load_scene("pendulum_free"),
     "hook and load below a point": load_scene("pendulum_free", HOOK),
-    "hook and load below a knuckle boom": load_scene("knuckle_setpoint", HOOK | AXIAL | {"control": None}),
+    "hook and load below a knuckle boom": load_scene(
+        "knuckle_setpoint", HOOK | AXIAL | {"control": None}
+    ),
     "spatial chain": load_scene(SPATIAL),
     "jib that bends": load_scene(BENT_JIB),
     "boom that bends": load_scene(BENT_BOOM),
@@ -64,10 +66,14 @@ class Frame(NamedTuple):
     J_w: np.ndarray  # (3, n) of its angular velocity
 
 
-def link_frames(robot: ElementTree.Element, names: tuple[str, ...], q: np.ndarray) -> dict[str, Frame]:
+def link_frames(
+    robot: ElementTree.Element, names: tuple[str, ...], q: np.ndarray
+) -> dict[str, Frame]:
     """Return the Frame of each link at positions q (n,) of the joints called `names`."""
     n = len(names)
-    frames: dict[str, Frame] = {"world": Frame(np.eye(3), np.zeros(3), np.zeros((3, n)), np.zeros((3, n)))}
+    frames: dict[str, Frame] = {
+        "world": Frame(np.eye(3), np.zeros(3), np.zeros((3, n)), np.zeros((3, n)))
+    }
     joints = {joint.find("child").attrib["link"]: joint for joint in robot.iter("joint")}  # pyright: ignore
 
     def frame_of(link: str) -> Frame:
@@ -82,23 +88,37 @@ def link_frames(robot: ElementTree.Element, names: tuple[str, ...], q: np.ndarra
     return frames
 
 
-def child_frame(joint: ElementTree.Element, parent: Frame, names: tuple[str, ...], q: np.ndarray) -> Frame:
+def child_frame(
+    joint: ElementTree.Element, parent: Frame, names: tuple[str, ...], q: np.ndarray
+) -> Frame:
     """Return the frame of a joint's child link, from that of its parent link."""
     R, origin, J_v, J_w = parent
-    mimic, coefficients = joint.find("mimic"), np.zeros(len(names))  # of the joint's position: coefficients @ q
+    mimic, coefficients = (
+        joint.find("mimic"),
+        np.zeros(len(names)),
+    )  # of the joint's position: coefficients @ q
     if joint.attrib["type"] != "fixed":
         leader = joint.attrib["name"] if mimic is None else mimic.attrib["joint"]
-        coefficients[names.index(leader)] = 1.0 if mimic is None else float(mimic.attrib["multiplier"])
+        coefficients[names.index(leader)] = (
+            1.0 if mimic is None else float(mimic.attrib["multiplier"])
+        )
     offset = R @ numbers(joint.find("origin"), "xyz")
     if joint.attrib["type"] == "prismatic":
         axis = R @ numbers(joint.find("axis"), "xyz")
         offset = offset + axis * (coefficients @ q)
-        return Frame(R, origin + offset, J_v + np.cross(J_w.T, offset).T + np.outer(axis, coefficients), J_w)
+        return Frame(
+            R, origin + offset, J_v + np.cross(J_w.T, offset).T + np.outer(axis, coefficients), J_w
+        )
     J_v = J_v + np.cross(J_w.T, offset).T
     if joint.attrib["type"] == "fixed":
         return Frame(R, origin + offset, J_v, J_w)
     axis = numbers(joint.find("axis"), "xyz")
-    return Frame(R @ rotation(axis, coefficients @ q), origin + offset, J_v, J_w + np.outer(R @ axis, coefficients))
+    return Frame(
+        R @ rotation(axis, coefficients @ q),
+        origin + offset,
+        J_v,
+        J_w + np.outer(R @ axis, coefficients),
+    )
 
 
 def mass_matrix(document: str, names: tuple[str, ...], q: np.ndarray) -> np.ndarray:
@@ -110,7 +130,9 @@ def mass_matrix(document: str, names: tuple[str, ...], q: np.ndarray) -> np.ndar
         if body is None:
             continue
         R, _, J_v, J_w = frames[link.attrib["name"]]
-        J_c = J_v + np.cross(J_w.T, R @ numbers(body.find("origin"), "xyz")).T  # of the centre of mass
+        J_c = (
+            J_v + np.cross(J_w.T, R @ numbers(body.find("origin"), "xyz")).T
+        )  # of the centre of mass
         moments = [numbers(body.find("inertia"), key)[0] for key in ("ixx", "iyy", "izz")]
         matrix += numbers(body.find("mass"), "value")[0] * J_c.T @ J_c
         matrix += J_w.T @ R @ np.diag(moments) @ R.T @ J_w
@@ -153,7 +175,9 @@ def test_kinetic_energy_of_the_urdf_is_the_cranes(scene: Scene) -> None:
         if scene.crane == "pendulum":
             v[2] = 0.0  # the height of this one is fixed
         kinetic = crane_sim.energy(scene, q, v) - crane_sim.energy(scene, q, np.zeros(len(q)))
-        assert 0.5 * v @ matrix @ v == pytest.approx(kinetic, abs=1e-9)  # of energies of up to 1e3 J
+        assert 0.5 * v @ matrix @ v == pytest.approx(
+            kinetic, abs=1e-9
+        )  # of energies of up to 1e3 J
 
 
 def test_nothing_weighs_more_than_in_the_scene() -> None:
@@ -161,7 +185,9 @@ def test_nothing_weighs_more_than_in_the_scene() -> None:
     scenes = {"knuckle": 2.0 + 3.0 + 1.0, "hoisted rope": 5.0 + 10.0, "pendulum": 4.0}
     for name, mass in scenes.items():
         robot = ElementTree.fromstring(urdf((ACTUATED_SCENES | FREE_SCENES)[name]))
-        assert sum(float(body.attrib["value"]) for body in robot.iter("mass")) == pytest.approx(mass)
+        assert sum(float(body.attrib["value"]) for body in robot.iter("mass")) == pytest.approx(
+            mass
+        )
 
 
 def limits(scene: Scene) -> dict[str, tuple[str, dict[str, float]]]:
@@ -185,36 +211,58 @@ def test_limits_of_the_catalogue_are_those_of_its_files(name: str) -> None:
     scene, document = load_scene(name), load_scene(name).to_dict()
     drives = document.get("actuators") or {}
     for joint, (kind, actual) in limits(scene).items():
-        if joint not in scene.joint_names or joint.startswith("link_") or kind == "fixed":  # links: of unit vectors
+        if (
+            joint not in scene.joint_names or joint.startswith("link_") or kind == "fixed"
+        ):  # links: of unit vectors
             continue
         group = document.get(joint) or {}
-        low, high = group.get("limits") or (0.0 if joint in ("rope", "hoist") else -UNBOUNDED, UNBOUNDED)
+        low, high = group.get("limits") or (
+            0.0 if joint in ("rope", "hoist") else -UNBOUNDED,
+            UNBOUNDED,
+        )
         drive = (drives.get("all") or {}) | (drives.get(joint) or {})
         bound = drive.get("limit") or UNBOUNDED
         effort = max(map(abs, bound)) if isinstance(bound, (list, tuple)) else bound
-        takes_effort = joint in scene.actuated and scene.effort_units[scene.actuated.index(joint)] in ("N", "N m")
+        takes_effort = joint in scene.actuated and scene.effort_units[
+            scene.actuated.index(joint)
+        ] in ("N", "N m")
         if kind == "continuous":
             assert "limits" not in group and actual.keys() <= {"effort", "velocity"}
         else:
-            assert (actual["lower"], actual["upper"]) == pytest.approx((number(low), number(high))), joint
-        assert actual.get("effort", UNBOUNDED) == pytest.approx(effort if takes_effort else UNBOUNDED), joint
-        assert actual.get("velocity", UNBOUNDED) == (drive.get("servo") or {}).get("max_speed", UNBOUNDED)
+            assert (actual["lower"], actual["upper"]) == pytest.approx(
+                (number(low), number(high))
+            ), joint
+        assert actual.get("effort", UNBOUNDED) == pytest.approx(
+            effort if takes_effort else UNBOUNDED
+        ), joint
+        assert actual.get("velocity", UNBOUNDED) == (drive.get("servo") or {}).get(
+            "max_speed", UNBOUNDED
+        )
 
 
 def test_no_limit_is_invented() -> None:
     """Without a scene's limit, revolute joints are continuous, prismatic ones unbounded."""
     actual = limits(ACTUATED_SCENES["knuckle"])
-    assert {kind for name, (kind, _) in actual.items() if name not in ("base", "rope")} == {"continuous"}
+    assert {kind for name, (kind, _) in actual.items() if name not in ("base", "rope")} == {
+        "continuous"
+    }
     free = {"upper": UNBOUNDED, "effort": UNBOUNDED, "velocity": UNBOUNDED}
     assert actual["rope"] == ("prismatic", {"lower": 0.0} | free)
-    assert limits(ACTUATED_SCENES["chain of rods"])["trolley"] == ("prismatic", {"lower": -UNBOUNDED} | free)
+    assert limits(ACTUATED_SCENES["chain of rods"])["trolley"] == (
+        "prismatic",
+        {"lower": -UNBOUNDED} | free,
+    )
     effort = load_scene("knuckle_setpoint", {"actuators": {"boom": {"limit": 700.0}}})
     assert limits(effort)["boom"] == ("continuous", {"effort": 700.0, "velocity": UNBOUNDED})
 
 
 def test_the_urdf_says_what_is_not_simulated() -> None:
     """URDF comments explain drawn visuals, the number for no limit, and what has no mass."""
-    for scene in (ACTUATED_SCENES["knuckle"], ACTUATED_SCENES["hoisted rope"], FREE_SCENES["pendulum"]):
+    for scene in (
+        ACTUATED_SCENES["knuckle"],
+        ACTUATED_SCENES["hoisted rope"],
+        FREE_SCENES["pendulum"],
+    ):
         assert "every visual is a drawing" in urdf(scene)
         assert f"{UNBOUNDED:g} stands for no limit" in urdf(scene)
     assert "tower_link has no mass" in urdf(ACTUATED_SCENES["knuckle"])

@@ -11,9 +11,14 @@ import crane_sim
 
 PAGES = {file.stem: file for file in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))}
 COSTLY = ("README", "bench_top", "identification", "looking", "studies", "your_crane", "your_law")
-"""Pages whose commands start processes, or whose runs take the whole duration of a scene: minutes in all."""
+"""Pages whose commands start processes, or whose runs take the whole duration of a scene: minutes
+in all."""
 TUTORIAL = "first_controller"
-EXECUTABLE = [name for name, file in PAGES.items() if any(block.language in EXECUTED for block in blocks_of(file))]
+EXECUTABLE = [
+    name
+    for name, file in PAGES.items()
+    if any(block.language in EXECUTED for block in blocks_of(file))
+]
 
 
 @pytest.fixture
@@ -45,25 +50,41 @@ def test_the_tutorial_leads_where_it_says(folder: Path, domain_id: int) -> None:
     """
     assert execute(PAGES[TUTORIAL], folder, domain_id) > 0
     lqr, own, over_ros = (
-        crane_sim.read_recording(folder / "my" / f"{name}.rrd") for name in ("lqr", "own", "over_ros")
+        crane_sim.read_recording(folder / "my" / f"{name}.rrd")
+        for name in ("lqr", "own", "over_ros")
     )
-    assert own.summary["state_sha256"] == over_ros.summary["state_sha256"] != lqr.summary["state_sha256"]
+    assert (
+        own.summary["state_sha256"]
+        == over_ros.summary["state_sha256"]
+        != lqr.summary["state_sha256"]
+    )
     for run in (lqr, own):
-        settled, force = run.summary["settling_time"]["trolley"], run.summary["peak_effort"]["trolley"]
-        assert (
-            f"{settled:.2f} s" in PAGES[TUTORIAL].read_text() and f"{force / 1e3:.3g} kN" in PAGES[TUTORIAL].read_text()
+        settled, force = (
+            run.summary["settling_time"]["trolley"],
+            run.summary["peak_effort"]["trolley"],
         )
-    assert (folder / "my" / "own.png").stat().st_size > 10_000 and (folder / "my" / "both.html").is_file()
+        assert (
+            f"{settled:.2f} s" in PAGES[TUTORIAL].read_text()
+            and f"{force / 1e3:.3g} kN" in PAGES[TUTORIAL].read_text()
+        )
+    assert (folder / "my" / "own.png").stat().st_size > 10_000 and (
+        folder / "my" / "both.html"
+    ).is_file()
 
 
 def test_the_readme_says_whose_settling_it_is() -> None:
     """The scene of the README settles, slips and swings as the line beside its command says."""
     text = next(block.text for block in blocks_of(PAGES["README"]) if block.title == "mine.yaml")
     run = crane_sim.simulate(yaml.safe_load(text))
-    settled, last, swing = run.summary["settling_time"]["trolley"], run.events[-1], run.summary["residual_swing_deg"]
+    settled, last, swing = (
+        run.summary["settling_time"]["trolley"],
+        run.events[-1],
+        run.summary["residual_swing_deg"],
+    )
     assert last[1] == "the trolley sticks"
     line = (
-        f"settles to 2 % after {settled:.2f} s, slips until {last[0]:.2f} s; the load still swings by {swing:.2f} deg"
+        f"settles to 2 % after {settled:.2f} s, slips until {last[0]:.2f} s; the load still swings "
+        f"by {swing:.2f} deg"
     )
     assert line in PAGES["README"].read_text()
 
@@ -72,8 +93,12 @@ def test_every_block_says_what_it_is() -> None:
     """Every block is executed, a file that another block uses, or marked as only shown."""
     for name, file in PAGES.items():
         for block in blocks_of(file):
-            assert block.is_file or block.language in (*EXECUTED, *SHOWN), f"{name}:{block.line}: {block.language!r}"
-        indented = [line for line in file.read_text().splitlines() if line.startswith("    ./crane")]
+            assert block.is_file or block.language in (*EXECUTED, *SHOWN), (
+                f"{name}:{block.line}: {block.language!r}"
+            )
+        indented = [
+            line for line in file.read_text().splitlines() if line.startswith("    ./crane")
+        ]
         assert not indented, f"{name}: a command outside of a fence is not executed: {indented}"
 
 
@@ -84,10 +109,14 @@ def test_commands_that_are_only_shown_exist() -> None:
     """
     known_commands = commands()
     for name, file in PAGES.items():
-        calls = [words for b in blocks_of(file) if b.language in SHOWN for words in commands_of(b.text)]
+        calls = [
+            words for b in blocks_of(file) if b.language in SHOWN for words in commands_of(b.text)
+        ]
         for command, *words in calls:
             assert command in known_commands, f"{name}: crane {command}"
-            known = {option for parameter in known_commands[command].params for option in parameter.opts}
+            known = {
+                option for parameter in known_commands[command].params for option in parameter.opts
+            }
             given = {word for word in words if word.startswith("--")}
             free = known_commands[command].context_settings.get("ignore_unknown_options")
             assert free or given <= known, f"{name}: crane {command} {given - known}"

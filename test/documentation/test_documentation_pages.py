@@ -56,7 +56,9 @@ def test_commands_of_the_soaks_exist() -> None:
 def test_a_page_has_the_rows_of_its_command(name: str) -> None:
     """The rows of a page have the names of its command's rows, no case more or less."""
     page = PAGES[name]
-    assert sorted(page.read_rows(text(name))) == sorted(page.expected_rows()), f"out of date: ./crane {page.command}"
+    assert sorted(page.read_rows(text(name))) == sorted(page.expected_rows()), (
+        f"out of date: ./crane {page.command}"
+    )
 
 
 def test_the_benchmarks_page_is_written_from_its_data() -> None:
@@ -72,7 +74,9 @@ def test_the_league_over_samples_is_written_from_its_data() -> None:
 def test_the_python_page_is_written_from_the_source() -> None:
     """The page on the Python interface is its command's output, and describes all attributes."""
     assert text("api") == api_page(), f"out of date: ./crane {PAGES['api'].command}"
-    bare = [line for line in text("api").splitlines() if line.startswith("- `") and ": " not in line]
+    bare = [
+        line for line in text("api").splitlines() if line.startswith("- `") and ": " not in line
+    ]
     assert bare == []
 
 
@@ -80,7 +84,9 @@ def test_commands_and_their_options_are_described() -> None:
     """The page of the commands has a row for each, and one for each option of `crane run`."""
     page = text("commands")
     assert {name for name in commands() if f"\n| `./crane {name}" not in page} == set()
-    options = {name for option in commands()["run"].params for name in option.opts if name.startswith("--")}
+    options = {
+        name for option in commands()["run"].params for name in option.opts if name.startswith("--")
+    }
     assert {name for name in options if f"`{name}" not in page} == set()
 
 
@@ -101,9 +107,19 @@ def test_rows_are_read_from_pages() -> None:
     Laws that do not apply are read as well.
     """
     table = "| a | b |\n|---|---|\n| one | 1 |\n| two | 2 |\n| one | 3 |\n"
-    assert first_cells(1, table) == ["one", "two", "one"] and first_cells(2, table) == ["one, 1", "two, 2", "one, 3"]
-    league = "## Boom\n\n| law | trial | x |\n|---|---|---|\n| pd | sea: not controlled | 1 |\n\n## Does not apply\n\n"
-    assert trials_in(league + "- boom, lqr, gust: why: so\n") == ["boom, pd, sea", "boom, lqr, gust"]
+    assert first_cells(1, table) == ["one", "two", "one"] and first_cells(2, table) == [
+        "one, 1",
+        "two, 2",
+        "one, 3",
+    ]
+    league = (
+        "## Boom\n\n| law | trial | x |\n|---|---|---|\n| pd | sea: not controlled | 1 |\n\n## "
+        "Does not apply\n\n"
+    )
+    assert trials_in(league + "- boom, lqr, gust: why: so\n") == [
+        "boom, pd, sea",
+        "boom, lqr, gust",
+    ]
 
 
 def test_the_command_lists_pages_and_rejects_others(capsys: pytest.CaptureFixture[str]) -> None:
@@ -121,7 +137,9 @@ def test_every_picture_is_made_by_a_command() -> None:
     for page in (DOCS.parent / "README.md", *DOCS.glob("*.md")):
         for file in re.findall(r"!\[[^]]*\]\(([^)]*)\)", page.read_text()):
             assert (page.parent / file).is_file(), f"{page.name}: {file}"
-            written = page.stem in PAGES or any(f"Writes docs/{file}" in program for program in programs)
+            written = page.stem in PAGES or any(
+                f"Writes docs/{file}" in program for program in programs
+            )
             assert written or Path(file).name in PICTURES, f"{page.name}: nothing makes {file}"
     assert all((DOCS / name).is_file() for name in PICTURES)
 
@@ -129,6 +147,7 @@ def test_every_picture_is_made_by_a_command() -> None:
 def test_the_python_interface_is_of_no_scene() -> None:
     """`describe SCENE --ros2-control --python` asks for two pages: one line says so."""
     with pytest.raises(
-        SceneError, match="^crane describe overhead_energy --python: the Python interface is that of all"
+        SceneError,
+        match="^crane describe overhead_energy --python: the Python interface is that of all",
     ):
         app(["describe", "overhead_energy", "--ros2-control", "--python"], standalone_mode=False)

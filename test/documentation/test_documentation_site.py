@@ -21,14 +21,19 @@ from crane_bench.documentation.site import OWN, build_site, stage_pages
 from crane_sim.files.errors import SceneError
 
 ROOT = Path(__file__).parents[2]
-PAGES = sorted([*(file.stem for file in (ROOT / "docs").glob("*.md")), *(Path(name).stem for name in OWN.values())])
+PAGES = sorted(
+    [
+        *(file.stem for file in (ROOT / "docs").glob("*.md")),
+        *(Path(name).stem for name in OWN.values()),
+    ]
+)
 OPENED = ("index", "first_controller", "api", "scene_format", "ros", "scenes", "performance")
 OTHERS = tuple(name for name in PAGES if name not in OPENED)
 SCRIPT = """() => ({
   wide: document.documentElement.scrollWidth,
   height: document.body.scrollHeight,
   broken: [...document.images].filter((image) => image.complete && !image.naturalWidth).map((image) => image.src),
-})"""
+})"""  # noqa: E501
 
 
 class Page(HTMLParser):
@@ -48,7 +53,9 @@ class Page(HTMLParser):
         self.names |= {found[key] for key in ("id", "name") if key in found}
         if "href" in found:
             (self.links if tag == "a" else self.resources).append(found["href"])
-        self.resources += [found[key] for key in ("src", "srcset", "data", "poster") if key in found]
+        self.resources += [
+            found[key] for key in ("src", "srcset", "data", "poster") if key in found
+        ]
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +92,10 @@ def test_every_link_leads_somewhere(site: Path, pages: dict[str, Page]) -> None:
 def test_nothing_comes_from_elsewhere(site: Path, pages: dict[str, Page]) -> None:
     """Scripts, styles, fonts and pictures of all pages and their styles are files of the site."""
     pattern = re.compile(r"""(?:url\(|@import\s)\s*["']?([^"')\s]+)""")
-    assert pattern.findall("@import 'a.css'; b { background: url( \"c.png\" ) }") == ["a.css", "c.png"]
+    assert pattern.findall("@import 'a.css'; b { background: url( \"c.png\" ) }") == [
+        "a.css",
+        "c.png",
+    ]
     styles = [url for file in site.rglob("*.css") for url in pattern.findall(file.read_text())]
     assert styles and not [url for url in styles if url.startswith(("http", "//"))]
     for name, page in pages.items():
@@ -113,7 +123,9 @@ def served(folder: Path) -> Iterator[str]:
 
 
 @pytest.mark.long(cases=["others"])
-@pytest.mark.parametrize("names", [pytest.param(OPENED, id="some"), pytest.param(OTHERS, id="others")])
+@pytest.mark.parametrize(
+    "names", [pytest.param(OPENED, id="some"), pytest.param(OTHERS, id="others")]
+)
 @pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
 def test_pages_open_without_errors(site: Path, names: tuple[str, ...]) -> None:
     """In a browser no page logs an error or asks another address; none is wider than its window."""
@@ -123,7 +135,9 @@ def test_pages_open_without_errors(site: Path, names: tuple[str, ...]) -> None:
     assert set(answers) == set(texts)
     for name, answer in answers.items():
         assert answer["faults"] == [] and answer["answer"]["broken"] == [], name
-        assert answer["requests"] and all(url.startswith(address) for url in answer["requests"]), name
+        assert answer["requests"] and all(url.startswith(address) for url in answer["requests"]), (
+            name
+        )
         assert answer["answer"]["wide"] <= 900 and answer["answer"]["height"] > 700, name
 
 
@@ -133,14 +147,20 @@ def test_search_knows_every_page(site: Path) -> None:
     assert all(f'"{name}.html' in index for name in PAGES if name != "index")
 
 
-def test_a_build_that_does_not_end_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_build_that_does_not_end_is_given_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The program that makes the site has a time limit, and one line says so."""
     monkeypatch.setattr(site_module, "BUILD_SECONDS", 1e-3)
-    with pytest.raises(SceneError, match=r"^crane docs --build: Zensical did not end within 0\.001 s$"):
+    with pytest.raises(
+        SceneError, match=r"^crane docs --build: Zensical did not end within 0\.001 s$"
+    ):
         build_site(ROOT, tmp_path / "out")
 
 
-def test_an_interrupted_build_keeps_the_former_site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupted_build_keeps_the_former_site(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Ctrl-C while the site is copied leaves the former one whole; the next build replaces it."""
     folder, copytree = tmp_path / "out", shutil.copytree
 

@@ -15,7 +15,9 @@ from crane_sim.simulation.goals import express_in_base
 from crane_sim.simulation.rollout import simulate
 
 
-@pytest.mark.parametrize("name", ["knuckle_ship_falls", "pendulum_lifeboat", "bridge_hook_and_sling"])
+@pytest.mark.parametrize(
+    "name", ["knuckle_ship_falls", "pendulum_lifeboat", "bridge_hook_and_sling"]
+)
 def test_path_and_ropes_meet_the_crane_that_is_drawn(name: str) -> None:
     """On a moving base the load's path, ropes' ends and drawn links are in the same axes.
 
@@ -38,7 +40,9 @@ def test_path_and_ropes_meet_the_crane_that_is_drawn(name: str) -> None:
 
 def test_metrics_that_a_run_lacks_are_left_out() -> None:
     """A line of metrics has what the summary has, with units."""
-    assert format_metrics({"sim_time": 3.0, "peak_swing_deg": 1.2345}) == "3 s · largest swing 1.23 °"
+    assert (
+        format_metrics({"sim_time": 3.0, "peak_swing_deg": 1.2345}) == "3 s · largest swing 1.23 °"
+    )
 
 
 def test_sections_of_other_scenes_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -49,7 +53,9 @@ def test_sections_of_other_scenes_stay(tmp_path: Path, monkeypatch: pytest.Monke
     page, written = tmp_path / "scenes.md", "## tower_gust\n\nNew.\n"
     stored = (Path(__file__).parents[2] / "docs" / "scenes.md").read_text()
     page.write_text(stored)
-    monkeypatch.setattr("crane_bench.documentation.scenes_page.write_section", lambda name, folder: written)
+    monkeypatch.setattr(
+        "crane_bench.documentation.scenes_page.write_section", lambda name, folder: written
+    )
     save_page(tmp_path, ["tower_gust"])
     first, second = (stored.index(f"## {name}\n") for name in PORTS_AND_SITES[:2])
     assert page.read_text() == stored[:first] + written + "\n" + stored[second:]

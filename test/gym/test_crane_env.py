@@ -21,7 +21,9 @@ def test_gymnasium_accepts_the_environments(crane: str) -> None:
     env = gymnasium.make(f"crane_sim/{crane.capitalize()}-v0")
     with warnings.catch_warnings(record=True) as noted:
         check_env(env.unwrapped, skip_render_check=True)
-    own = [str(warning.message) for warning in noted if warning.category is UserWarning]  # Gymnasium's, not numpy's
+    own = [
+        str(warning.message) for warning in noted if warning.category is UserWarning
+    ]  # Gymnasium's, not numpy's
     assert own and all("normalized space" in line or "infinity" in line for line in own)
 
 
@@ -30,7 +32,10 @@ def test_gymnasium_accepts_the_environments(crane: str) -> None:
     [
         (
             "overhead_energy",
-            {"base_motion": {"surge": {"amplitude": 0.2, "frequency": 3.0}}, "control.nominal": {"base_motion": None}},
+            {
+                "base_motion": {"surge": {"amplitude": 0.2, "frequency": 3.0}},
+                "control.nominal": {"base_motion": None},
+            },
         ),
         ("knuckle_setpoint", {}),
     ],
@@ -73,7 +78,9 @@ def test_the_seed_is_the_scene_s() -> None:
         scene = load_scene("overhead_energy", SHORT | changes)
         env = CraneEnv(scene, max_effort=10.0)
         first, drawn = episode(env, 7), [episode(env, None) for _ in range(2)]
-        np.testing.assert_array_equal(first, episode(CraneEnv(load_scene(scene, {"seed": 7}), max_effort=10.0), 7))
+        np.testing.assert_array_equal(
+            first, episode(CraneEnv(load_scene(scene, {"seed": 7}), max_effort=10.0), 7)
+        )
         np.testing.assert_array_equal(first, episode(env, 7))
         np.testing.assert_array_equal(drawn[0], episode(env, None))
         assert len({part[-1].tobytes() for part in (first, *drawn)}) == 3
@@ -113,18 +120,33 @@ def test_a_path_is_followed() -> None:
     assert env.observation_units[-4:] == ("m", "m", "m/s", "m/s")
     assert len(observation) == len(env.observation_names) == 2 * len(scene.joint_names) + 4
     run = simulate(scene, lambda t, q, v: (0.0, 0.0))
-    assert info["error"] == pytest.approx(np.hypot(*(run.payload[0, :2] - observation[-4:-2])), rel=1e-12)  # rounding
+    assert info["error"] == pytest.approx(
+        np.hypot(*(run.payload[0, :2] - observation[-4:-2])), rel=1e-12
+    )  # rounding
     total = sum(env.step([0.0, 0.0])[1] for _ in range(scene.steps))
-    assert total == pytest.approx(-compute_metrics(run, True).mae, rel=1e-13)  # sums in another order
+    assert total == pytest.approx(
+        -compute_metrics(run, True).mae, rel=1e-13
+    )  # sums in another order
 
 
 def test_spaces_have_the_scene_s_bounds_and_units() -> None:
     """Drives and servos bound commands, travel limits bound positions, `max_effort` the rest."""
     env = CraneEnv(crane="bridge")
-    assert (env.action_names, env.action_units) == (("trolley", "bridge", "rope"), ("m/s", "m/s", "m/s"))
-    assert env.action_space == gymnasium.spaces.Box(-(b := np.array([0.4, 0.63, 0.2])), b, dtype=np.float64)
+    assert (env.action_names, env.action_units) == (
+        ("trolley", "bridge", "rope"),
+        ("m/s", "m/s", "m/s"),
+    )
+    assert env.action_space == gymnasium.spaces.Box(
+        -(b := np.array([0.4, 0.63, 0.2])), b, dtype=np.float64
+    )
     space: Any = env.observation_space
-    bounds = dict(zip(env.observation_names, zip(space.low.tolist(), space.high.tolist(), strict=True), strict=True))
+    bounds = dict(
+        zip(
+            env.observation_names,
+            zip(space.low.tolist(), space.high.tolist(), strict=True),
+            strict=True,
+        )
+    )
     assert bounds["trolley"] == bounds["target trolley"] == (-9.0, 9.0)
     assert bounds["bridge"] == bounds["trolley velocity"] == (-np.inf, np.inf)
     wide: Any = CraneEnv("knuckle_setpoint", max_effort=(1.0, 2.0, 3.0, 4.0)).action_space
@@ -134,10 +156,26 @@ def test_spaces_have_the_scene_s_bounds_and_units() -> None:
 @pytest.mark.parametrize(
     ("scene", "max_effort", "line"),
     [
-        ("overhead_energy", None, "max_effort: is missing, scene overhead_energy bounds no commands of trolley;"),
-        ("overhead_energy", -1.0, "max_effort = -1.0: must be a number greater than 0, or one for each of trolley"),
-        ("overhead_energy", (1.0, 2.0), "max_effort = (1.0, 2.0): must be a number greater than 0, or one for each"),
-        ("overhead_swing", 1.0, "scene overhead_swing: has neither a target (reference.q) nor a path of the payload"),
+        (
+            "overhead_energy",
+            None,
+            "max_effort: is missing, scene overhead_energy bounds no commands of trolley;",
+        ),
+        (
+            "overhead_energy",
+            -1.0,
+            "max_effort = -1.0: must be a number greater than 0, or one for each of trolley",
+        ),
+        (
+            "overhead_energy",
+            (1.0, 2.0),
+            "max_effort = (1.0, 2.0): must be a number greater than 0, or one for each",
+        ),
+        (
+            "overhead_swing",
+            1.0,
+            "scene overhead_swing: has neither a target (reference.q) nor a path of the payload",
+        ),
         ("overhead_sway", 1.0, "scene overhead_sway: has no joint that takes commands"),
     ],
 )
@@ -167,7 +205,9 @@ def test_steps_before_an_episode_and_unknown_options_are_refused() -> None:
         env.reset(options={"x": 1})
 
 
-@pytest.mark.parametrize(("q", "line"), [([1.0], "has 1 values"), (0.5, "positions = 0.5: must be a number for each")])
+@pytest.mark.parametrize(
+    ("q", "line"), [([1.0], "has 1 values"), (0.5, "positions = 0.5: must be a number for each")]
+)
 def test_a_reset_that_fails_begins_no_episode(q: Any, line: str) -> None:
     """After an impossible state there is nothing to step, though an episode was under way."""
     env = CraneEnv()
@@ -185,14 +225,31 @@ def test_a_crane_of_another_kind_has_no_place_in_the_spaces() -> None:
     """
     load = {"payload.mass": {"distribution": "uniform", "low": 50.0, "high": 150.0}}
     document = load_scene("overhead_chain").to_dict() | {"uncertain": load, "duration": 0.03}
-    document |= {"control": None, "inputs": None, "reference": {"q": [3.0]}, "actuators": {"trolley": {"limit": 100.0}}}
+    document |= {
+        "control": None,
+        "inputs": None,
+        "reference": {"q": [3.0]},
+        "actuators": {"trolley": {"limit": 100.0}},
+    }
     document["cable"] |= {"model": "auto"}
-    with pytest.raises(SceneError, match=r"seed = 1: draws a crane of 2 joints .*that of the environment has 11"):
+    with pytest.raises(
+        SceneError, match=r"seed = 1: draws a crane of 2 joints .*that of the environment has 11"
+    ):
         for seed in (0, 1):
             CraneEnv(document).reset(seed=seed)
-    spring = load_scene("overhead_spring").to_dict() | {"duration": 0.03, "integrator": {"method": "auto"}}
-    spring |= {"control": None, "inputs": None, "reference": {"q": [3.0]}, "actuators": {"trolley": {"limit": 100.0}}}
-    spring |= {"uncertain": {"cable.stiffness": {"distribution": "uniform", "low": 5e8, "high": 3e9}}}
+    spring = load_scene("overhead_spring").to_dict() | {
+        "duration": 0.03,
+        "integrator": {"method": "auto"},
+    }
+    spring |= {
+        "control": None,
+        "inputs": None,
+        "reference": {"q": [3.0]},
+        "actuators": {"trolley": {"limit": 100.0}},
+    }
+    spring |= {
+        "uncertain": {"cable.stiffness": {"distribution": "uniform", "low": 5e8, "high": 3e9}}
+    }
     spring["trolley"] |= {"limits": [-50.0, 50.0]}
     environment = CraneVectorEnv(1, spring)
     with pytest.raises(SceneError, match="a batch takes one kind of model, method and law, path"):

@@ -20,9 +20,15 @@ UNIFORM: dict[str, Any] = {"distribution": "uniform"}
 UNCERTAIN = {"payload.mass": UNIFORM | {"low": 0.5, "high": 2.0}}
 NOISY = {"sensors.all.noise": [0.01, 0.01], "actuators.all.delay": 0.01}
 LIMITED = {"trolley.limits": [-1.0, 0.05], "reference.q": [0.0]}
-NEAR = {"trolley.limits": [-0.02, 0.02]}  # m: behind its delay the trolley is at rest for one period of four
+NEAR = {
+    "trolley.limits": [-0.02, 0.02]
+}  # m: behind its delay the trolley is at rest for one period of four
 KINDS: dict[str, tuple[str, dict[str, Any], float]] = {
-    "sensors, drives and a limit that ends episodes": ("overhead_energy", NOISY | LIMITED | NEAR, 3000.0),
+    "sensors, drives and a limit that ends episodes": (
+        "overhead_energy",
+        NOISY | LIMITED | NEAR,
+        3000.0,
+    ),
     "uncertain load": ("knuckle_setpoint", {"uncertain": UNCERTAIN}, 5.0),
     "path on a moving base": ("offshore_resonant", {}, 1.0),
     "law evaluated in every stage": ("knuckle_continuous", {}, 5.0),
@@ -78,7 +84,9 @@ def test_the_cranes_are_single_environments(kind: str, mode: str) -> None:
     scene = load_scene(name, changes)
     scene = load_scene(scene, {"duration": 4 * scene.period})
     theirs = SyncVectorEnv([lambda: CraneEnv(scene, effort)] * N, autoreset_mode=mode)
-    reasons = step_both(CraneVectorEnv(N, scene, effort, autoreset_mode=mode), theirs, [5, 2**31 + 7, 0], 14)
+    reasons = step_both(
+        CraneVectorEnv(N, scene, effort, autoreset_mode=mode), theirs, [5, 2**31 + 7, 0], 14
+    )
     assert bool(reasons) == ("limit" in kind)
     assert all("the trolley reached its travel limit" in reason for reason in reasons)
 
@@ -89,10 +97,19 @@ def test_spaces_are_those_of_one_crane(crane: str) -> None:
     (name,) = [name for name in gymnasium.registry if name == f"crane_sim/{crane.capitalize()}-v0"]
     ours, own = gymnasium.make_vec(name, num_envs=2), CraneEnv(crane=crane)
     assert isinstance(ours, CraneVectorEnv)
-    assert ours.single_action_space == own.action_space and ours.single_observation_space == own.observation_space
+    assert (
+        ours.single_action_space == own.action_space
+        and ours.single_observation_space == own.observation_space
+    )
     spaces: Any = ours.action_space, ours.observation_space
-    assert [space.shape for space in spaces] == [(2, len(own.action_names)), (2, len(own.observation_names))]
-    assert (ours.observation_names, ours.observation_units) == (own.observation_names, own.observation_units)
+    assert [space.shape for space in spaces] == [
+        (2, len(own.action_names)),
+        (2, len(own.observation_names)),
+    ]
+    assert (ours.observation_names, ours.observation_units) == (
+        own.observation_names,
+        own.observation_units,
+    )
     assert (ours.action_names, ours.action_units) == (own.action_names, own.action_units)
 
 
@@ -101,11 +118,22 @@ def test_spaces_are_those_of_one_crane(crane: str) -> None:
     [
         ({"num_envs": 0}, "num_envs = 0: must be at least 1"),
         ({"threads": 0}, "threads = 0: must be at least 1"),
-        ({"autoreset_mode": "Disabled"}, "autoreset_mode = 'Disabled': possible: NextStep, SameStep"),
-        ({"scene": "overhead_swing"}, "scene overhead_swing: has neither a target (reference.q) nor a path"),
         (
-            {"scene": load_scene("overhead_energy", {"uncertain": {"duration": UNCERTAIN["payload.mass"]}})},
-            "scene overhead_energy: uncertain.duration: all episodes of an environment have one time",
+            {"autoreset_mode": "Disabled"},
+            "autoreset_mode = 'Disabled': possible: NextStep, SameStep",
+        ),
+        (
+            {"scene": "overhead_swing"},
+            "scene overhead_swing: has neither a target (reference.q) nor a path",
+        ),
+        (
+            {
+                "scene": load_scene(
+                    "overhead_energy", {"uncertain": {"duration": UNCERTAIN["payload.mass"]}}
+                )
+            },
+            "scene overhead_energy: uncertain.duration: all episodes of an environment have one "
+            "time",
         ),
     ],
 )
@@ -135,13 +163,24 @@ def test_calls_are_checked() -> None:
     envs.scenes[1] = None  # pyright: ignore[reportArgumentType]  # a crane whose reset fails
     with pytest.raises(AttributeError):
         envs.reset(seed=0)
-    with pytest.raises(gymnasium.error.ResetNeeded):  # nor does the episode before go on with some cranes at its start
+    with pytest.raises(
+        gymnasium.error.ResetNeeded
+    ):  # nor does the episode before go on with some cranes at its start
         envs.step(np.zeros((2, 1)))
 
 
-PATH = {"kind": "point_to_point", "from": [1.35, 0.0], "to": [1.35, 1.0], "velocity": 0.9, "acceleration": 1.0}
+PATH = {
+    "kind": "point_to_point",
+    "from": [1.35, 0.0],
+    "to": [1.35, 1.0],
+    "velocity": 0.9,
+    "acceleration": 1.0,
+}
 UNLIKE: dict[str, dict[str, Any]] = {
-    "path": {"reference.path": PATH, "uncertain": {"reference.path.velocity": UNIFORM | {"low": 0.8, "high": 1.2}}},
+    "path": {
+        "reference.path": PATH,
+        "uncertain": {"reference.path.velocity": UNIFORM | {"low": 0.8, "high": 1.2}},
+    },
     "delay": {"uncertain": {"actuators.all.delay": UNIFORM | {"low": 0.0, "high": 0.12}}},
 }
 
@@ -162,7 +201,9 @@ def test_a_seed_that_draws_another_kind_is_one_line(case: str) -> None:
     assert re.fullmatch(rf"seed = \d+: {rule}", str(refused.value))
     with pytest.raises(gymnasium.error.ResetNeeded):
         envs.step(np.zeros((2, 2)))
-    envs.reset(seed=[scene.seed] * 2)  # the same kind: an episode of two periods, after which seeds are drawn
+    envs.reset(
+        seed=[scene.seed] * 2
+    )  # the same kind: an episode of two periods, after which seeds are drawn
     with pytest.raises(SceneError, match=rule):
         for _ in range(40):
             envs.step(np.zeros((2, 2)))

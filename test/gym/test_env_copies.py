@@ -93,6 +93,10 @@ def test_a_plant_is_pickled_where_it_keeps_its_states() -> None:
     plant = Plant(scene)
     plant.advance()
     assert copy.deepcopy(plant).summary() == plant.summary()
-    with pytest.raises(TypeError, match=r"pickled only where they are kept: Plant\(scene, picklable=True\)"):
+    with pytest.raises(
+        TypeError, match=r"pickled only where they are kept: Plant\(scene, picklable=True\)"
+    ):
         pickle.dumps(plant)
-    assert pickle.loads(pickle.dumps(Plant(scene, picklable=True))).summary() == Plant(scene).summary()
+    assert (
+        pickle.loads(pickle.dumps(Plant(scene, picklable=True))).summary() == Plant(scene).summary()
+    )

@@ -24,7 +24,10 @@ def weights(tmp_path: Path) -> Path:
     """Return a file of a perceptron's weights, of the shapes that `learn.py` writes."""
     generator = np.random.default_rng(0)
     shapes = ((8, 4), (8,), (8, 8), (8,), (1, 8), (1,))
-    np.savez(tmp_path / "agent.npz", *(generator.normal(0.0, 0.5, shape).astype(np.float32) for shape in shapes))
+    np.savez(
+        tmp_path / "agent.npz",
+        *(generator.normal(0.0, 0.5, shape).astype(np.float32) for shape in shapes),
+    )
     return tmp_path / "agent.npz"
 
 
@@ -33,7 +36,11 @@ def test_the_agent_is_a_law_of_scenes(weights: Path) -> None:
 
     Each is held.
     """
-    changes = {"control.law": f"{FILE}:build", "control.weights": str(weights), "duration": PERIODS * 0.01}
+    changes = {
+        "control.law": f"{FILE}:build",
+        "control.weights": str(weights),
+        "duration": PERIODS * 0.01,
+    }
     scene = load_scene("overhead_energy", changes)
     agent: dict[str, Any] = runpy.run_path(str(FILE))
     law: Any = agent["build"]({"weights": str(weights)}, scene)
@@ -54,11 +61,20 @@ def test_the_agent_is_a_law_of_scenes(weights: Path) -> None:
 def test_the_page_s_laws_are_those_of_the_league() -> None:
     """On the page the rows of the laws are the league's own: the agent had the same trials."""
     cells = json.loads((ROOT / "docs" / "league.json").read_text())["cells"]
-    own = {(cell["trial"], cell["law"]): cell["metrics"] for cell in cells if cell["crane"] == "overhead, trolley"}
-    lines = [line.strip("| ").split(" | ") for line in (ROOT / "docs" / "gymnasium.md").read_text().splitlines()]
+    own = {
+        (cell["trial"], cell["law"]): cell["metrics"]
+        for cell in cells
+        if cell["crane"] == "overhead, trolley"
+    }
+    lines = [
+        line.strip("| ").split(" | ")
+        for line in (ROOT / "docs" / "gymnasium.md").read_text().splitlines()
+    ]
     laws = [cells for cells in lines if cells[1:2] in (["energy"], ["lqr"])]
     agents = [cells[0] for cells in lines if cells[1:2] == ["agent"]]
-    assert agents == [trial for trial, law in own if law == "energy"] and len(laws) == 2 * len(agents)
+    assert agents == [trial for trial, law in own if law == "energy"] and len(laws) == 2 * len(
+        agents
+    )
     for trial, law, mae, peak, *_ in laws:
         metrics = own[trial, law]
         assert (mae, peak) == (f"{metrics['mae']:.3g}", f"{metrics['peak_swing']:.3g}")

@@ -57,10 +57,16 @@ def test_brakes_hold_the_posture_that_a_run_began_in() -> None:
 
 def test_a_brake_slips_at_its_capacity() -> None:
     """A slipping brake acts with its capacity: a trolley stops within m v² / (2 F)."""
-    light = {"payload": {"mass": 1e-6}, "initial": {"v": 1.0}, "brake": {"capacity": [5.0], "frequency": 200.0}}
+    light = {
+        "payload": {"mass": 1e-6},
+        "initial": {"v": 1.0},
+        "brake": {"capacity": [5.0], "frequency": 200.0},
+    }
     plant = Plant(load_scene(ROD | light))
     brake(plant, 190)
-    assert plant.v[0] == pytest.approx(1.0 - 1.9 * 5.0 / 10.0, abs=1e-6)  # a ten-millionth of the mass swings
+    assert plant.v[0] == pytest.approx(
+        1.0 - 1.9 * 5.0 / 10.0, abs=1e-6
+    )  # a ten-millionth of the mass swings
     brake(plant, 30)
     assert plant.at_rest
     # the spring of 200 rad/s gives back F / k = 1.25e-5 m, and damps in some 5 ms
@@ -72,8 +78,9 @@ def across(mass: float, amplitude: float) -> float:
 
     It acts on the top of the rope.
 
-    With l a'² = 2 g (cos a - cos A) the rope's tension is m g (3 cos a - 2 cos A), of which sin a is horizontal. Its
-    maximum is at the end of the swing up to 30 degrees, then where 6 cos² a - 2 cos A cos a = 3.
+    With l a'² = 2 g (cos a - cos A) the rope's tension is m g (3 cos a - 2 cos A), of which sin a
+    is horizontal. Its maximum is at the end of the swing up to 30 degrees, then where 6 cos² a - 2
+    cos A cos a = 3.
     """
     end = np.cos(amplitude)
     c = end if amplitude <= np.pi / 6.0 else (end + np.sqrt(end * end + 18.0)) / 6.0
@@ -110,7 +117,9 @@ def test_what_holds_a_trolley_below_a_swing(degrees: float, trolley: float) -> N
     a = np.linspace(0.0, angle, 100001)
     brute = 5.0 * 9.81 * np.max(np.sin(a) * (3.0 * np.cos(a) - 2.0 * np.cos(angle)))
     assert pull == pytest.approx(brute, rel=1e-9)  # of the grid: (0.8 rad / 1e5)²
-    assert not slips(float(angle), trolley, 1.03 * pull)  # the trolley's own spring and damper add some percent
+    assert not slips(
+        float(angle), trolley, 1.03 * pull
+    )  # the trolley's own spring and damper add some percent
     assert slips(float(angle), trolley, 0.97 * pull)
 
 
@@ -122,8 +131,12 @@ def test_what_default_brakes_hold() -> None:
     assert across(1.0, np.radians(45.0)) == pytest.approx(0.6 * 9.81, rel=1e-3)
     assert 2.0 * 1.0 > across(1.0, np.radians(12.0)) > 2.0 * 0.99
     assert 2.0 * 3.0 > across(1.0, np.radians(45.0)) > 2.0 * 2.9
-    assert not slips(float(np.radians(11.5)), 0.5, None) and slips(float(np.radians(20.0)), 0.5, None)
-    assert not slips(float(np.radians(45.0)), 10.0, None) and slips(float(np.radians(45.0)), 8.0, None)
+    assert not slips(float(np.radians(11.5)), 0.5, None) and slips(
+        float(np.radians(20.0)), 0.5, None
+    )
+    assert not slips(float(np.radians(45.0)), 10.0, None) and slips(
+        float(np.radians(45.0)), 8.0, None
+    )
 
 
 @pytest.mark.parametrize("capacity", [3.0, 20.0, 1e9], ids=["slips", "slips and sticks", "sticks"])
@@ -187,7 +200,8 @@ def test_a_run_goes_on_from_any_state() -> None:
 
 
 SLOWER = {"overhead_hoist": {"hoist.profile.to": 9.0}}
-"""Changes of scenes: up to 0.5 m, this hoist pumps the swing to full turns, which draw the braked trolley along."""
+"""Changes of scenes: up to 0.5 m, this hoist pumps the swing to full turns, which draw the braked
+trolley along."""
 
 
 @pytest.mark.slow
@@ -210,7 +224,8 @@ def test_every_crane_comes_to_rest(name: str) -> None:
     rested = plant.q
     assert plant.at_rest
     brake(plant, round(2.0 / scene.period))
-    # a payload in full swing draws a trolley along its rail now and then: at most the way of a few slips
+    # a payload in full swing draws a trolley along its rail now and then: at most the way of a few
+    # slips
     assert all(abs(plant.q[i] - rested[i]) < 5e-3 for i in places) and plant.at_rest
     assert plant.summary()["energy_audit_error"] < 1e-9 and nu > 0
 
@@ -221,10 +236,17 @@ MOTOR = {"motor": {"ratio": 1.0, "torque": 600.0, "no_load_speed": 0.1}}
 
 @pytest.mark.parametrize(
     ("actuator", "command", "loss", "periods"),
-    [(BOOM_SERVO, 0.0, 0.5, 5), (BOOM_SERVO, 0.0, 1.0, 0), (MOTOR, 600.0, 1.0, 5), ({"lag": 0.02}, 600.0, 0.5, 5)],
+    [
+        (BOOM_SERVO, 0.0, 0.5, 5),
+        (BOOM_SERVO, 0.0, 1.0, 0),
+        (MOTOR, 600.0, 1.0, 5),
+        ({"lag": 0.02}, 600.0, 0.5, 5),
+    ],
     ids=["servo with a loss", "servo at the start", "motor at speed", "lag with a loss"],
 )
-def test_a_brake_takes_over_what_the_drive_delivered(actuator: Any, command: float, loss: float, periods: int) -> None:
+def test_a_brake_takes_over_what_the_drive_delivered(
+    actuator: Any, command: float, loss: float, periods: int
+) -> None:
     """A brake begins with the joint's effort, after losses and motor curve, at the start too."""
     faults = {
         "loss": {"kind": "effort_loss", "joint": "boom", "factor": loss, "at": 0.0},
@@ -242,9 +264,13 @@ def test_a_brake_takes_over_what_the_drive_delivered(actuator: Any, command: flo
     plant.advance((0.0, command, 0.0, 0.0))
     drive = plant._hardware.state.drives[1]
     assert abs(delivered) > 50.0 and drive.engaged
-    assert drive.stiffness * (drive.anchor - position) == pytest.approx(delivered, rel=1e-9)  # rounding of positions
+    assert drive.stiffness * (drive.anchor - position) == pytest.approx(
+        delivered, rel=1e-9
+    )  # rounding of positions
 
 
 def test_dry_friction_is_no_load() -> None:
     """Nothing holds a trolley on a level jib: with dry friction a speed drive begins at 0."""
-    assert joint_mechanics(load_scene("tower_beam_turns")).static_load[1] == pytest.approx(0.0, abs=1e-6)  # N
+    assert joint_mechanics(load_scene("tower_beam_turns")).static_load[1] == pytest.approx(
+        0.0, abs=1e-6
+    )  # N

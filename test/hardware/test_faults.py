@@ -33,7 +33,13 @@ def test_faults_of_sensors_and_drives() -> None:
     faults = {
         "frozen": {"kind": "sensor_stuck", "joint": "trolley", "at": 0.1, "until": 0.2},
         "blind": {"kind": "sensor_loss", "joint": "swing_1", "at": 0.145, "until": 0.3},
-        "weak": {"kind": "effort_loss", "joint": "trolley", "factor": 0.25, "at": 0.2, "until": 0.4},
+        "weak": {
+            "kind": "effort_loss",
+            "joint": "trolley",
+            "factor": 0.25,
+            "at": 0.2,
+            "until": 0.4,
+        },
         "hot": {"kind": "effort_loss", "joint": "trolley", "factor": 0.5, "at": 0.3, "until": 0.5},
     }
     true, measured, applied = history(rod(faults=faults), 60, constant)
@@ -49,23 +55,32 @@ def test_a_stuck_joint_stops_and_is_freed() -> None:
     """A joint held by its brake rests whatever is commanded, and moves when the fault ends."""
     held = {"kind": "stuck", "joint": "trolley", "at": 1.0, "until": 2.0}
     true, _, applied = history(rod(faults={"held": held}), 300, lambda t: 12.0)
-    assert abs(true[95, 2]) > 0.3 and np.max(abs(true[160:200, 2])) < 5e-3  # the payload swings, and bends the brake
+    assert (
+        abs(true[95, 2]) > 0.3 and np.max(abs(true[160:200, 2])) < 5e-3
+    )  # the payload swings, and bends the brake
     assert np.max(abs(true[160:200, 1])) > 0.02
     assert true[250, 2] > 0.3 and set(applied[:100]) == set(applied[200:]) == {12.0}
 
 
 def test_another_payload() -> None:
     """After a change the crane moves as with the other payload; the energy audit counts it."""
-    plant, reference = Plant(rod(faults={"drop": MASS | {"at": 0.5}})), Plant(rod(payload={"mass": 2.0}))
+    plant, reference = (
+        Plant(rod(faults={"drop": MASS | {"at": 0.5}})),
+        Plant(rod(payload={"mass": 2.0})),
+    )
     for _ in range(50):
         plant.advance((4.0,))
     reference.reset(plant.q, plant.v)
     for _ in range(100):
         plant.advance((4.0,))
         reference.advance((4.0,))
-    assert plant.q == pytest.approx(reference.q, abs=1e-12) and plant.v == pytest.approx(reference.v, abs=1e-12)
+    assert plant.q == pytest.approx(reference.q, abs=1e-12) and plant.v == pytest.approx(
+        reference.v, abs=1e-12
+    )
     summary = plant.summary()
-    assert summary["energy_audit_max"] < 1e-6  # the method's own error; 0.8 if the change's energy were not counted
+    assert (
+        summary["energy_audit_max"] < 1e-6
+    )  # the method's own error; 0.8 if the change's energy were not counted
     assert summary["faults"] == [{"t": 0.5, "name": "drop", "on": True}]
 
 
@@ -99,7 +114,11 @@ def test_all_ways_to_run_give_the_same_bits() -> None:
             plant.advance(law(plant.t, *plant.seen))
         stepped = plant.summary()
         assert all(stepped[key] == compiled[key] == python[key] for key in stepped)
-    assert compiled["energy_audit_max"] < 1e-6 and compiled["lost_samples"] > 0 and len(compiled["faults"]) == 10
+    assert (
+        compiled["energy_audit_max"] < 1e-6
+        and compiled["lost_samples"] > 0
+        and len(compiled["faults"]) == 10
+    )
     other = simulate(load_scene(BENCH, COARSE | {"seed": 2})).summary
     assert other["state_sha256"] != compiled["state_sha256"]
 
@@ -111,7 +130,9 @@ def test_energies_follow_the_current_payload() -> None:
     first, heavy, light, still_light, again, end = run.energy
     # neither driven nor damped: the method's own error
     assert heavy == pytest.approx(first, rel=1e-6) and still_light == pytest.approx(light, rel=1e-6)
-    assert end == pytest.approx(again, rel=1e-6) and abs(light - heavy) > 10.0 < abs(again - light)  # J
+    assert end == pytest.approx(again, rel=1e-6) and abs(light - heavy) > 10.0 < abs(
+        again - light
+    )  # J
     assert np.array_equal(simulate(scene).energy[[10, 50, 80, 90]], run.energy[[0, 2, 4, 5]])
 
 
@@ -119,14 +140,20 @@ def test_hardware_is_refused_where_it_is_not_simulated() -> None:
     """Batches and continuous laws reject sensors, actuators, faults, but accept a brake alone."""
     with pytest.raises(SceneError, match="sensors, actuators and faults: a batch has none"):
         simulate_batch(BENCH, {"seed": [1, 2]})
-    with pytest.raises(SceneError, match=r"sensors: act once a period, and control\.period is 'continuous'"):
+    with pytest.raises(
+        SceneError, match=r"sensors: act once a period, and control\.period is 'continuous'"
+    ):
         load_scene("knuckle_continuous", {"sensors": {"all": {"noise": 1.0}}})
     with pytest.raises(SceneError, match="both set the payload's mass"):
         load_scene("overhead_drop", {"faults": {"drop": MASS}})
     with pytest.raises(SceneError, match="is a position, of which no part can be lost"):
-        load_scene("offshore_vision", {"faults": {"weak": {"kind": "effort_loss", "joint": "tip_x"}}})
+        load_scene(
+            "offshore_vision", {"faults": {"weak": {"kind": "effort_loss", "joint": "tip_x"}}}
+        )
     assert load_scene(BENCH, {"control.law": "lqr"}).hardware is not None
-    plain, braked = (simulate(load_scene("overhead_swing", {"duration": 1.0} | g)) for g in ({}, {"brake": {}}))
+    plain, braked = (
+        simulate(load_scene("overhead_swing", {"duration": 1.0} | g)) for g in ({}, {"brake": {}})
+    )
     assert plain.summary["state_sha256"] == braked.summary["state_sha256"]
 
 
@@ -135,20 +162,31 @@ def test_hardware_is_refused_where_it_is_not_simulated() -> None:
 def test_lockstep_is_simulate(name: str) -> None:
     """Over DDS, with all the scene's hardware, a run ends in the bits of `simulate`."""
     there, here = orchestration.run(load_scene(name), record=None), simulate(name).summary
-    same = ("state_sha256", "faults", "lost_samples", "saturated_steps", "energy_audit_error", "rhs_evaluations")
+    same = (
+        "state_sha256",
+        "faults",
+        "lost_samples",
+        "saturated_steps",
+        "energy_audit_error",
+        "rhs_evaluations",
+    )
     assert {key: there.get(key) for key in same} == {key: here.get(key) for key in same}
     assert here["energy_audit_error"] < 1e-10  # of the method's tolerance, as without hardware
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", "overhead_spatial overhead_hoist_chain overhead_elastic overhead_spring".split())
+@pytest.mark.parametrize(
+    "name", "overhead_spatial overhead_hoist_chain overhead_elastic overhead_spring".split()
+)
 def test_every_model_takes_another_payload(name: str) -> None:
     """On every kind of crane a payload change leaves the audit small, and the motion differs.
 
     The audit is as small as without a change.
     """
     summaries = [
-        simulate(load_scene(name, {"duration": 1.0, "events": [], "faults": {"other": MASS | times}})).summary
+        simulate(
+            load_scene(name, {"duration": 1.0, "events": [], "faults": {"other": MASS | times}})
+        ).summary
         for times in ({}, {"at": 0.5})
     ]
     assert summaries[1]["energy_audit_error"] < 10.0 * summaries[0]["energy_audit_error"] + 1e-11

@@ -39,7 +39,9 @@ ARM = [3.0, -2.0, 1.5]
 
 def ship(**groups: Any) -> Scene:
     """Return a knuckle crane on a ship, with further groups."""
-    return load_scene("knuckle_setpoint", {"base_motion": MOTION, "seed": 41, "duration": 1.0} | groups)
+    return load_scene(
+        "knuckle_setpoint", {"base_motion": MOTION, "seed": 41, "duration": 1.0} | groups
+    )
 
 
 def imu_of(scene: Scene) -> Any:
@@ -59,10 +61,15 @@ def test_a_unit_beside_the_origin_feels_what_a_base_there_does() -> None:
 
     This is the lever arm.
     """
-    scene, there = ship(imu={"position": ARM}), ship(base_motion=MOTION | {"mount": {"position": ARM}})
+    scene, there = (
+        ship(imu={"position": ARM}),
+        ship(base_motion=MOTION | {"mount": {"position": ARM}}),
+    )
     for k in (0, 50, 90):
         sample, expected = measure_imu(scene, imu_of(scene), k), base_state(there, k * scene.period)
-        assert sample.specific_force == pytest.approx(expected.specific_force, abs=1e-13)  # rounding
+        assert sample.specific_force == pytest.approx(
+            expected.specific_force, abs=1e-13
+        )  # rounding
         assert sample.angular_velocity == pytest.approx(expected.angular_velocity, abs=1e-15)
         assert sample.rotation is None
 
@@ -95,10 +102,14 @@ def test_a_camera_sees_the_payload_from_the_base() -> None:
     """A frame is the payload in the base frame, with bias and the noise of seed and period."""
     scene = ship(camera={"noise": 0.02, "bias": [0.1, 0.0, -0.1]})
     payload, k = (4.0, 1.0, -2.0), 33
-    aboard = to_base(np.array([[payload]]), base_positions(scene.model.base, np.array([k * scene.period])))[0, 0]
+    aboard = to_base(
+        np.array([[payload]]), base_positions(scene.model.base, np.array([k * scene.period]))
+    )[0, 0]
     noise = [normal(41, CAMERA_STREAM + 2 * i, k) for i in range(3)]
     expected = aboard + [0.1, 0.0, -0.1] + 0.02 * np.array(noise)
-    assert measure_payload(scene, camera_of(scene), k, payload) == pytest.approx(expected, abs=1e-14)  # rounding
+    assert measure_payload(scene, camera_of(scene), k, payload) == pytest.approx(
+        expected, abs=1e-14
+    )  # rounding
 
 
 class Publisher:
@@ -136,10 +147,17 @@ def test_messages_come_late_and_say_when_they_were_taken() -> None:
 
     It has a rate and a delay.
     """
-    scene, publisher = ship(imu=ERRORS | {"rate": 25.0, "delay": 0.03, "position": ARM}), Publisher()
+    scene, publisher = (
+        ship(imu=ERRORS | {"rate": 25.0, "delay": 0.03, "position": ARM}),
+        Publisher(),
+    )
     node: Any = SimpleNamespace(create_publisher=lambda *_: publisher)
     imu, plant = imu_of(scene), Plant(scene)
-    topic, every, late = imu_topic(node, "a/", imu), round(0.04 / scene.period), round(0.03 / scene.period)
+    topic, every, late = (
+        imu_topic(node, "a/", imu),
+        round(0.04 / scene.period),
+        round(0.03 / scene.period),
+    )
     for k in range(1, 30):
         watch(topic, plant, 1)  # the state of period k - 1 has been published
         taken = range(0, k - late, every)
@@ -163,13 +181,24 @@ def test_messages_come_late_and_say_when_they_were_taken() -> None:
 def test_a_reset_drops_samples_of_the_run_before() -> None:
     """A run begun anew after its first period sends samples of its own only, and all of them."""
     sent: list[str] = []
-    publisher = SimpleNamespace(get_subscription_count=lambda: 1, publish=lambda message: sent.append(message.run))
+    publisher = SimpleNamespace(
+        get_subscription_count=lambda: 1, publish=lambda message: sent.append(message.run)
+    )
     stamp = SimpleNamespace(sec=0, nanosec=0)
     header = SimpleNamespace(stamp=stamp)
-    topic = InstrumentTopic(publisher, Sampling(10, 2), lambda plant: SimpleNamespace(run=plant.run, header=header))
+    topic = InstrumentTopic(
+        publisher, Sampling(10, 2), lambda plant: SimpleNamespace(run=plant.run, header=header)
+    )
     topic.update_subscribers()
     plant: Any = SimpleNamespace()
-    for plant.k, plant.run in ((0, "before"), (1, "before"), (0, "after"), (1, "after"), (2, "after"), (3, "after")):
+    for plant.k, plant.run in (
+        (0, "before"),
+        (1, "before"),
+        (0, "after"),
+        (1, "after"),
+        (2, "after"),
+        (3, "after"),
+    ):
         topic.publish(0, plant)
     assert sent == ["after"]
 

@@ -37,7 +37,9 @@ def test_the_speed_of_a_slew_follows_its_motor() -> None:
     }
     scene = load_scene(KNUCKLE, changes)
     run = crane_sim.simulate(scene)
-    energies = [crane_sim.energy(scene, scene.initial_q, [rate, 0, 0, 0, 0, 0]) for rate in (0.0, 1.0)]
+    energies = [
+        crane_sim.energy(scene, scene.initial_q, [rate, 0, 0, 0, 0, 0]) for rate in (0.0, 1.0)
+    ]
     inertia = 2.0 * (energies[1] - energies[0])
     peak, base, top = 100.0, 0.6, 2.4
     knee = base * inertia / peak
@@ -55,12 +57,18 @@ def test_motors_of_a_knuckle_boom_add_their_inertia() -> None:
     plain, geared = load_scene(KNUCKLE), load_scene(KNUCKLE, {"actuators": motors})
     rng = np.random.default_rng(2)
     for _ in range(5):
-        q, v, u = np.array(plain.initial_q) + rng.normal(0, 0.1, 6), rng.normal(0, 1, 6), rng.normal(0, 50, 4)
+        q, v, u = (
+            np.array(plain.initial_q) + rng.normal(0, 0.1, 6),
+            rng.normal(0, 1, 6),
+            rng.normal(0, 50, 4),
+        )
         mass, force = mass_and_force(plain, q, v, u)
         mass[range(3), range(3)] += [2e-3 * n**2 for n in ratios.values()]
         expected = np.linalg.solve(mass, force)
         # two derivations in doubles, as in `test_knuckle`
-        assert np.max(np.abs(crane_sim.acceleration(geared, q, v, u) - expected)) < 1e-12 * np.max(np.abs(expected))
+        assert np.max(np.abs(crane_sim.acceleration(geared, q, v, u) - expected)) < 1e-12 * np.max(
+            np.abs(expected)
+        )
 
 
 OVERHEAD: dict[str, Any] = {
@@ -75,10 +83,14 @@ OVERHEAD: dict[str, Any] = {
 def test_motors_of_an_overhead_crane_add_their_inertia() -> None:
     """Motors of trolley and hoist act as so much more mass of the two."""
     gears = {"trolley": {"ratio": 16.0, "inertia": 0.0625}, "hoist": {"ratio": 4.0, "inertia": 0.5}}
-    geared = load_scene(OVERHEAD, {"actuators": {name: {"motor": motor} for name, motor in gears.items()}})
+    geared = load_scene(
+        OVERHEAD, {"actuators": {name: {"motor": motor} for name, motor in gears.items()}}
+    )
     heavier = load_scene(OVERHEAD, {"trolley.mass": 26.0, "hoist.inertia": 11.0})
     state = [0.0, 2.0, 0.4], [0.3, -0.2, 0.5], [20.0, -40.0]
-    assert np.array_equal(crane_sim.acceleration(geared, *state), crane_sim.acceleration(heavier, *state))
+    assert np.array_equal(
+        crane_sim.acceleration(geared, *state), crane_sim.acceleration(heavier, *state)
+    )
 
 
 def test_a_motor_without_limit_or_inertia_is_none() -> None:
@@ -103,29 +115,51 @@ def test_a_limit_switch_stops_its_joint() -> None:
         "trolley.limits": [-2.0, 2.0],
     }
     run = crane_sim.simulate(load_scene(OVERHEAD, changes))
-    seen, speed = 1.01**2, 2.02  # at 2 m/s², at the end of the period in which the switch was passed
+    seen, speed = (
+        1.01**2,
+        2.02,
+    )  # at 2 m/s², at the end of the period in which the switch was passed
     expected = seen - 1.001 + speed**2 / (2.0 * 4.0)
-    # the brake's spring gives at the stop: the deceleration times the period squared, and half of that in return
-    assert run.summary["overtravel"] == {"trolley": pytest.approx(expected, abs=2.0 * 4.0 * 0.01**2)}
+    # the brake's spring gives at the stop: the deceleration times the period squared, and half of
+    # that in return
+    assert run.summary["overtravel"] == {
+        "trolley": pytest.approx(expected, abs=2.0 * 4.0 * 0.01**2)
+    }
     assert abs(run.v[-1, 0]) < 1e-3 and run.q[-1, 0] == pytest.approx(1.001 + expected, abs=1e-2)
 
 
 IMPOSSIBLE: dict[str, tuple[Any, dict[str, Any], str]] = {
-    "half a curve": (KNUCKLE, {"actuators.slew.motor": {"ratio": 9, "torque": 1}}, "slew.motor.no_load_speed: is miss"),
+    "half a curve": (
+        KNUCKLE,
+        {"actuators.slew.motor": {"ratio": 9, "torque": 1}},
+        "slew.motor.no_load_speed: is miss",
+    ),
     "no curve": (
         KNUCKLE,
         {"actuators.slew.motor": {"ratio": 9, "base_speed": 5}},
         "base_speed = 5: belongs to",
     ),
-    "rising": (KNUCKLE, {"actuators.slew.motor": MOTOR | {"base_speed": 120}}, "base_speed = 120: .* no_load_speed"),
+    "rising": (
+        KNUCKLE,
+        {"actuators.slew.motor": MOTOR | {"base_speed": 120}},
+        "base_speed = 120: .* no_load_speed",
+    ),
     "winch": (KNUCKLE, {"actuators.rope.motor": MOTOR}, "rope.motor.inertia: .* rope.drive: force"),
     "imposed": (
         KNUCKLE,
         {"actuators.all.motor": MOTOR, "rope.drive": "rate"},
         "all.motor: .* rope is driven in m/s²",
     ),
-    "massless": (OVERHEAD, {"actuators.hoist.motor": MOTOR, "hoist": {"drive": "force"}}, "motor.inertia: .* hoist.in"),
-    "switch": (KNUCKLE, {"actuators.slew.limit_switches": [0.1, 1]}, "slew.limit_switches = .*: the slew starts outs"),
+    "massless": (
+        OVERHEAD,
+        {"actuators.hoist.motor": MOTOR, "hoist": {"drive": "force"}},
+        "motor.inertia: .* hoist.in",
+    ),
+    "switch": (
+        KNUCKLE,
+        {"actuators.slew.limit_switches": [0.1, 1]},
+        "slew.limit_switches = .*: the slew starts outs",
+    ),
     "switch and limit": (
         KNUCKLE,
         {"actuators.slew.limit_switches": [-1, 1], "tower.limits": [-2, 0.5]},
@@ -133,7 +167,10 @@ IMPOSSIBLE: dict[str, tuple[Any, dict[str, Any], str]] = {
     ),
     "on a base": (
         OVERHEAD,
-        {"actuators.trolley.motor": MOTOR, "base_motion": {"surge": {"amplitude": 0.1, "frequency": 1.0}}},
+        {
+            "actuators.trolley.motor": MOTOR,
+            "base_motion": {"surge": {"amplitude": 0.1, "frequency": 1.0}},
+        },
         "actuators.trolley.motor.inertia: .* base_motion",
     ),
 }

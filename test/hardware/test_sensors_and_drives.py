@@ -19,7 +19,8 @@ def test_noise_is_drawn_by_seed_signal_and_step() -> None:
     true, measured, _ = history(scene, 50)
     for j, deviation in enumerate((0.1, 0.1, 0.2, 0.2)):
         expected = [deviation * normal(2**63 - 5, 3 * j, k) for k in range(50)]
-        # a sum with a coordinate of size 1 keeps 16 digits of it, logarithm and cosine are within a few ulp
+        # a sum with a coordinate of size 1 keeps 16 digits of it, logarithm and cosine are within a
+        # few ulp
         assert measured[:, j] - true[:, j] == pytest.approx(expected, abs=1e-14)
 
 
@@ -34,10 +35,16 @@ def test_noise_is_normal_unbiased_and_repeats() -> None:
     for size in (0.5, 1.0, 2.0, 3.0):
         share = erfc(size / sqrt(2.0))
         assert abs((abs(noise) > size).mean() - share) < 5.0 * sqrt(share * (1.0 - share) / n)
-    neighbours = [noise[:-1, 0] * noise[1:, 0], noise[:, 0] * noise[:, 1], noise[:, 0] * noise[:, 2]]
+    neighbours = [
+        noise[:-1, 0] * noise[1:, 0],
+        noise[:, 0] * noise[:, 1],
+        noise[:, 0] * noise[:, 2],
+    ]
     assert all(abs(product.mean()) < 5.0 / sqrt(len(product)) for product in neighbours)
     assert np.array_equal(history(scene, 300)[1], measured[:300])
-    assert not np.any(history(rod(seed=4, sensors={"all": {"noise": 0.01}}), 20)[1] == measured[:20])
+    assert not np.any(
+        history(rod(seed=4, sensors={"all": {"noise": 0.01}}), 20)[1] == measured[:20]
+    )
 
 
 def test_digits_and_delay_are_exact() -> None:
@@ -55,7 +62,9 @@ def test_rate_and_dropout() -> None:
 
     The summary has the counts.
     """
-    scene = rod(seed=11, duration=50.0, sensors={"trolley": {"rate": 25.0, "dropout": 0.3, "delay": 0.02}})
+    scene = rod(
+        seed=11, duration=50.0, sensors={"trolley": {"rate": 25.0, "dropout": 0.3, "delay": 0.02}}
+    )
     plant, lost, held, measured = Plant(scene), 0, [], []
     last = 0.0
     for k in range(4000):
@@ -67,7 +76,9 @@ def test_rate_and_dropout() -> None:
         plant.advance((0.0,))
     assert measured[2:] == held[:-2] and measured[:2] == held[:1] * 2
     assert abs(lost / 999 - 0.3) < 5.0 * sqrt(0.3 * 0.7 / 999)
-    speeds = sum(uniform(11, 3 * 2 + 2, k) < 0.3 for k in range(4, 4001, 4))  # the velocity's samples are lost, too
+    speeds = sum(
+        uniform(11, 3 * 2 + 2, k) < 0.3 for k in range(4, 4001, 4)
+    )  # the velocity's samples are lost, too
     assert plant.summary()["lost_samples"] == lost + speeds + (uniform(11, 2, 4000) < 0.3)
 
 
@@ -94,8 +105,12 @@ def test_a_lag_is_an_exponential() -> None:
     """An effort behind a lag is exponential between its demands, also within periods."""
     effort, run = follow({"lag": 0.03, "initial_demand": 2.0}, [2.0] * 2 + [10.0] * 8, TIMES)
     expected = [2.0 if t < 0.02 else 10.0 - 8.0 * exp(-(t - 0.02) / 0.03) for t in TIMES]
-    assert effort == pytest.approx(expected, rel=1e-13)  # rounding of some exponentials, one for each period
-    assert run.summary["energy_audit_error"] < 1e-7  # of the method's step: 1.2e-8 with the same efforts and no lag
+    assert effort == pytest.approx(
+        expected, rel=1e-13
+    )  # rounding of some exponentials, one for each period
+    assert (
+        run.summary["energy_audit_error"] < 1e-7
+    )  # of the method's step: 1.2e-8 with the same efforts and no lag
 
 
 def test_a_rate_limit_is_a_ramp() -> None:
@@ -146,19 +161,52 @@ def test_limit_deadband_and_delay() -> None:
     ("groups", "message"),
     [
         ({"sensors": {"troley": {}}}, "sensors: unknown joint 'troley', did you mean 'trolley'?"),
-        ({"sensors": {"all": {"noisy": 1.0}}}, "sensors.all: unknown key 'noisy', did you mean 'noise'?"),
-        ({"sensors": {"all": {"noise": -1.0}}}, "sensors.all.noise[0] = -1.0: must be greater than or equal to 0"),
-        ({"sensors": {"all": {"dropout": 1.5}}}, "sensors.all.dropout = 1.5: must be less than or equal to 1"),
-        ({"sensors": {"all": {"delay": 1e6}}}, "sensors.all.delay: 1e+06 s is more than 100000 periods of 0.01 s"),
+        (
+            {"sensors": {"all": {"noisy": 1.0}}},
+            "sensors.all: unknown key 'noisy', did you mean 'noise'?",
+        ),
+        (
+            {"sensors": {"all": {"noise": -1.0}}},
+            "sensors.all.noise[0] = -1.0: must be greater than or equal to 0",
+        ),
+        (
+            {"sensors": {"all": {"dropout": 1.5}}},
+            "sensors.all.dropout = 1.5: must be less than or equal to 1",
+        ),
+        (
+            {"sensors": {"all": {"delay": 1e6}}},
+            "sensors.all.delay: 1e+06 s is more than 100000 periods of 0.01 s",
+        ),
         ({"actuators": {"swing_1": {}}}, "actuators: unknown joint 'swing_1'"),
-        ({"actuators": {"all": {"limit": [2.0, 1.0]}}}, "limit = [2.0, 1.0]: must be [low, high] with low < high"),
+        (
+            {"actuators": {"all": {"limit": [2.0, 1.0]}}},
+            "limit = [2.0, 1.0]: must be [low, high] with low < high",
+        ),
         ({"actuators": {"all": {"lag": "slow"}}}, "actuators.all.lag = 'slow'"),
-        ({"brake": {"capacity": [1.0, 2.0]}}, "brake.capacity: has 2 values, the actuated joints are trolley"),
-        ({"faults": {"Bad name": {"kind": "payload", "mass": 1.0}}}, "'Bad name': a fault's name is of small letters"),
-        ({"faults": {"a": {"kind": "stick"}}}, "faults.a: kind 'stick' is unknown; possible: sensor_stuck"),
-        ({"faults": {"a": {"kind": "stuck", "joint": "swing_1"}}}, "faults.a.joint: unknown joint 'swing_1'"),
-        ({"faults": {"a": {"kind": "stuck", "joint": "trolley", "until": 1.0}}}, "faults.a: until = 1: needs an at"),
-        ({"faults": {"a": {"kind": "payload", "mass": 0.0}}}, "faults.a.mass = 0.0: must be greater than 0"),
+        (
+            {"brake": {"capacity": [1.0, 2.0]}},
+            "brake.capacity: has 2 values, the actuated joints are trolley",
+        ),
+        (
+            {"faults": {"Bad name": {"kind": "payload", "mass": 1.0}}},
+            "'Bad name': a fault's name is of small letters",
+        ),
+        (
+            {"faults": {"a": {"kind": "stick"}}},
+            "faults.a: kind 'stick' is unknown; possible: sensor_stuck",
+        ),
+        (
+            {"faults": {"a": {"kind": "stuck", "joint": "swing_1"}}},
+            "faults.a.joint: unknown joint 'swing_1'",
+        ),
+        (
+            {"faults": {"a": {"kind": "stuck", "joint": "trolley", "until": 1.0}}},
+            "faults.a: until = 1: needs an at",
+        ),
+        (
+            {"faults": {"a": {"kind": "payload", "mass": 0.0}}},
+            "faults.a.mass = 0.0: must be greater than 0",
+        ),
     ],
     ids=lambda value: "" if isinstance(value, dict) else value[:24],
 )

@@ -23,7 +23,9 @@ PI = {"gain": GAIN, "integral_time": TIME}
 RAMP = {"max_speed": 0.8, "max_acceleration": 0.5, "max_jerk": 2.0}
 
 
-def trolley(servo: dict[str, Any], drive: str = "velocity", payload: float = 1e-9, **groups: Any) -> Scene:
+def trolley(
+    servo: dict[str, Any], drive: str = "velocity", payload: float = 1e-9, **groups: Any
+) -> Scene:
     """Return the scene of a trolley with a servo drive; its payload weighs nothing by default."""
     actuator = {"drive": drive, "servo": servo} | groups.pop("actuator", {})
     document = {
@@ -61,7 +63,9 @@ def test_a_speed_step_is_that_of_a_second_order_system() -> None:
     assert run.summary["energy_audit_error"] < 1e-12
     # the effort that is shown is the loop's: m v' of the closed form
     slope = np.gradient(expected, times)
-    assert np.max(np.abs(run.u[2:-2, 0] - MASS * slope[2:-2])) < 1.0  # N of 3000: of the differences
+    assert (
+        np.max(np.abs(run.u[2:-2, 0] - MASS * slope[2:-2])) < 1.0
+    )  # N of 3000: of the differences
 
 
 def motion(phases: Any, times: Any) -> Any:
@@ -128,28 +132,39 @@ def test_profiles_go_on_from_any_motion(jerk: float, acceleration: float) -> Non
         phases, target = np.zeros((1, PHASES, 4)), rng.uniform(-0.8, 0.8)
         plan_velocity(phases, 0, v, a, target, bounds)
         if acceleration == inf == jerk:  # it jumps
-            assert phases[0, -1].tolist() == [inf, target, 0.0, 0.0] and not np.any(phases[0, :3, 0])
+            assert phases[0, -1].tolist() == [inf, target, 0.0, 0.0] and not np.any(
+                phases[0, :3, 0]
+            )
             continue
         end = check_profile(phases, bounds, (v, a))
         assert end[1] == pytest.approx(target, abs=1e-12) and (jerk == inf or abs(end[2]) < 1e-7)
         distance = rng.uniform(-4.0, 4.0) * rng.choice([1.0, 0.05])
         plan_position(phases, 0, v, a, distance, bounds)
         end = check_profile(phases, bounds, (v, a))
-        assert abs(end[0] - distance) < 1e-12 and abs(end[1]) < 1e-7 and (jerk == inf or abs(end[2]) < 1e-7)
+        assert (
+            abs(end[0] - distance) < 1e-12
+            and abs(end[1]) < 1e-7
+            and (jerk == inf or abs(end[2]) < 1e-7)
+        )
 
 
 @pytest.mark.parametrize("speed", [0.8, 1.0, 1.5, 3.0])
 @pytest.mark.parametrize("distance", [0.05, 0.6, 3.0, -3.0])
 def test_a_way_that_is_planned_anew_takes_no_longer(speed: float, distance: float) -> None:
     """Planned anew at any instant, the rest of a way takes the rest of the time."""
-    bounds, phases, again = Bounds(speed, 0.5, 2.0), np.zeros((1, PHASES, 4)), np.zeros((1, PHASES, 4))
+    bounds, phases, again = (
+        Bounds(speed, 0.5, 2.0),
+        np.zeros((1, PHASES, 4)),
+        np.zeros((1, PHASES, 4)),
+    )
     plan_position(phases, 0, 0.0, 0.0, distance, bounds)
     duration = float(np.sum(phases[0, :-1, 0]))
     for t in np.linspace(0.0, 0.97 * duration, 40):
         ((x, v, a),) = motion(phases, [t])
         plan_position(again, 0, v, a, distance - x, bounds)
         ((end, speed_there, _),) = motion(again, [duration - t])
-        # rounding of the distance, 1e-16, makes a cruise of a size like that, in the ramp's last bit a speed of 1e-8
+        # rounding of the distance, 1e-16, makes a cruise of a size like that, in the ramp's last
+        # bit a speed of 1e-8
         assert abs(end - (distance - x)) < 1e-12 and abs(speed_there) < 1e-6
 
 
@@ -173,11 +188,13 @@ def test_the_loop_follows_its_ramp_with_the_linear_lag() -> None:
     """
     times = np.linspace(0.0, 3.0, 301)
     run = under(trolley(PI | RAMP), lambda t: 0.6 if t < 0.645 else -0.3, times)
-    # v(0.65 s) = 0.2625 m/s at 0.5 m/s², which turns to -0.5 within 0.5 s and leaves 0.5 s × 1 m/s for the hold
+    # v(0.65 s) = 0.2625 m/s at 0.5 m/s², which turns to -0.5 within 0.5 s and leaves 0.5 s × 1 m/s
+    # for the hold
     knots, slopes = [0.0, 0.25, 0.65, 1.15, 2.15, 2.4], [0.0, 0.5, 0.5, -0.5, -0.5, 0.0]
     nodes, weights = np.polynomial.legendre.leggauss(40)
     expected = np.zeros(len(times))
-    # Duhamel: v(t) = integral of v_r'(s) (1 - e(t - s)) ds, by Gauss-Legendre between the knots of v_r'
+    # Duhamel: v(t) = integral of v_r'(s) (1 - e(t - s)) ds, by Gauss-Legendre between the knots of
+    # v_r'
     for low, high in pairwise(knots):
         for i in np.flatnonzero(times > low):
             half = 0.5 * (min(high, times[i]) - low)
@@ -215,7 +232,8 @@ def test_a_position_drive_is_a_sampled_cascade() -> None:
     servo = PI | {"max_speed": speed, "position_gain": gain}
     run = under(trolley(servo, "position"), lambda t: target)
     k, s = GAIN / MASS, GAIN / MASS / TIME
-    # x' = v, v' = k (v_r + d - v) + s (x_r + c - x), x_r' = v_r, c' = d in the state (x, v, x_r, v_r, c, d)
+    # x' = v, v' = k (v_r + d - v) + s (x_r + c - x), x_r' = v_r, c' = d in the state (x, v, x_r,
+    # v_r, c, d)
     rates = np.zeros((6, 6))
     rates[0, 1] = rates[2, 3] = rates[4, 5] = 1.0
     rates[1] = [-s, -k, s, k, s, k]
@@ -235,7 +253,8 @@ def test_a_position_drive_arrives_within_its_limits() -> None:
     """
     servo = PI | RAMP | {"gain": 10.0 * GAIN, "position_gain": 1.5}
     run = under(trolley(servo, "position", payload=200.0, duration=10.0), lambda t: 1.2)
-    # the payload, which swings on below, moves it by its pull over the loop's stiffness, some 300 N / 150 kN/m
+    # the payload, which swings on below, moves it by its pull over the loop's stiffness, some 300 N
+    # / 150 kN/m
     assert abs(run.q[-1, 0] - 1.2) < 2e-3 and np.max(run.v[:, 0]) < 0.85
     assert run.summary["energy_audit_error"] < 1e-9
 
@@ -265,7 +284,8 @@ def test_an_infinite_gain_is_exact(drive: str) -> None:
     assert np.max(np.abs(np.column_stack([run.q[:, 0], run.v[:, 0]]) - expected)) < 1e-9
     assert run.summary["energy_audit_error"] < 1e-9
 
-    # the swing is that below a prescribed motion: l a'' = -g sin a - x'' cos a, by another integrator
+    # the swing is that below a prescribed motion: l a'' = -g sin a - x'' cos a, by another
+    # integrator
     def rates(t: float, y: Any) -> Any:
         slope = np.interp(t, *acceleration_knots(phases))
         return [y[1], -(9.81 * np.sin(y[0]) + slope * np.cos(y[0])) / 4.0]
@@ -286,7 +306,11 @@ def integrated(phases: list[tuple[float, float]], times: Any) -> Any:
         x = v = a = 0.0
         for duration, jerk in phases:
             s = min(duration, t)
-            x, v, a = x + v * s + a * s**2 / 2.0 + jerk * s**3 / 6.0, v + a * s + jerk * s**2 / 2.0, a + jerk * s
+            x, v, a = (
+                x + v * s + a * s**2 / 2.0 + jerk * s**3 / 6.0,
+                v + a * s + jerk * s**2 / 2.0,
+                a + jerk * s,
+            )
             t -= s
         rows.append((x, v))
     return np.array(rows)
@@ -298,7 +322,9 @@ def acceleration_knots(phases: list[tuple[float, float]]) -> tuple[Any, Any]:
     `phases` are (duration, jerk).
     """
     durations, jerks = np.array(phases).T
-    return np.concatenate([[0.0], np.cumsum(durations)]), np.concatenate([[0.0], np.cumsum(durations * jerks)])
+    return np.concatenate([[0.0], np.cumsum(durations)]), np.concatenate(
+        [[0.0], np.cumsum(durations * jerks)]
+    )
 
 
 def test_a_brake_takes_over_and_gives_back() -> None:
@@ -315,7 +341,9 @@ def test_a_brake_takes_over_and_gives_back() -> None:
     assert abs(plant.v[0]) < 1e-3 and abs(plant.applied[0]) < 50.0
     for _ in range(500):
         plant.advance((0.4,))
-    assert plant.v[0] == pytest.approx(0.4, abs=1e-3)  # the loop's poles have real parts of -2.5 / s
+    assert plant.v[0] == pytest.approx(
+        0.4, abs=1e-3
+    )  # the loop's poles have real parts of -2.5 / s
 
 
 @pytest.mark.parametrize(
@@ -324,13 +352,25 @@ def test_a_brake_takes_over_and_gives_back() -> None:
         ({"drive": "speed"}, "actuators.trolley.drive = 'speed'"),
         ({"servo": None}, "drive = 'velocity': needs its gain, in actuators.trolley.servo"),
         ({"servo": {}}, "actuators.trolley.servo.gain"),
-        ({"drive": "effort"}, "actuators.trolley.servo: belongs to a drive with drive = 'velocity' or 'position'"),
+        (
+            {"drive": "effort"},
+            "actuators.trolley.servo: belongs to a drive with drive = 'velocity' or 'position'",
+        ),
         ({"lag": 0.1}, "actuators.trolley.lag = 0.1: not with drive = 'velocity'"),
-        ({"servo": PI | {"position_gain": 1.0}}, "position_gain = 1: belongs to drive = 'position'"),
+        (
+            {"servo": PI | {"position_gain": 1.0}},
+            "position_gain = 1: belongs to drive = 'position'",
+        ),
         ({"drive": "position"}, "servo.max_speed: is missing, drive = 'position' needs one"),
-        ({"drive": "position", "servo": PI | RAMP}, "servo.position_gain: is missing, drive = 'position' needs one"),
+        (
+            {"drive": "position", "servo": PI | RAMP},
+            "servo.position_gain: is missing, drive = 'position' needs one",
+        ),
         ({"servo": {"gain": inf}}, "servo.max_acceleration: is missing, gain = inf needs one"),
-        ({"servo": EXACT | {"integral_time": 0.4}}, "servo.integral_time = 0.4: not with gain = inf"),
+        (
+            {"servo": EXACT | {"integral_time": 0.4}},
+            "servo.integral_time = 0.4: not with gain = inf",
+        ),
         ({"servo": EXACT, "limit": 9.0}, "trolley.limit: limits the effort, and servo.gain = inf"),
     ],
     ids=lambda value: "" if isinstance(value, dict) else value[:24],
@@ -345,21 +385,31 @@ def test_contradictions_are_reported_in_one_line(changes: dict[str, Any], messag
 @pytest.mark.parametrize(
     ("groups", "message"),
     [
-        ({"events": [{"at": 1.0, "set": {"payload": {"mass": 900.0}}}]}, "events: an exchange of the load jerks"),
-        ({"backlash": {"trolley": [{"inertia": 90.0, "play": 0.01, "stiffness": 1e6}]}}, "backlash.trolley: a joint"),
+        (
+            {"events": [{"at": 1.0, "set": {"payload": {"mass": 900.0}}}]},
+            "events: an exchange of the load jerks",
+        ),
+        (
+            {"backlash": {"trolley": [{"inertia": 90.0, "play": 0.01, "stiffness": 1e6}]}},
+            "backlash.trolley: a joint",
+        ),
         (
             {"actuators": {"rope": EXACT_SPEED}, "rope": {"drive": "force", "friction": STICKING}},
             "rope.friction: a winch that may stick",
         ),
     ],
 )
-def test_what_jerks_or_holds_a_joint_excludes_exact_drives(groups: dict[str, Any], message: str) -> None:
+def test_what_jerks_or_holds_a_joint_excludes_exact_drives(
+    groups: dict[str, Any], message: str
+) -> None:
     """An infinite gain excludes what jumps velocities, or holds what has to move.
 
     It keeps accelerations.
     """
     with pytest.raises(SceneError, match=message):
-        load_scene("bridge_speed_drive", {"control": None, "actuators": {"trolley": EXACT_SPEED}} | groups)
+        load_scene(
+            "bridge_speed_drive", {"control": None, "actuators": {"trolley": EXACT_SPEED}} | groups
+        )
 
 
 @pytest.mark.long

@@ -11,7 +11,9 @@ from crane_sim.recording.mcap.bag import Bag
 from crane_sim.ros.common.serialization import EFFORT, STATE, JointStateCodec
 from crane_sim.simulation.rollout import Rollout
 
-TOPICS_OF_RUN = TOPICS | {"joint_commands": TOPICS["applied_effort"]._replace(name="/knuckle/joint_commands")}
+TOPICS_OF_RUN = TOPICS | {
+    "joint_commands": TOPICS["applied_effort"]._replace(name="/knuckle/joint_commands")
+}
 
 
 def properties_of(run: Rollout) -> dict[str, str]:
@@ -38,12 +40,22 @@ def write_bag(
         foreign: a message of other bytes among the commands, empty for none.
     """
     scene = run.scene
-    bag = Bag(path, TOPICS_OF_RUN, scene.period_ns, properties=properties_of(run) if properties is None else properties)
+    bag = Bag(
+        path,
+        TOPICS_OF_RUN,
+        scene.period_ns,
+        properties=properties_of(run) if properties is None else properties,
+    )
     callbacks = bag.callbacks() | ({leave_out: lambda _: None} if leave_out else {})
-    states, efforts = JointStateCodec(scene.joint_names, STATE), JointStateCodec(scene.actuated, EFFORT)
+    states, efforts = (
+        JointStateCodec(scene.joint_names, STATE),
+        JointStateCodec(scene.actuated, EFFORT),
+    )
     for k in range(len(run.t)):
         stamp = (k + 1) * scene.period_ns
-        callbacks["joint_states"](states.encode(stamp, run.q[k], run.v[k], np.zeros(len(scene.joint_names))))
+        callbacks["joint_states"](
+            states.encode(stamp, run.q[k], run.v[k], np.zeros(len(scene.joint_names)))
+        )
         if k < len(run.commands):
             callbacks["joint_commands"](efforts.encode(stamp, run.commands[k]))
             callbacks["applied_effort"](efforts.encode(stamp, run.u[k]))

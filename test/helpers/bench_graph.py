@@ -48,7 +48,11 @@ class NodeProcess:
         command = [sys.executable, "-m", module, "--ros-args", "-r", "__ns:=/knuckle"]
         command += [part for parameter in parameters for part in ("-p", parameter)]
         self.process = subprocess.Popen(
-            command, env=domain_env, pass_fds=(control, report), process_group=0, preexec_fn=set_parent_death_signal()
+            command,
+            env=domain_env,
+            pass_fds=(control, report),
+            process_group=0,
+            preexec_fn=set_parent_death_signal(),
         )
         os.close(control)
         os.close(report)
@@ -67,7 +71,9 @@ class NodeProcess:
         def has_come() -> bool:
             over = not self._reader.is_alive()
             events.extend(event for event in list(self.events) if event["event"] == name)
-            assert events or not over, f"{self.process.args} exited without {name}; it reported {self.events}"
+            assert events or not over, (
+                f"{self.process.args} exited without {name}; it reported {self.events}"
+            )
             return bool(events)
 
         wait_until(has_come, f"{name} of {self.process.args}")
@@ -94,9 +100,10 @@ class Remote:
     """A node that commands, subscribes to and calls the plant; it spins in a thread of its own.
 
     Attributes:
-        states, positions, velocities, efforts, modes, warnings: received in this order: stamps [ns], positions and
-            velocities of joint states, applied efforts, values of simulation_state, and of the plant's diagnostics
-            (time, message).
+        states, positions, velocities, efforts, modes, warnings: received in this order: stamps
+        [ns], positions and
+            velocities of joint states, applied efforts, values of simulation_state, and of the
+            plant's diagnostics (time, message).
         answers: joint states are answered with these efforts, unless None.
     """
 
@@ -119,7 +126,10 @@ class Remote:
         )
         self.node.create_subscription(JointState, "joint_states", self._on_state, 1000)
         self.node.create_subscription(
-            JointState, "applied_effort", lambda message: self.efforts.append(list(message.effort)), 1000
+            JointState,
+            "applied_effort",
+            lambda message: self.efforts.append(list(message.effort)),
+            1000,
         )
         self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 100)
         self.commands = self.node.create_publisher(JointState, "joint_commands", 10)
@@ -133,7 +143,9 @@ class Remote:
         """Destroy the node."""
         self._closing = True
         self._thread.join(_JOIN_TIMEOUT)
-        assert not self._thread.is_alive(), f"{self.node.get_name()} did not stop spinning within {_JOIN_TIMEOUT:g} s"
+        assert not self._thread.is_alive(), (
+            f"{self.node.get_name()} did not stop spinning within {_JOIN_TIMEOUT:g} s"
+        )
         self.node.destroy_node()
         self.context.shutdown()
 
@@ -168,7 +180,9 @@ class Remote:
         """Set parameters of the plant; return why not, an empty string where it is done."""
         parameters = [Parameter(name=name, value=_value(value)) for name, value in values.items()]
         request = SetParametersAtomically.Request(parameters=parameters)
-        return self.request(SetParametersAtomically, "plant/set_parameters_atomically", request).result.reason
+        return self.request(
+            SetParametersAtomically, "plant/set_parameters_atomically", request
+        ).result.reason
 
     def call(self, kind: Any, name: str, request: Any) -> str:
         """Call a service; return the answer's message, "ok" where it succeeded."""
@@ -177,7 +191,9 @@ class Remote:
 
     def request(self, kind: Any, name: str, request: Any) -> Any:
         """Call a service and return its answer; each service has one client, matched once."""
-        client = self._clients.get(name) or self._clients.setdefault(name, self.node.create_client(kind, name))
+        client = self._clients.get(name) or self._clients.setdefault(
+            name, self.node.create_client(kind, name)
+        )
         assert client.wait_for_service(LIMIT), f"{name}: there is no such service"
         future = client.call_async(request)
         wait_until(future.done, f"the answer of {name}")
@@ -192,7 +208,11 @@ class Remote:
             self.send(stamp, self.answers)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
-        self.warnings += [(time.monotonic(), status.message) for status in message.status if "plant" in status.name]
+        self.warnings += [
+            (time.monotonic(), status.message)
+            for status in message.status
+            if "plant" in status.name
+        ]
 
     def _spin(self) -> None:
         while not self._closing:

@@ -8,7 +8,9 @@ from html import unescape
 from pathlib import Path
 from typing import Any
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+CHROMIUM = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
+)
 NO_CHROMIUM = "there is no chromium on this machine"
 OPTIONS = (
     "--headless",
@@ -24,7 +26,7 @@ const faults = [];
 for (const name of ["error", "warn"]) console[name] = (...words) => faults.push(words.join(" "));
 addEventListener("error", (event) => faults.push(event.message));
 document.addEventListener("securitypolicyviolation", (event) => faults.push(`request to ${event.blockedURI}`));
-</script>"""
+</script>"""  # noqa: E501
 ANSWER = """<script>
 addEventListener("load", () => setTimeout(() => {
   const requests = performance.getEntriesByType("resource").map((each) => each.name);
@@ -45,8 +47,8 @@ def evaluate_in_pages(
 ) -> dict[str, Any]:
     """Return by page's name a JavaScript function's `answer`, the `faults` and the `requests`.
 
-    All pages are opened at once, by one browser, 900 pixels wide: from files, or from the address on the loopback
-    interface at which the folder is served.
+    All pages are opened at once, by one browser, 900 pixels wide: from files, or from the address
+    on the loopback interface at which the folder is served.
     """
     frames = LISTENER
     for name, page in pages.items():

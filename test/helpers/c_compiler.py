@@ -15,7 +15,15 @@ needs_compiler = pytest.mark.skipif(shutil.which("cc") is None, reason="no C com
 def c_function(source: str, name: str, folder: Path) -> Any:
     """Return a function of C source, called with floats and arrays."""
     (folder / "source.c").write_text(source)
-    options = ["-O1", "-std=c99", "-Wall", "-Wno-unused", "-Werror", "-ffp-contract=off", "-fno-builtin-pow"]
+    options = [
+        "-O1",
+        "-std=c99",
+        "-Wall",
+        "-Wno-unused",
+        "-Werror",
+        "-ffp-contract=off",
+        "-fno-builtin-pow",
+    ]
     command = ["cc", *options, "-shared", "-fPIC", "source.c", "-o", "source.so", "-lm"]
     subprocess.run(command, cwd=folder, check=True, timeout=300)
     function = getattr(ctypes.CDLL(str(folder / "source.so")), name)

@@ -1,7 +1,8 @@
 """Chooses the test files of `--changed`: those of files changed since the last commit, or new.
 
-These are the test files that changed, that import a changed module, themselves or by a helper of the tests, and that
-have the name of another changed file in their text. It is what to run while working, not the whole suite.
+These are the test files that changed, that import a changed module, themselves or by a helper of
+the tests, and that have the name of another changed file in their text. It is what to run while
+working, not the whole suite.
 """
 
 import ast
@@ -42,7 +43,9 @@ class ChangedFiles:
         against_commit = ["git", "diff", "--name-only", "--relative", "HEAD"]
         new = ["git", "ls-files", "--others", "--exclude-standard"]
         outputs = [
-            subprocess.run(command, cwd=self._tree, capture_output=True, text=True, check=True, timeout=60.0).stdout
+            subprocess.run(
+                command, cwd=self._tree, capture_output=True, text=True, check=True, timeout=60.0
+            ).stdout
             for command in (against_commit, new)
         ]
         return {self._tree / line for output in outputs for line in output.splitlines()}
@@ -79,7 +82,11 @@ def _imports(tree: ast.Module) -> set[str]:
 
 def add_option(parser: pytest.Parser) -> None:
     """Add the option."""
-    parser.addoption("--changed", action="store_true", help="only test files of what differs from the last commit")
+    parser.addoption(
+        "--changed",
+        action="store_true",
+        help="only test files of what differs from the last commit",
+    )
 
 
 def choose_files(config: pytest.Config) -> None:

@@ -2,13 +2,15 @@
 
 A fence says by its language and title what its block is:
 
-- `sh`: commands, which all succeed. Two that follow one another with the titles "one terminal" and "another terminal"
-  run at the same time; the other terminal's gets Ctrl-C as soon as the first one's are done.
+- `sh`: commands, which all succeed. Two that follow one another with the titles "one terminal" and
+  "another terminal" run at the same time; the other terminal's gets Ctrl-C as soon as the first
+  one's are done.
 - any language with a file's name for a title: that file, written.
 - `python`: statements, in one namespace for the page.
-- `yaml`: a scene that runs; with the title "in SCENE" groups that are put into this scene of the catalogue.
-- `text`: what something looks like; `console`: commands that need a screen, a network or another machine. Neither is
-  executed.
+- `yaml`: a scene that runs; with the title "in SCENE" groups that are put into this scene of the
+  catalogue.
+- `text`: what something looks like; `console`: commands that need a screen, a network or another
+  machine. Neither is executed.
 """
 
 import os
@@ -34,7 +36,9 @@ PERIODS = 3  # that a scene of a page runs
 TERMINALS = ("one terminal", "another terminal")
 _GRACE = 40.0  # s from Ctrl-C to SIGKILL
 _AGAIN = 10.0  # s after which a person presses Ctrl-C again
-_FENCE = re.compile(r'^```(\w*)(?: title="([^"\n]*)")?[ ]*\n(.*?)^```[ ]*$', re.MULTILINE | re.DOTALL)
+_FENCE = re.compile(
+    r'^```(\w*)(?: title="([^"\n]*)")?[ ]*\n(.*?)^```[ ]*$', re.MULTILINE | re.DOTALL
+)
 _DOMAIN = re.compile(r"(?<=--domain-id )7\b|(?<=in_domain )7\b")  # the ROS domain of all pages
 
 
@@ -55,8 +59,13 @@ class Block(NamedTuple):
 def blocks_of(page: Path) -> list[Block]:
     """Return the fenced blocks of a page."""
     text = page.read_text()
-    found = [Block(text.count("\n", 0, m.start()) + 1, m[1], m[2] or "", m[3]) for m in _FENCE.finditer(text)]
-    assert 2 * len(found) == len(re.findall(r"^ *```", text, re.MULTILINE)), f"{page}: a fence that is not understood"
+    found = [
+        Block(text.count("\n", 0, m.start()) + 1, m[1], m[2] or "", m[3])
+        for m in _FENCE.finditer(text)
+    ]
+    assert 2 * len(found) == len(re.findall(r"^ *```", text, re.MULTILINE)), (
+        f"{page}: a fence that is not understood"
+    )
     return found
 
 
@@ -84,7 +93,9 @@ def execute(page: Path, folder: Path, domain: int) -> int:
 
 def run_commands(text: str, other: str, folder: Path, domain: int) -> None:
     """Run a terminal's commands, and another one's meanwhile; fails if one of the former does."""
-    first, second = (["bash", "-euo", "pipefail", "-c", _DOMAIN.sub(str(domain), each)] for each in (text, other))
+    first, second = (
+        ["bash", "-euo", "pipefail", "-c", _DOMAIN.sub(str(domain), each)] for each in (text, other)
+    )
     if not other:
         run_to_completion(first, cwd=folder, check=True)
         return
@@ -123,7 +134,11 @@ def run_scene(block: Block) -> None:
 
 def merge(document: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
     """Return a document with changes, in groups of both key by key."""
-    both = {key: merge(document[key], value) for key, value in changes.items() if _are_groups(document.get(key), value)}
+    both = {
+        key: merge(document[key], value)
+        for key, value in changes.items()
+        if _are_groups(document.get(key), value)
+    }
     return document | changes | both
 
 

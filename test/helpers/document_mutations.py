@@ -13,12 +13,31 @@ NAMES = sorted(scene_files())
 DOCUMENTS = [read(name) for name in NAMES]
 TEXTS = [scene_files()[name].read_text() for name in NAMES]
 
-NUMBERS = st.sampled_from([0, 1, -1, 2, 3, 0.5, -0.5, 1e-3, 1e3, 1e-300, 5e-324, 1e18, 1e300, -1e300, 2**63, 10**400])
-ODD = st.sampled_from([float("nan"), float("inf"), float("-inf"), True, False, None, "", "45 deg", "e", "nan", "1e999"])
+NUMBERS = st.sampled_from(
+    [0, 1, -1, 2, 3, 0.5, -0.5, 1e-3, 1e3, 1e-300, 5e-324, 1e18, 1e300, -1e300, 2**63, 10**400]
+)
+ODD = st.sampled_from(
+    [
+        float("nan"),
+        float("inf"),
+        float("-inf"),
+        True,
+        False,
+        None,
+        "",
+        "45 deg",
+        "e",
+        "nan",
+        "1e999",
+    ]
+)
 TEXT = st.text(max_size=12) | st.sampled_from(["k" * 3000, "no name,\nbut a line: [and another]"])
 JUNK = st.recursive(
     NUMBERS | ODD | TEXT | st.integers() | st.floats() | st.dates() | st.binary(max_size=4),
-    lambda inner: st.lists(inner, max_size=7) | st.dictionaries(TEXT | st.integers() | st.none(), inner, max_size=4),
+    lambda inner: (
+        st.lists(inner, max_size=7)
+        | st.dictionaries(TEXT | st.integers() | st.none(), inner, max_size=4)
+    ),
     max_leaves=12,
 )
 
@@ -33,7 +52,9 @@ def make_nested(depth: int) -> Any:
 
 def list_entries(node: Any) -> Iterator[tuple[Any, Any]]:
     """Yield (container, key) of every entry of a document, the inner ones too."""
-    keys = list(node) if isinstance(node, dict) else range(len(node)) if isinstance(node, list) else ()
+    keys = (
+        list(node) if isinstance(node, dict) else range(len(node)) if isinstance(node, list) else ()
+    )
     for key in keys:
         yield node, key
         yield from list_entries(node[key])
@@ -90,7 +111,12 @@ def nest_deeply(box: Any, key: Any, _: Any) -> None:
 
 def transplant(box: Any, key: Any, value: Any) -> None:
     """Replace the value by that of the same key of some other scene, where one has it."""
-    others = [container[name] for document in DOCUMENTS for container, name in list_entries(document) if name == key]
+    others = [
+        container[name]
+        for document in DOCUMENTS
+        for container, name in list_entries(document)
+        if name == key
+    ]
     if others:
         box[key] = copy.deepcopy(others[len(str(type(value))) * 7 % len(others)])
 
@@ -102,13 +128,17 @@ MUTATIONS: list[Callable[[Any, Any, Any], None]] = [
 MUTATION = st.tuples(st.sampled_from(MUTATIONS), st.integers(0, 10**6), NUMBERS | ODD | JUNK)
 
 
-def mutate(document: dict[str, Any], mutations: list[tuple[Callable[..., None], int, Any]]) -> dict[str, Any]:
+def mutate(
+    document: dict[str, Any], mutations: list[tuple[Callable[..., None], int, Any]]
+) -> dict[str, Any]:
     """Return a copy with every mutation applied, each at the entry of its number.
 
     Deep nesting comes last, and once.
     """
     document = copy.deepcopy(document)
-    others, deep = ([m for m in mutations if (m[0] is nest_deeply) == is_deep] for is_deep in (False, True))
+    others, deep = (
+        [m for m in mutations if (m[0] is nest_deeply) == is_deep] for is_deep in (False, True)
+    )
     for mutation, number, value in others + deep[:1]:  # `list_entries` cannot recurse so deep
         entries = list(list_entries(document))
         if entries:

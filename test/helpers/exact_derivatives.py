@@ -27,9 +27,14 @@ def _truncate(x: Any) -> Any:
 EXACT = Numbers(
     mpmath.mpf,
     {
-        **{name: FLOATS.operations[name] for name in (*COMPARISONS, "add", "subtract", "multiply", "negate")},
+        **{
+            name: FLOATS.operations[name]
+            for name in (*COMPARISONS, "add", "subtract", "multiply", "negate")
+        },
         **{name: getattr(mpmath, name) for name in FUNCTIONS},
-        "divide": lambda a, b: a / b if b else mpmath.mpf(FLOATS.operations["divide"](float(a), float(b))),
+        "divide": lambda a, b: (
+            a / b if b else mpmath.mpf(FLOATS.operations["divide"](float(a), float(b)))
+        ),
         "absolute": abs,
         "copy_sign": lambda size, x: abs(size) if x >= 0 else -abs(size),
         "round": mpmath.nint,
@@ -50,33 +55,47 @@ def exact_derivative(f: Any, arguments: Any, directions: Any, column: int = 0) -
         directions: as of `directional_derivatives`.
         column: which of them.
     """
-    traced = trace_tree(describe(arguments, [], {}), lambda calls, graph, tree: calls.call(graph, f, list(tree), {}))
+    traced = trace_tree(
+        describe(arguments, [], {}), lambda calls, graph, tree: calls.call(graph, f, list(tree), {})
+    )
     with mpmath.workdps(DIGITS):
-        ahead, behind = (_evaluate(traced, arguments, directions, column, sign * STEP) for sign in (1, -1))
+        ahead, behind = (
+            _evaluate(traced, arguments, directions, column, sign * STEP) for sign in (1, -1)
+        )
         return np.array([float((a - b) / (2 * STEP)) for a, b in zip(ahead, behind, strict=True)])
 
 
 def _evaluate(traced: Any, arguments: Any, directions: Any, column: int, step: Any) -> list[Any]:
     memory, leaves = Memory(EXACT), list[Any]()
     kinds = kinds_of(describe(arguments, leaves, {}))
-    values = [mpmath.mpf(x) if kind is Kind.REAL else x for x, kind in zip(leaves, kinds, strict=True)]
+    values = [
+        mpmath.mpf(x) if kind is Kind.REAL else x for x, kind in zip(leaves, kinds, strict=True)
+    ]
     _move(arguments, directions, column, step, values, iter(range(len(values))), memory)
     results = iter(evaluate(traced.function, values, EXACT, memory))
     return _reals_of(traced.structure, results, memory)
 
 
-def _move(tree: Any, direction: Any, column: int, step: Any, values: list[Any], at: Any, memory: Memory) -> None:
+def _move(
+    tree: Any, direction: Any, column: int, step: Any, values: list[Any], at: Any, memory: Memory
+) -> None:
     """Move the leaves of arguments, numbers and elements of arrays, by a step along a direction."""
     if isinstance(tree, tuple):
         for i, part in enumerate(tree):
-            _move(part, None if direction is None else direction[i], column, step, values, at, memory)
+            _move(
+                part, None if direction is None else direction[i], column, step, values, at, memory
+            )
     elif isinstance(tree, np.ndarray):
         address = values[next(at)]
         for _ in range(2 * tree.ndim):  # sizes and strides
             next(at)
         if direction is not None:
-            for i, (x, d) in enumerate(zip(tree.ravel(), direction[..., column].ravel(), strict=True)):
-                memory.write(address + 8 * i, "f8", mpmath.mpf(float(x)) + step * mpmath.mpf(float(d)))
+            for i, (x, d) in enumerate(
+                zip(tree.ravel(), direction[..., column].ravel(), strict=True)
+            ):
+                memory.write(
+                    address + 8 * i, "f8", mpmath.mpf(float(x)) + step * mpmath.mpf(float(d))
+                )
     elif isinstance(tree, float | int | np.number):
         i = next(at)
         if direction is not None:
@@ -88,8 +107,14 @@ def _reals_of(structure: Any, results: Any, memory: Memory) -> list[Any]:
     if hasattr(structure, "dimensions"):
         address = next(results)
         shape, strides = ([next(results) for _ in range(structure.dimensions)] for _ in range(2))
-        places = address + sum(index * stride for index, stride in zip(np.indices(shape), strides, strict=True))
-        return [memory.read(int(place), "f8") for place in np.ravel(places)] if structure.dtype == float else []
+        places = address + sum(
+            index * stride for index, stride in zip(np.indices(shape), strides, strict=True)
+        )
+        return (
+            [memory.read(int(place), "f8") for place in np.ravel(places)]
+            if structure.dtype == float
+            else []
+        )
     if isinstance(structure, tuple):
         return [x for part in structure for x in _reals_of(part, results, memory)]
     if structure is None or not isinstance(structure, type):

@@ -38,8 +38,8 @@ def check_arrival(summary: Mapping) -> None:
     """Check that the run is complete and the crane is at its target."""
     assert "error" not in summary
     assert summary["steps"] == 600
-    # Of 0.8 rad, 0.2 rad and 0.5 m hundredths remain after 6 s in lockstep, where the rope yields to the payload as it
-    # swings; in real time every stall of this machine comes on top.
+    # Of 0.8 rad, 0.2 rad and 0.5 m hundredths remain after 6 s in lockstep, where the rope yields
+    # to the payload as it swings; in real time every stall of this machine comes on top.
     largest = 0.02 if summary["mode"] == "lockstep" else 0.2
     assert all(abs(summary["final_error"][joint]) < largest for joint in ("boom", "jib", "rope"))
 

@@ -28,7 +28,9 @@ class FakeSourceSubscription:
         filter: which has refused nothing.
     """
 
-    def __init__(self, node: Any, kind: type, topic: str, callback: Any, qos: Any, *_: Any, **__: Any) -> None:
+    def __init__(
+        self, node: Any, kind: type, topic: str, callback: Any, qos: Any, *_: Any, **__: Any
+    ) -> None:
         """Subscribe."""
         self.filter = SimpleNamespace(refused=Counter())
 
@@ -60,6 +62,8 @@ class FakeNode:
         """Return a publisher, which records messages."""
         return SimpleNamespace(publish=self.published[topic].append)
 
-    def create_subscription(self, _kind: type, topic: str, callback: Any, _qos: Any, **_: Any) -> None:
+    def create_subscription(
+        self, _kind: type, topic: str, callback: Any, _qos: Any, **_: Any
+    ) -> None:
         """Record the callback."""
         self.callbacks[topic] = callback

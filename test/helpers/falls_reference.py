@@ -19,7 +19,9 @@ def places(name: str, sea: bool) -> Any:
     shape = body_points(10.0, INERTIA)
 
     def at(t: Any, q: Any) -> Any:
-        points = [(m, plus(tuple(q[3:6]), turn(q[6:], r))) for m, r in shape] + [*places_of(name, q)[0]]
+        points = [(m, plus(tuple(q[3:6]), turn(q[6:], r))) for m, r in shape] + [
+            *places_of(name, q)[0]
+        ]
         return [(m, on_base(SEA, t, r)) for m, r in points] if sea else points
 
     return at
@@ -27,7 +29,9 @@ def places(name: str, sea: bool) -> Any:
 
 def strain_energy(name: str) -> Any:
     """Return the energy of the falls as a function of (t, q)."""
-    return strain_energy_of(lambda _, q: places_of(name, q)[1:], lambda q: q[2], lambda q: (tuple(q[3:6]), q[6:]))
+    return strain_energy_of(
+        lambda _, q: places_of(name, q)[1:], lambda q: q[2], lambda q: (tuple(q[3:6]), q[6:])
+    )
 
 
 def mapped(q: Any, v: Any, a: Any) -> Any:

@@ -1,19 +1,25 @@
 """Runs the tests of each file in a process of their own: what they keep in memory ends with it.
 
-A worker collects all tests once; then it forks a process for each file, which has everything that was imported. That
-one runs the tests and sends their reports, which the worker hands on; its end, by a signal too, fails only the test
-that ran. Without workers (`-n 0`) all tests run in one process, as debuggers want it.
+A worker collects all tests once; then it forks a process for each file, which has everything that
+was imported. That one runs the tests and sends their reports, which the worker hands on; its end,
+by a signal too, fails only the test that ran. Without workers (`-n 0`) all tests run in one
+process, as debuggers want it.
+
+A file marked `unforked` runs in the worker: Rerun's client of its viewer has threads from its
+import on, which a forked process lacks, while it shares what they wait for.
 """
 
 import faulthandler
 import multiprocessing
 import os
+import sys
 from collections.abc import Iterator
 from multiprocessing.connection import Connection
 from typing import Any
 
 import pytest
 import session_guard
+from _pytest.runner import runtestprotocol
 
 
 class Forwarder:
@@ -54,7 +60,9 @@ class FileProcess:
         except BrokenPipeError as error:
             raise EOFError from error
         while (data := self._connection.recv()) is not None:
-            yield self._session.config.hook.pytest_report_from_serializable(config=self._session.config, data=data)
+            yield self._session.config.hook.pytest_report_from_serializable(
+                config=self._session.config, data=data
+            )
 
     def close(self) -> str:
         """Let the process end, wait for it, and return how it ended."""
@@ -73,10 +81,21 @@ def _serve(session: pytest.Session, connection: Connection) -> None:
             if isinstance(plugin, FileProcesses) or type(plugin).__name__ == "WorkerInteractor":
                 manager.unregister(plugin)
         manager.register(Forwarder(session.config, connection))
+        _forbid_viewer_client()
         _run_tests(session, connection)
         status = 0
     finally:
         os._exit(status)  # what ends with Python is the worker's
+
+
+def _forbid_viewer_client() -> None:
+    """Let a client of Rerun's viewer fail the test: it would hang here, and end the worker."""
+
+    def refuse(*_: object) -> None:
+        pytest.fail("needs pytestmark = pytest.mark.unforked (test/helpers/file_processes.py)")
+
+    if module := sys.modules.get("rerun.experimental"):
+        module.ViewerClient.connect = refuse
 
 
 def _run_tests(session: pytest.Session, connection: Connection) -> None:
@@ -100,10 +119,15 @@ class FileProcesses:
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_protocol(self, item: pytest.Item, nextitem: pytest.Item | None) -> bool:
         """Run a test in the process of its file; a test that does not end, ends that one."""
-        faulthandler.cancel_dump_traceback_later()  # its thread would be missing in a forked process
         item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
         same_file = nextitem is not None and nextitem.path == item.path
-        self._report(item, nextitem if same_file else None)
+        next_item = nextitem if same_file else None
+        if item.get_closest_marker("unforked"):
+            runtestprotocol(item, nextitem=next_item)
+        else:
+            # its thread would be missing in a forked process
+            faulthandler.cancel_dump_traceback_later()
+            self._report(item, next_item)
         if not same_file:
             self._close()
         item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
@@ -116,7 +140,9 @@ class FileProcesses:
             for report in self._process.run(item, next_item):
                 item.ihook.pytest_runtest_logreport(report=report)
         except EOFError:
-            item.ihook.pytest_runtest_logreport(report=_failure(item, f"its process ended with {self._close()}"))
+            item.ihook.pytest_runtest_logreport(
+                report=_failure(item, f"its process ended with {self._close()}")
+            )
 
     def _close(self) -> str:
         process, self._process = self._process, None
@@ -126,5 +152,9 @@ class FileProcesses:
 def _failure(item: pytest.Item, message: str) -> pytest.TestReport:
     """Return the report of a test that ended its process."""
     place = {"nodeid": item.nodeid, "location": item.location, "keywords": {}}
-    outcome: dict[str, Any] = {"outcome": "failed", "longrepr": f"{item.nodeid}: {message}", "when": "call"}
+    outcome: dict[str, Any] = {
+        "outcome": "failed",
+        "longrepr": f"{item.nodeid}: {message}",
+        "when": "call",
+    }
     return pytest.TestReport(**place, **outcome)

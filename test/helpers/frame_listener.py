@@ -21,7 +21,8 @@ class FrameListener:
     Attributes:
         odometry, poses: messages of the crane's topics.
         fixed, moving: transforms by child frame, of /tf_static and of each stamp of /tf.
-        contested: frames that had two different transforms for one stamp; the same may come again for a new subscriber.
+        contested: frames that had two different transforms for one stamp; the same may come again
+            for a new subscriber.
     """
 
     def __init__(self, node: Node, namespace: str) -> None:
@@ -32,7 +33,9 @@ class FrameListener:
         self.moving: dict[int, dict[str, Any]] = {}
         self.contested: set[str] = set()
         node.create_subscription(Odometry, f"/{namespace}/base/odometry", self._on_odometry, 100)
-        node.create_subscription(PoseStamped, f"/{namespace}/payload_pose", self._on_pose, qos_profile_sensor_data)
+        node.create_subscription(
+            PoseStamped, f"/{namespace}/payload_pose", self._on_pose, qos_profile_sensor_data
+        )
         if find_spec("tf2_msgs"):
             from tf2_msgs.msg import TFMessage  # pyright: ignore[reportMissingImports]
 
@@ -62,7 +65,10 @@ class FrameListener:
     def _on_moving(self, message: Any) -> None:
         for stamp in {nanoseconds(transform.header.stamp) for transform in message.transforms}:
             known = dict(self.moving.get(stamp, {}))
-            self._add(known, [each for each in message.transforms if nanoseconds(each.header.stamp) == stamp])
+            self._add(
+                known,
+                [each for each in message.transforms if nanoseconds(each.header.stamp) == stamp],
+            )
             self.moving[stamp] = known  # a whole message at once: another thread reads
 
     def _add(self, known: dict[str, Any], transforms: Sequence[Any]) -> None:

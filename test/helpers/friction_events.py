@@ -18,7 +18,10 @@ Rubbing = dict[str, dict[str, float]]
 
 def sines(waves: dict[str, tuple[float, float, float]]) -> dict[str, Any]:
     """Return inputs of a scene: (amplitude, frequency, offset) by joint."""
-    return {name: {"kind": "sine", "amplitude": a, "frequency": w, "offset": b} for name, (a, w, b) in waves.items()}
+    return {
+        name: {"kind": "sine", "amplitude": a, "frequency": w, "offset": b}
+        for name, (a, w, b) in waves.items()
+    }
 
 
 def bristle_forces(bristles: Rubbing, v: Vector, z: Vector) -> tuple[Vector, Vector]:
@@ -36,7 +39,9 @@ class Reference(NamedTuple):
     There is a constraint for each joint that sticks.
     """
 
-    equations: Callable[[Vector, Vector, Vector], tuple[Vector, Vector]]  # of (q, v, u): mass matrix and force
+    equations: Callable[
+        [Vector, Vector, Vector], tuple[Vector, Vector]
+    ]  # of (q, v, u): mass matrix and force
     waves: dict[str, tuple[float, float, float]]
     friction: Rubbing
 
@@ -44,7 +49,9 @@ class Reference(NamedTuple):
         """Return the friction [N or N m] of a joint that slips with `mode` at velocity v."""
         f = self.friction[name]
         fall = exp(-((v / f["stribeck"]) ** 2)) if "stribeck" in f else 0.0
-        return mode * (f["coulomb"] + (f["static"] - f["coulomb"]) * fall) + f.get("viscous", 0.0) * v
+        return (
+            mode * (f["coulomb"] + (f["static"] - f["coulomb"]) * fall) + f.get("viscous", 0.0) * v
+        )
 
     def motion(self, t: float, y: Vector, modes: Vector) -> tuple[Vector, Vector]:
         """Return accelerations, and what constraints have to supply."""
@@ -78,20 +85,30 @@ class Reference(NamedTuple):
         event.terminal, event.direction = True, -1.0
 
         def solve(t: float, y: Vector, max_step: float) -> Any:
-            steps: dict[str, Any] = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-14, "max_step": max_step}
+            steps: dict[str, Any] = {
+                "method": "DOP853",
+                "rtol": 1e-13,
+                "atol": 1e-14,
+                "max_step": max_step,
+            }
             return solve_ivp(rates, (t, end), y, events=event, **steps)
 
         while True:
             solution = solve(t, y, 0.05)
             if not len(solution.t_events[0]):
                 return found
-            before = solution.t[-2]  # once more in short steps: events are located by interpolation of lower order
+            before = solution.t[
+                -2
+            ]  # once more in short steps: events are located by interpolation of lower order
             solution = solve(before, solution.y[:, -2], (solution.t[-1] - before) / 20.0)
             t, y = solution.t[-1], solution.y[:, -1]
             joint = int(np.argmin(self.margins(t, y, modes)))
             failed, modes[joint] = modes[joint], 0.0
             y[len(y) // 2 + joint] = 0.0
-            load, static = self.motion(t, y, modes)[1][joint], [*self.friction.values()][joint]["static"]
+            load, static = (
+                self.motion(t, y, modes)[1][joint],
+                [*self.friction.values()][joint]["static"],
+            )
             modes[joint] = 0.0 if failed and abs(load) <= static else copysign(1.0, load)
             found.append((t, joint, modes[joint]))
 
@@ -104,6 +121,11 @@ def check_events(run: Any, expected: Any, names: Sequence[str]) -> None:
 
     Its energy adds up, too.
     """
-    assert [text for _, text in run.events] == [f"the {names[joint]} {OUTCOMES[mode]}" for _, joint, mode in expected]
-    assert np.max(np.abs([a - b for (a, _), (b, _, _) in zip(run.events, expected, strict=True)])) < EVENT_TIME
+    assert [text for _, text in run.events] == [
+        f"the {names[joint]} {OUTCOMES[mode]}" for _, joint, mode in expected
+    ]
+    assert (
+        np.max(np.abs([a - b for (a, _), (b, _, _) in zip(run.events, expected, strict=True)]))
+        < EVENT_TIME
+    )
     assert run.summary["energy_audit_max"] < 1e-9

@@ -22,7 +22,10 @@ def messages_of(bag: Path) -> Messages:
     Topics of all cranes begin with a slash.
     """
     topics = read(bag).items()  # (name, [(time of reception, message), ...])
-    return {name.partition("/")[2].partition("/")[2] or name: [each for _, each in samples] for name, samples in topics}
+    return {
+        name.partition("/")[2].partition("/")[2] or name: [each for _, each in samples]
+        for name, samples in topics
+    }
 
 
 def vector(message: Any) -> np.ndarray:
@@ -38,7 +41,8 @@ def quaternion(message: Any) -> Rotation:
 def check_payload(scene: Scene, messages: Messages) -> None:
     """Check that URDF, joint states and the base's odometry alone give the payload's pose.
 
-    Where sensors measure the joints, joint states have errors: the payload's pose is not compared with them.
+    Where sensors measure the joints, joint states have errors: the payload's pose is not compared
+    with them.
     """
     states = {stamp_of(state): state for state in messages["joint_states"]}
     odometry = {stamp_of(base): base.pose.pose for base in messages["base/odometry"]}
@@ -53,7 +57,9 @@ def check_payload(scene: Scene, messages: Messages) -> None:
         joints = dict(zip(states[stamp].name, states[stamp].position, strict=True))
         payload = link_position(messages["robot_description"][0].data, joints, "payload_link")
         if moves:
-            payload = quaternion(odometry[stamp].orientation).apply(payload) + vector(odometry[stamp].position)
+            payload = quaternion(odometry[stamp].orientation).apply(payload) + vector(
+                odometry[stamp].position
+            )
         # unit vectors have length 1 to the integrator's tolerance; rounding is far less
         assert vector(poses[stamp]) == pytest.approx(payload, abs=1e-9)
 
@@ -70,16 +76,24 @@ def check_frames(messages: Messages, poses: dict[int, Any]) -> None:
     assert clocks and clocks == sorted(clocks), clocks
     if "/tf" not in messages:  # the package is not installed
         return
-    fixed = {each.child_frame_id: each for message in messages["/tf_static"] for each in message.transforms}
+    fixed = {
+        each.child_frame_id: each
+        for message in messages["/tf_static"]
+        for each in message.transforms
+    }
     moving: dict[int, dict[str, Any]] = {}
     for message in messages["/tf"]:
-        moving.setdefault(stamp_of(message.transforms[0]), {}).update({t.child_frame_id: t for t in message.transforms})
+        moving.setdefault(stamp_of(message.transforms[0]), {}).update(
+            {t.child_frame_id: t for t in message.transforms}
+        )
     for stamp in some(poses.keys() & moving.keys()):
         frame = "payload_link"
         position, parents = np.zeros(3), fixed | moving[stamp]
         while frame != "world":
             transform = parents[frame].transform
-            position = quaternion(transform.rotation).apply(position) + vector(transform.translation)
+            position = quaternion(transform.rotation).apply(position) + vector(
+                transform.translation
+            )
             frame = parents[frame].header.frame_id
         # unit vectors have length 1 to the integrator's tolerance
         assert vector(poses[stamp]) == pytest.approx(position, abs=1e-9)

@@ -9,7 +9,10 @@ from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.plant import Plant
 
 PERIOD = 0.01  # s, of a scene without a law
-MASS: dict[str, Any] = {"kind": "payload", "mass": 2.0}  # kg; without a time it begins when it is set
+MASS: dict[str, Any] = {
+    "kind": "payload",
+    "mass": 2.0,
+}  # kg; without a time it begins when it is set
 ROD: dict[str, Any] = {
     "crane": "overhead",
     "duration": 2.0,
@@ -26,7 +29,9 @@ def rod(**groups: Any) -> Scene:
     return load_scene(ROD | groups | {"faults": {"never": MASS} | groups.get("faults", {})})
 
 
-def history(scene: Scene, periods: int, demand: Any = lambda t: 5.0 * cos(3.0 * t)) -> tuple[Any, Any, Any]:
+def history(
+    scene: Scene, periods: int, demand: Any = lambda t: 5.0 * cos(3.0 * t)
+) -> tuple[Any, Any, Any]:
     """Return (true, measured, applied) of every period.
 
     True and measured coordinates are (K, 4), efforts (K,).

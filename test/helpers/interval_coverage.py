@@ -21,7 +21,9 @@ class Case(NamedTuple):
     truth: Mapping[str, float]  # of the parameters to identify
     duration: float = 15.0  # s
     segment: float = 5.0  # s
-    through_sensors: bool = False  # the scene's own sensors measure; else encoders with normal noise
+    through_sensors: bool = (
+        False  # the scene's own sensors measure; else encoders with normal noise
+    )
 
 
 MASSES = {"cable.lengths.0": 2.1, "cable.node_masses.0": 9.0, "trolley.mass": 22.0}
@@ -31,9 +33,13 @@ SLEW = {"payload.mass": 1.1, "friction.slew.viscous": 3.0}
 CASES = {
     "masses and length": Case("overhead_energy", {}, MASSES),
     "friction": Case("overhead_energy", {"friction": {"trolley": FRICTION}}, RAILS),
-    "delay and lag": Case("overhead_energy", {"actuators": {"trolley": {"delay": 0.02, "lag": 0.05}}}, DRIVE),
+    "delay and lag": Case(
+        "overhead_energy", {"actuators": {"trolley": {"delay": 0.02, "lag": 0.05}}}, DRIVE
+    ),
     "knuckle boom": Case("knuckle_setpoint", {"friction": {"slew": FRICTION}}, SLEW, 8.0, 1.25),
-    "sensors": Case("overhead_energy", {"sensors": {"all": ENCODERS}}, MASSES, through_sensors=True),
+    "sensors": Case(
+        "overhead_energy", {"sensors": {"all": ENCODERS}}, MASSES, through_sensors=True
+    ),
 }
 
 
@@ -51,4 +57,7 @@ def errors_of(case: Case, seed: int) -> dict[str, float]:
     """Return each parameter's error over half its interval; at most 1 if the truth is inside."""
     scene = crane_sim.load_scene(case.scene, dict(case.guess))
     found = crane_sim.identify(scene, measured(case, seed), [*case.truth], segment=case.segment)
-    return {each.key: (each.value - case.truth[each.key]) / (each.high - each.value) for each in found.estimates}
+    return {
+        each.key: (each.value - case.truth[each.key]) / (each.high - each.value)
+        for each in found.estimates
+    }

@@ -41,10 +41,14 @@ class Joystick:
         self.axes, self.pressed, self.silent = [0.0] * 4, set[int](), False
         self.commands: dict[str, float] = {}
         self.held: dict[str, float] = {}
-        self.velocities: dict[str, float] = defaultdict(lambda: nan)  # no speed before the first state
+        self.velocities: dict[str, float] = defaultdict(
+            lambda: nan
+        )  # no speed before the first state
         self._joy = self._node.create_publisher(Joy, "/joy", 10)
         for topic, taken in (("joint_commands", "commands"), ("held_command", "held")):
-            self._node.create_subscription(JointState, topic, lambda m, taken=taken: self._take(taken, m), 100)
+            self._node.create_subscription(
+                JointState, topic, lambda m, taken=taken: self._take(taken, m), 100
+            )
         self._node.create_subscription(JointState, "joint_states", self._on_state, 100)
         self._node.create_timer(_PERIOD, self._publish)
         self._closing = False
@@ -57,7 +61,9 @@ class Joystick:
         self._thread.start()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None
+    ) -> None:
         """Leave the graph."""
         self._closing = True
         self._thread.join(_JOIN_TIMEOUT)
@@ -75,8 +81,13 @@ class Joystick:
             self._joy.publish(Joy(axes=self.axes, buttons=buttons))
 
     def _take(self, where: str, message: JointState) -> None:
-        vectors = message.velocity or [0.0] * len(message.name), message.effort or [0.0] * len(message.name)
-        numbers = [v if v == v else e for v, e in zip(*vectors, strict=True)]  # NaN: the drive takes the other field
+        vectors = (
+            message.velocity or [0.0] * len(message.name),
+            message.effort or [0.0] * len(message.name),
+        )
+        numbers = [
+            v if v == v else e for v, e in zip(*vectors, strict=True)
+        ]  # NaN: the drive takes the other field
         setattr(self, where, dict(zip(message.name, numbers, strict=True)))
 
     def _on_state(self, message: JointState) -> None:
@@ -119,7 +130,9 @@ class ScriptedOperator:
 
 def wait_mode(desk: DeskLink, mode: str) -> None:
     """Wait until the operator's node reports this mode."""
-    wait_until(lambda: desk.panel().get("mode") == mode, f"mode {mode!r} of the operator's desk", _TIMEOUT)
+    wait_until(
+        lambda: desk.panel().get("mode") == mode, f"mode {mode!r} of the operator's desk", _TIMEOUT
+    )
 
 
 def wait_for(condition: Callable[[], bool], what: str) -> None:

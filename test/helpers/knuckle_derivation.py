@@ -19,7 +19,9 @@ def derivation() -> Callable[..., Any]:
     """
     q = sp.symbols("a b c d t1 t2")
     v = sp.symbols("a_ b_ c_ d_ t1_ t2_")
-    lb, mb, ib, xb, lj, mj, ij, xj, tower, m, g = p = sp.symbols("lb mb ib xb lj mj ij xj tower m g")
+    lb, mb, ib, xb, lj, mj, ij, xj, tower, m, g = p = sp.symbols(
+        "lb mb ib xb lj mj ij xj tower m g"
+    )
     kb, rb, kj, rj, kr, rr, share = springs = sp.symbols("kb rb kj rj kr rr share")
     a, b, c, d, t1, t2 = q
     radial, across = sp.Matrix([sp.cos(a), sp.sin(a), 0]), sp.Matrix([-sp.sin(a), sp.cos(a), 0])
@@ -34,9 +36,13 @@ def derivation() -> Callable[..., Any]:
     def twice_slew_energy(transverse: Any, axial: Any, angle: Any) -> Any:
         return (transverse * sp.cos(angle) ** 2 + axial * sp.sin(angle) ** 2) * v[0] ** 2
 
-    twice_kinetic = mb * speed2(lb / 2 * boom) + mj * speed2(lb * boom + lj / 2 * jib) + m * speed2(payload)
+    twice_kinetic = (
+        mb * speed2(lb / 2 * boom) + mj * speed2(lb * boom + lj / 2 * jib) + m * speed2(payload)
+    )
     twice_kinetic += tower * v[0] ** 2 + ib * v[1] ** 2 + ij * v[2] ** 2
-    twice_kinetic += sp.Symbol("rods") * (twice_slew_energy(ib, xb, b) + twice_slew_energy(ij, xj, c))
+    twice_kinetic += sp.Symbol("rods") * (
+        twice_slew_energy(ib, xb, b) + twice_slew_energy(ij, xj, c)
+    )
     mass_moment = mb * lb / 2 * boom + mj * (lb * boom + lj / 2 * jib) + m * payload
     twice_spring_energy = kb * (b - rb) ** 2 + kj * (c - share * b - rj) ** 2 + kr * (d - rr) ** 2
     lagrangian = twice_kinetic / 2 - g * mass_moment[2] - twice_spring_energy / 2
@@ -72,6 +78,12 @@ def mass_and_force(scene: crane_sim.Scene, q: Any, v: Any, u: Any) -> tuple[np.n
         force -= jacobian.T @ (scene.model.drag.coefficient * np.linalg.norm(velocity) * velocity)
     if scene.model.swing_friction:
         f = scene.model.swing_friction
-        lever = {"QuadraticFriction": np.abs(v[4:]), "LinearFriction": np.ones(2), "PaperFriction": np.abs(q[4:])}
-        force[4:] -= np.array([f.tangential * cos(q[5]) ** 2, f.radial]) * lever[type(f).__name__] * v[4:]
+        lever = {
+            "QuadraticFriction": np.abs(v[4:]),
+            "LinearFriction": np.ones(2),
+            "PaperFriction": np.abs(q[4:]),
+        }
+        force[4:] -= (
+            np.array([f.tangential * cos(q[5]) ** 2, f.radial]) * lever[type(f).__name__] * v[4:]
+        )
     return mass, force

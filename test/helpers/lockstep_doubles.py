@@ -37,7 +37,9 @@ class FakeHost:
             get_publishers_info_by_topic=lambda _topic: [],
         )
 
-    def subscribe_with_sender(self, _kind: type, topic: str, callback: Callable[..., Any], *_: Any) -> Any:
+    def subscribe_with_sender(
+        self, _kind: type, topic: str, callback: Callable[..., Any], *_: Any
+    ) -> Any:
         """Return a subscription whose messages tests put into its queue."""
         queue = self.queues.setdefault(topic, deque())
 
@@ -147,8 +149,12 @@ def make_simulation(topics: FakeTopics, clock_leads: bool = False) -> Simulation
     return SimulationRun(SCENE, plant, fake_topics, pipes, (1e9,) * len(ZERO), clock_leads)
 
 
-def make_lockstep(host: Any, simulation: SimulationRun, beside: str = "", stamps: str = "state") -> Lockstep:
+def make_lockstep(
+    host: Any, simulation: SimulationRun, beside: str = "", stamps: str = "state"
+) -> Lockstep:
     """Return a scheduler in lockstep with short time-outs."""
-    settings = SimpleNamespace(step_timeout=0.1, resends=2, beside=beside, command_lease=0.3, command_stamps=stamps)
+    settings = SimpleNamespace(
+        step_timeout=0.1, resends=2, beside=beside, command_lease=0.3, command_stamps=stamps
+    )
     settings.commander = ""
     return Lockstep(host, simulation, settings)

@@ -18,7 +18,10 @@ Array = npt.NDArray[np.float64]
 
 def metrics_of(scene: Scene, q: Array, cuts: tuple[int, ...] = ()) -> dict[str, Any]:
     """Return the metrics of joints q (K + 1, nq) at control steps and at the end, in blocks."""
-    nq, start = len(scene.joint_names), begin(scene.model, np.array(scene.initial_q), np.array(scene.initial_v))[0]
+    nq, start = (
+        len(scene.joint_names),
+        begin(scene.model, np.array(scene.initial_q), np.array(scene.initial_v))[0],
+    )
     rows = np.zeros((len(q) - 1, row_width(scene.model, nq, len(scene.actuated))))
     rows[:, :nq], t = q[:-1], np.arange(len(q)) * scene.period
     metrics = Metrics(scene, scene.model, start.x)

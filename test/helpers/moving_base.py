@@ -46,7 +46,9 @@ def product(a: Array, b: Array) -> Array:
 
     The factors are two matrices, or a matrix and a vector.
     """
-    return np.array([a[0] @ b[0], a[1] @ b[0] + a[0] @ b[1], a[2] @ b[0] + 2.0 * a[1] @ b[1] + a[0] @ b[2]])
+    return np.array(
+        [a[0] @ b[0], a[1] @ b[0] + a[0] @ b[1], a[2] @ b[0] + 2.0 * a[1] @ b[1] + a[0] @ b[2]]
+    )
 
 
 def pose(group: dict[str, Any], t: float) -> tuple[Array, Array]:
@@ -77,7 +79,9 @@ def accelerations(crane: Crane, group: dict[str, Any], t: float, y: Array) -> Ar
     n, (rotation, place), half = len(crane.masses), pose(group, t), len(y) // 2
     rail, rail_rate = np.append(y[:2], 0.0), np.append(y[half : half + 2], 0.0)
     top = place + product(rotation, np.array([rail, rail_rate, np.zeros(3)]))
-    beam = place + product(rotation, np.array([[0.0, rail[1], 0.0], [0.0, rail_rate[1], 0.0], np.zeros(3)]))
+    beam = place + product(
+        rotation, np.array([[0.0, rail[1], 0.0], [0.0, rail_rate[1], 0.0], np.zeros(3)])
+    )
     apart = np.diff(np.vstack([top[0], y[2:half].reshape(n, 3)]), axis=0)
     rates = np.diff(np.vstack([top[1], y[half + 2 :].reshape(n, 3)]), axis=0)
     along = rotation[0][:, :2].T  # directions of the rails in the world
@@ -86,7 +90,10 @@ def accelerations(crane: Crane, group: dict[str, Any], t: float, y: Array) -> Ar
     force = np.append(np.zeros(2), np.kron(crane.masses, DOWN))
     force[0] = crane.trolley * along[0] @ (DOWN - top[2])
     force[1] = along[1] @ (crane.trolley * (DOWN - top[2]) + crane.bridge * (DOWN - beam[2]))
-    pulls, known = np.zeros((n, size)), np.zeros(n)  # by links: the direction in which a unit of tension pulls
+    pulls, known = (
+        np.zeros((n, size)),
+        np.zeros(n),
+    )  # by links: the direction in which a unit of tension pulls
     for k in range(n):
         pulls[k, 2 + 3 * k : 5 + 3 * k] = -apart[k]
         if k > 0:
@@ -96,7 +103,9 @@ def accelerations(crane: Crane, group: dict[str, Any], t: float, y: Array) -> Ar
         known[k] = rates[k] @ rates[k] - (apart[0] @ top[2] if k == 0 else 0.0)
     if crane.stiffness:
         length = np.linalg.norm(apart, axis=1)
-        solution = np.linalg.solve(mass, force + pulls.T @ (crane.stiffness * (length - crane.lengths) / length))
+        solution = np.linalg.solve(
+            mass, force + pulls.T @ (crane.stiffness * (length - crane.lengths) / length)
+        )
     else:
         whole = np.block([[mass, -pulls.T], [pulls, np.zeros((n, n))]])
         solution = np.linalg.solve(whole, np.append(force, known))[:size]
@@ -108,13 +117,26 @@ def nodes(crane: Crane, group: dict[str, Any], start: Array, rates: Array, times
 
     Args:
         crane, group: the crane, and the motion of its base.
-        start, rates: place and velocity on the base of the trolley (first row, z = 0) and the nodes (N + 1, 3).
+        start, rates: place and velocity on the base of the trolley (first row, z = 0) and the nodes
+            (N + 1, 3).
         times: s, from 0 on.
     """
     rotation, place = pose(group, 0.0)
-    world = np.array([place + product(rotation, np.array([r, v, 0.0 * r])) for r, v in zip(start, rates, strict=True)])
+    world = np.array(
+        [
+            place + product(rotation, np.array([r, v, 0.0 * r]))
+            for r, v in zip(start, rates, strict=True)
+        ]
+    )
     y = np.concatenate([start[0, :2], world[1:, 0].ravel(), rates[0, :2], world[1:, 1].ravel()])
-    run = solve_ivp(lambda t, y: accelerations(crane, group, t, y), (0.0, times[-1]), y, "DOP853", times, **TIGHT)
+    run = solve_ivp(
+        lambda t, y: accelerations(crane, group, t, y),
+        (0.0, times[-1]),
+        y,
+        "DOP853",
+        times,
+        **TIGHT,
+    )
     places = np.empty((len(times), len(start), 3))
     for i, (t, row) in enumerate(zip(times, run.y.T, strict=True)):
         rotation, place = pose(group, t)
@@ -161,7 +183,11 @@ def plane_rates(crane: Plane, group: dict[str, Any], t: float, y: Array) -> Arra
     tilt = motion(group, t)[2, 4]  # angles of links grow against turns about y
     for k in range(n):
         s, c, rate = np.sin(q[k + 1]), np.cos(q[k + 1]), v[k + 1]
-        down, across, (length, paid, gain) = np.array([s, 0.0, -c]), np.array([c, 0.0, s]), lengths[:, k]
+        down, across, (length, paid, gain) = (
+            np.array([s, 0.0, -c]),
+            np.array([c, 0.0, s]),
+            lengths[:, k],
+        )
         at[0] += length * down
         at[1] += paid * down + length * rate * across
         at[2] += (gain - length * rate**2) * down + 2.0 * paid * rate * across
@@ -177,11 +203,16 @@ def plane_nodes(crane: Plane, group: dict[str, Any], y: Array, times: Array) -> 
 
     They are those of trolley and nodes.
     """
-    run = solve_ivp(lambda t, y: plane_rates(crane, group, t, y), (0.0, times[-1]), y, "DOP853", times, **TIGHT)
+    run = solve_ivp(
+        lambda t, y: plane_rates(crane, group, t, y), (0.0, times[-1]), y, "DOP853", times, **TIGHT
+    )
     places = np.zeros((len(times), len(crane.masses) + 1, 3))
     for i, (t, row) in enumerate(zip(times, run.y.T, strict=True)):
         rotation, place = pose(group, t)
-        lengths, angles = np.append(crane.hoist(t)[0], crane.lengths[1:]), row[1 : 1 + len(crane.masses)]
+        lengths, angles = (
+            np.append(crane.hoist(t)[0], crane.lengths[1:]),
+            row[1 : 1 + len(crane.masses)],
+        )
         links = lengths[:, None] * np.stack([np.sin(angles), 0.0 * angles, -np.cos(angles)], axis=1)
         local = np.cumsum(np.vstack([[row[0], 0.0, 0.0], links]), axis=0)
         places[i] = place[0] + local @ rotation[0].T

@@ -26,7 +26,9 @@ RATES = np.array([[0.0, 0.5, 0.0], [0.3, 0.0, 0.0], [0.3, 0.4, 0.0]])
 def start_of(lengths: Any, units: Any, rates: Any) -> tuple[Any, Any]:
     """Return positions and velocities (N + 1, 3) of trolley, at rest in the origin, and nodes."""
     links, relative = (np.array(lengths)[:, None] * np.array(part) for part in (units, rates))
-    return np.cumsum(np.vstack([np.zeros(3), links]), axis=0), np.cumsum(np.vstack([np.zeros(3), relative]), axis=0)
+    return np.cumsum(np.vstack([np.zeros(3), links]), axis=0), np.cumsum(
+        np.vstack([np.zeros(3), relative]), axis=0
+    )
 
 
 PLANE = {name: SHIP[name] for name in ("surge", "heave", "pitch")}

@@ -23,7 +23,9 @@ class PdLaw:
         q, v, n = np.array(scene.initial_q), np.zeros(len(scene.joint_names)), len(self._columns)
         q[self._columns] = self._target
         free = acceleration(scene, q, v, np.zeros(n))[self._columns]
-        mobility = np.array([acceleration(scene, q, v, unit)[self._columns] - free for unit in np.eye(n)]).T
+        mobility = np.array(
+            [acceleration(scene, q, v, unit)[self._columns] - free for unit in np.eye(n)]
+        ).T
         inertia = np.linalg.inv(mobility)
         self._gravity = -inertia @ free
         self._stiffness = FREQUENCY**2 * np.diag(inertia)

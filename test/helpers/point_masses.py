@@ -2,9 +2,9 @@
 
 Every body consists of point masses.
 
-Virtual work of points needs no rates, no inertia tensors, no tensions and no rotating frames: with the Jacobian J of
-the places r(t, q), M = Σ m Jᵀ J and M q'' = Σ m Jᵀ (g - r''|_{q''=0}) + Q. Derivatives are central differences in
-multiple precision, exact to more digits than a double has.
+Virtual work of points needs no rates, no inertia tensors, no tensions and no rotating frames: with
+the Jacobian J of the places r(t, q), M = Σ m Jᵀ J and M q'' = Σ m Jᵀ (g - r''|_{q''=0}) + Q.
+Derivatives are central differences in multiple precision, exact to more digits than a double has.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,7 +16,10 @@ from mpmath import mp, mpf
 
 Point = tuple[Any, Any, Any]
 Places = Callable[[Any, Sequence[Any]], list[tuple[Any, Point]]]
-DIGITS, STEP = 60, mpf(10) ** -18  # the error of a central difference is that of the step's square: 36 digits
+DIGITS, STEP = (
+    60,
+    mpf(10) ** -18,
+)  # the error of a central difference is that of the step's square: 36 digits
 G = mpf("9.81")
 
 
@@ -32,7 +35,9 @@ class Extras(NamedTuple):
 NOTHING = Extras()
 
 
-def accelerations(places: Places, t: float, q: Any, v: Any, efforts: Any, extras: Extras = NOTHING) -> Any:
+def accelerations(
+    places: Places, t: float, q: Any, v: Any, efforts: Any, extras: Extras = NOTHING
+) -> Any:
     """Return the second derivatives (n,) of the coordinates.
 
     Args:
@@ -50,7 +55,10 @@ def accelerations(places: Places, t: float, q: Any, v: Any, efforts: Any, extras
         bias = [(a - 2 * b + c) / h**2 for a, b, c in zip(ahead[1], now[1], behind[1], strict=True)]
         columns = []
         for i in range(n):
-            up, down = _places(places, t, _moved(q, i, h))[1], _places(places, t, _moved(q, i, -h))[1]
+            up, down = (
+                _places(places, t, _moved(q, i, h))[1],
+                _places(places, t, _moved(q, i, -h))[1],
+            )
             columns.append([(a - b) / (2 * h) for a, b in zip(up, down, strict=True)])
         masses = [m for m in now[0] for _ in range(3)]
         gravity = [g for _ in now[0] for g in (mpf(0), mpf(0), -G)]
@@ -127,13 +135,18 @@ def rod_points(mass: float, inertia: float, centre: Any) -> list[tuple[Any, Any]
 
 def ring_points(inertia: float, angle: Any) -> list[tuple[Any, Point]]:
     """Return four points of a ring about z with this inertia, turned by an angle."""
-    return [(mpf(inertia) / 4, rotate(2, angle + k * mp.pi / 2, (mpf(1), mpf(0), mpf(0)))) for k in range(4)]
+    return [
+        (mpf(inertia) / 4, rotate(2, angle + k * mp.pi / 2, (mpf(1), mpf(0), mpf(0))))
+        for k in range(4)
+    ]
 
 
 def on_base(group: dict[str, Any], t: Any, place: Point) -> Point:
     """Return a place of the base in the world: a sinusoid for each axis of `base_motion`."""
     x = dict.fromkeys(("surge", "sway", "heave", "roll", "pitch", "yaw"), mpf(0))
     for name, term in group.items():
-        x[name] = mpf(term["amplitude"]) * mpmath.sin(mpf(term["frequency"]) * t + mpf(term.get("phase", 0.0)))
+        x[name] = mpf(term["amplitude"]) * mpmath.sin(
+            mpf(term["frequency"]) * t + mpf(term.get("phase", 0.0))
+        )
     turned = rotate(2, x["yaw"], rotate(1, x["pitch"], rotate(0, x["roll"], place)))
     return plus((x["surge"], x["sway"], x["heave"]), turned)

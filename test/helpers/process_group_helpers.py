@@ -8,7 +8,8 @@ from process_helpers import LIMIT as TIMEOUT
 
 from crane_sim.orchestration.process_group import ProcessGroup
 
-LIMIT = 20.0  # s from an interruption to the end: 3 s on an idle machine, a minute or never without a deadline
+# s from an interruption to the end: 3 s on an idle machine, a minute or never without a deadline
+LIMIT = 20.0
 IGNORES_SIGTERM = """
 import os, signal, sys, time
 
@@ -20,7 +21,9 @@ def main():
 """
 
 
-def make_group(folder: Path, program: str, env: dict[str, str], interrupts: Sequence[int] = ()) -> ProcessGroup:
+def make_group(
+    folder: Path, program: str, env: dict[str, str], interrupts: Sequence[int] = ()
+) -> ProcessGroup:
     """Return a process group in which the module `node` is this program."""
     (folder / "node.py").write_text(program)
     return ProcessGroup(env | {"PYTHONPATH": f"{folder}:{env['PYTHONPATH']}"}, interrupts)
@@ -30,6 +33,9 @@ def listen_until(group: ProcessGroup, done: Callable[[], bool]) -> None:
     """Read the reports of the children until it is done; fails after the time-out."""
     deadline = time.monotonic() + TIMEOUT
     while not done():
-        states = [(child.name, "exited" if child.exited else "alive", child.fault) for child in group.children]
+        states = [
+            (child.name, "exited" if child.exited else "alive", child.fault)
+            for child in group.children
+        ]
         assert time.monotonic() < deadline, f"not within {TIMEOUT:g} s; the children: {states}"
         group.listen(0.5)

@@ -16,7 +16,9 @@ from typing import Any
 
 from crane_sim.process_signals import set_parent_death_signal
 
-LIMIT = 500.0  # s for a program or a wait, only so that a failure ends: the first of a scene compiles
+LIMIT = (
+    500.0  # s for a program or a wait, only so that a failure ends: the first of a scene compiles
+)
 _EXIT_TIMEOUT = 20.0  # s for a killed process to exit, and for reading the rest of its pipes
 
 
@@ -36,12 +38,15 @@ def started_program(
         AssertionError: the program ran into the limit.
     """
     process = subprocess.Popen(
-        command, **{"text": True, "process_group": 0, "preexec_fn": set_parent_death_signal()} | options
+        command,
+        **{"text": True, "process_group": 0, "preexec_fn": set_parent_death_signal()} | options,
     )
     overrun: list[str] = []
 
     def expire() -> None:
-        overrun.append(f"{shlex.join(map(str, command))[:300]}: still ran after {limit:g} s, and was killed")
+        overrun.append(
+            f"{shlex.join(map(str, command))[:300]}: still ran after {limit:g} s, and was killed"
+        )
         _kill(process)
 
     timer = threading.Timer(limit, expire)
@@ -107,7 +112,9 @@ def next_line(process: subprocess.Popen[str]) -> str:
     return line
 
 
-def wait_until(condition: Callable[[], bool], what: str = "the condition of the test", timeout: float = LIMIT) -> None:
+def wait_until(
+    condition: Callable[[], bool], what: str = "the condition of the test", timeout: float = LIMIT
+) -> None:
     """Return as soon as the condition holds; fails after `timeout` seconds, naming `what`."""
     deadline = time.monotonic() + timeout
     while not condition():

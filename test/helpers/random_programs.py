@@ -45,7 +45,11 @@ class Program:
         self._return(indent)
 
     def _return(self, indent: int) -> None:
-        self._write(indent, "return " + (self._result and self._real(2) or f"{self._real(2)}, {self._integer(2)}, f"))
+        self._write(
+            indent,
+            "return "
+            + (self._result and self._real(2) or f"{self._real(2)}, {self._integer(2)}, f"),
+        )
 
     def _write(self, indent: int, line: str) -> None:
         self._lines.append("    " * indent + line)
@@ -85,12 +89,21 @@ class Program:
         )
 
     def _call(self) -> str:
-        return f"{self._helper}({self._real(0)}, {self._real(1)}, {self._integer(1)}, {self._integer(0)})"
+        return (
+            f"{self._helper}({self._real(0)}, {self._real(1)}, {self._integer(1)}, "
+            f"{self._integer(0)})"
+        )
 
     def _element(self) -> str:
         at = self._index
-        return self._pick(lambda: f"a[{at(5)}]", lambda: f"m[{at(3)}, {at(2)}]", lambda: f"m[{at(3)}][{at(2)}]",
-                          lambda: f"m[:, {at(2)}][{at(3)}]", lambda: f"a[1:4][{at(3)}]")  # fmt: skip
+        return self._pick(
+            lambda: f"a[{at(5)}]",
+            lambda: f"m[{at(3)}, {at(2)}]",
+            lambda: f"m[{at(3)}][{at(2)}]",
+            # fmt: skip
+            lambda: f"m[:, {at(2)}][{at(3)}]",
+            lambda: f"a[1:4][{at(3)}]",
+        )
 
     def _index(self, length: int) -> str:
         return self._pick(
@@ -101,7 +114,11 @@ class Program:
 
     def _integer(self, depth: int = _DEPTH) -> str:
         d, choose = depth - 1, self._random.choice
-        simple = [lambda: choose("ijnp"), lambda: choose("ijnp"), lambda: str(choose((0, 1, 2, 3, 7)))]
+        simple = [
+            lambda: choose("ijnp"),
+            lambda: choose("ijnp"),
+            lambda: str(choose((0, 1, 2, 3, 7))),
+        ]
         if self._arrays:
             simple += [lambda: f"k[{self._index(4)}]", lambda: choose(("len(a)", "m.shape[1]"))]
         if depth <= 0:
@@ -137,7 +154,10 @@ class Program:
                    lambda: f"({i} < 0 or {i} >= 5 or a[{i}] < {self._real(d)})"]  # fmt: skip
         return self._pick(
             *simple,
-            lambda: f"({self._integer(d)} {choose(compare)} {self._real(d)} {choose(compare)} {self._real(d)})",
+            lambda: (
+                f"({self._integer(d)} {choose(compare)} {self._real(d)} {choose(compare)} "
+                f"{self._real(d)})"
+            ),
             lambda: f"({self._condition(d)} {choose(('and', 'or'))} {self._condition(d)})",
             lambda: f"(not {self._condition(d)})",
             *(guarded * self._arrays),
@@ -195,7 +215,8 @@ class Program:
             f"for {counter} in range({bound}):",
             f"for {counter} in range({self._random.randint(0, 4)}):",
             f"for {counter} in range({bound}, {self._integer(1)} % 7, {step}):",
-            f"for {counter} in range({self._random.randint(60, 70)}, 0, -{self._random.randint(9, 20)}):",
+            f"for {counter} in range({self._random.randint(60, 70)}, 0, "
+            f"-{self._random.randint(9, 20)}):",
             *(["for u in a:"] * self._arrays),
             "for v in (x, 2.0, y):",
         ]

@@ -20,4 +20,6 @@ def uniform(seed: int, stream: int, k: int) -> float:
 
 def normal(seed: int, stream: int, k: int) -> float:
     """Return the normal number of two streams and a counter."""
-    return sqrt(-2.0 * log(1.0 - uniform(seed, stream, k))) * cos(2.0 * pi * uniform(seed, stream + 1, k))
+    return sqrt(-2.0 * log(1.0 - uniform(seed, stream, k))) * cos(
+        2.0 * pi * uniform(seed, stream + 1, k)
+    )

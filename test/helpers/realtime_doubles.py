@@ -75,7 +75,9 @@ class FakeSimulation:
         """Report nothing."""
 
 
-def fake_subscription(topic: str, publishers: int, queue: deque[tuple[bytes, None]] | None = None) -> Any:
+def fake_subscription(
+    topic: str, publishers: int, queue: deque[tuple[bytes, None]] | None = None
+) -> Any:
     """Return a subscription with a number of publishers and messages, if any, to be taken."""
 
     def take() -> MessageWithSender | None:
@@ -95,7 +97,8 @@ class RealtimeBench(FakeSimulation):
     Attributes:
         now: s.
         delay: s from a state to its answer; None: the controller has died.
-        events: functions that are called as soon as the clock has passed an instant [s], in that order.
+        events: functions that are called as soon as the clock has passed an instant [s], in that
+            order.
         accepted: messages of accepted commands.
     """
 
@@ -154,7 +157,9 @@ class RealtimeBench(FakeSimulation):
 
     def _send_answer(self) -> None:
         if self.delay is not None:
-            answer = JointStateCodec(JOINTS, EFFORT).encode(self.stamp, self.answer(len(self.efforts)))
+            answer = JointStateCodec(JOINTS, EFFORT).encode(
+                self.stamp, self.answer(len(self.efforts))
+            )
             self._in_transit.append((self.now + self.delay, answer))
 
 

@@ -49,6 +49,10 @@ class RowWriter(RunWriter):
 
     def finish(self, summary: Mapping[str, Any]) -> dict[str, Any]:
         """Complete the recording; return its summary."""
-        entries = {"recording": str(self.file.path), "recorded_steps": self.recorded, "lost_steps": 0}
+        entries = {
+            "recording": str(self.file.path),
+            "recorded_steps": self.recorded,
+            "lost_steps": 0,
+        }
         self.close({**summary, **entries})
         return {**summary, **entries}

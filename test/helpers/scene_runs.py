@@ -18,10 +18,16 @@ def run_scenes(scenes: list[str], folder: Path) -> None:
     """
     env = os.environ | {"CRANE_SIM_INTERPRETED": "1", "TMPDIR": str(folder)}
     command = [sys.executable, str(PROGRAM), str(folder), *scenes]
-    done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=LIMIT, check=False)
+    done = subprocess.run(
+        command, env=env, capture_output=True, text=True, timeout=LIMIT, check=False
+    )
     runs: list[dict[str, Any]] = [json.loads(line) for line in done.stdout.splitlines()]
     assert [run["scene"] for run in runs] == scenes, done.stderr
-    failed = [run for run in runs if "error" in run or not run["due"] == run["steps"] == run["recorded_steps"]]
+    failed = [
+        run
+        for run in runs
+        if "error" in run or not run["due"] == run["steps"] == run["recorded_steps"]
+    ]
     assert not failed, done.stderr
     assert [run["state_sha256"] for run in runs] == [run["simulated_sha256"] for run in runs]
     assert all(Path(run["recording"]).stat().st_size for run in runs)

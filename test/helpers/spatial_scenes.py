@@ -10,7 +10,9 @@ import crane_sim
 from crane_sim.simulation.rollout import Rollout
 
 DATA = Path(__file__).parents[1] / "data"
-REFERENCE = json.loads((DATA / "chain.json").read_text()) | json.loads((DATA / "overhead.json").read_text())
+REFERENCE = json.loads((DATA / "chain.json").read_text()) | json.loads(
+    (DATA / "overhead.json").read_text()
+)
 TIGHT = {"method": "dop853", "rtol": 1e-13, "atol": 1e-14}
 
 
@@ -22,7 +24,9 @@ def sine(form: Any = 0.0) -> dict[str, Any]:
     return {"kind": "sine", "amplitude": 0.0, "frequency": 1.0} | (form or {})
 
 
-def scene_of(masses: Any, lengths: Any, directions: Any, rates: Any = None, **groups: Any) -> crane_sim.Scene:
+def scene_of(
+    masses: Any, lengths: Any, directions: Any, rates: Any = None, **groups: Any
+) -> crane_sim.Scene:
     """Return the scene of a chain below a trolley (5 kg) on a bridge (3 kg).
 
     `groups` replace these.
@@ -61,14 +65,22 @@ def turned(name: str, azimuth: float, **groups: Any) -> crane_sim.Scene:
         },
         "duration": case["t"][-1],
     }
-    return scene_of(spec["m_i"], spec["l_i"], directions.tolist(), rates.tolist(), **replaced | groups)
+    return scene_of(
+        spec["m_i"], spec["l_i"], directions.tolist(), rates.tolist(), **replaced | groups
+    )
 
 
 def error_in_tolerances(run: Rollout, name: str, azimuth: float = 0.0) -> float:
     """Return the nodes' largest position error at a reference's instants by its tolerance [m]."""
     case, (c, s) = REFERENCE[name], (np.cos(azimuth), np.sin(azimuth))
     expected = np.array(case["node_positions_xyz"])
-    rotated = np.stack([c * expected[..., 0] - s * expected[..., 1], s * expected[..., 0], expected[..., 2]], axis=-1)
+    rotated = np.stack(
+        [c * expected[..., 0] - s * expected[..., 1], s * expected[..., 0], expected[..., 2]],
+        axis=-1,
+    )
     reference = expected if azimuth == 0.0 else rotated
-    # 1e-9 m: the integrator's 1e-13 a step, a thousand steps, and the growth of errors along the motion
-    return float(np.max(np.abs(run.nodes[:, 1:] - reference)) / max(1e-9, 10.0 * case["trusted_abs_error_m"]))
+    # 1e-9 m: the integrator's 1e-13 a step, a thousand steps, and the growth of errors along the
+    # motion
+    return float(
+        np.max(np.abs(run.nodes[:, 1:] - reference)) / max(1e-9, 10.0 * case["trusted_abs_error_m"])
+    )

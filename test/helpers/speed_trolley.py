@@ -2,7 +2,13 @@
 
 from typing import Any
 
-SERVO = {"gain": 24e3, "integral_time": 0.2, "max_speed": 1.0, "max_acceleration": 0.5, "max_jerk": 5.0}
+SERVO = {
+    "gain": 24e3,
+    "integral_time": 0.2,
+    "max_speed": 1.0,
+    "max_acceleration": 0.5,
+    "max_jerk": 5.0,
+}
 DOCUMENT: dict[str, Any] = {
     "crane": "overhead",
     "duration": 6.0,

@@ -16,8 +16,22 @@ class FakeChild:
 
     def __init__(self, name: str, ready: bool = True) -> None:
         """Create it alive."""
-        self.name, self.ready, self.fault, self.exited, self.fatal, self.active = name, ready, "", False, False, True
-        self.pid, self.step, self.recorded, self.last_bag_step, self.resets, self.waiting = 1, 0, 0, 0, 0, ""
+        self.name, self.ready, self.fault, self.exited, self.fatal, self.active = (
+            name,
+            ready,
+            "",
+            False,
+            False,
+            True,
+        )
+        self.pid, self.step, self.recorded, self.last_bag_step, self.resets, self.waiting = (
+            1,
+            0,
+            0,
+            0,
+            0,
+            "",
+        )
         self.lost_commands = 0
         self.summary: dict[str, Any] | None = None
         self.notices: list[str] = []

@@ -1,6 +1,7 @@
 """Instructions of a traced function computed one by one in Python, with floats or other numbers.
 
-Addresses are those of the process. In another kind of numbers than floats, reals that are written are kept apart.
+Addresses are those of the process. In another kind of numbers than floats, reals that are written
+are kept apart.
 """
 
 import ctypes
@@ -104,7 +105,9 @@ def trace_tree(key: Any, compute: Callable[[Calls, Graph, Any], Any]) -> TracedT
     return TracedTree(Function("tree", compute, graph, block, False), structure[0])
 
 
-def evaluate(function: Function, arguments: list[Any], numbers: Numbers, memory: Memory) -> tuple[Any, ...]:
+def evaluate(
+    function: Function, arguments: list[Any], numbers: Numbers, memory: Memory
+) -> tuple[Any, ...]:
     """Return the results of a function, leaf by leaf.
 
     Raises:
@@ -118,7 +121,9 @@ class _Evaluation:
     def __init__(self, numbers: Numbers, memory: Memory) -> None:
         self._numbers, self._memory = numbers, memory
         self._of_reals = _OF_TANGENTS | _CONVERSIONS | numbers.operations
-        self._of_others = _OF_OTHERS | ({"add_scaled": _add_scaled_exactly} if numbers.exact else {})
+        self._of_others = _OF_OTHERS | (
+            {"add_scaled": _add_scaled_exactly} if numbers.exact else {}
+        )
         self._kinds: list[Kind] = []  # of the values of the function that is called
 
     def call(self, function: Function, arguments: list[Any]) -> tuple[Any, ...]:
@@ -138,7 +143,9 @@ class _Evaluation:
             values.update(zip(instruction.results, results, strict=True))
         return tuple([values[number] for number in block.results])
 
-    def _compute(self, instruction: Instruction, operands: list[Any], values: dict[int, Any]) -> tuple[Any, ...]:
+    def _compute(
+        self, instruction: Instruction, operands: list[Any], values: dict[int, Any]
+    ) -> tuple[Any, ...]:
         operation, numbers, results, literal = instruction
         if operation in _READ_OR_WRITE:
             return self._access(operation, operands, literal)
@@ -166,7 +173,9 @@ class _Evaluation:
             return np.zeros(DIRECTIONS)
         return self._numbers.lift(literal) if kind is Kind.REAL else literal
 
-    def _repeat(self, state: Any, blocks: tuple[Block, Block], values: dict[int, Any]) -> tuple[Any, ...]:
+    def _repeat(
+        self, state: Any, blocks: tuple[Block, Block], values: dict[int, Any]
+    ) -> tuple[Any, ...]:
         proceed, body = blocks
         while True:
             values.update(zip(proceed.parameters, state, strict=True))
@@ -209,7 +218,12 @@ COMPARISONS: dict[str, Callable[..., Any]] = {
     "unequal": operator.ne,
 }
 """Operations on two numbers of any kind."""
-_ARITHMETIC = {"add": operator.add, "subtract": operator.sub, "multiply": operator.mul, "negate": operator.neg}
+_ARITHMETIC = {
+    "add": operator.add,
+    "subtract": operator.sub,
+    "multiply": operator.mul,
+    "negate": operator.neg,
+}
 _OF_INTEGERS: dict[str, Callable[..., Any]] = {
     **COMPARISONS,
     **_ARITHMETIC,
@@ -249,7 +263,10 @@ FLOATS = Numbers(
         "divide": lambda a, b: float(np.float64(a) / np.float64(b)),
         "absolute": abs,
         "copy_sign": math.copysign,
-        **{name: _library(name, 1) for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan")},
+        **{
+            name: _library(name, 1)
+            for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan")
+        },
         **{name: _library(name, 1) for name in ("tanh", "sinh", "cosh", "floor", "ceil")},
         **{name: _library(name, 2) for name in ("atan2", "hypot", "fmod")},
         **{"round": _library("rint", 1), "power": _library("pow", 2), "fma": _library("fma", 3)},

@@ -1,7 +1,8 @@
 """A tree of joints and bodies by Lagrange's equations, from positions alone, in 60 digits.
 
-Velocities, accelerations and derivatives of the energies are central differences of positions and orientations, so
-nothing of the recursion that is tested stands here again. The base moves as polynomials of time.
+Velocities, accelerations and derivatives of the energies are central differences of positions and
+orientations, so nothing of the recursion that is tested stands here again. The base moves as
+polynomials of time.
 """
 
 from collections.abc import Callable
@@ -12,7 +13,9 @@ import mpmath as mp
 from crane_sim.models.moving_base import BaseKinematics
 from crane_sim.multibody.tree import Joint, Tree
 
-STEP = mp.mpf(10) ** -12  # of differences: errors of 1e-24, and three nested ones leave 20 of 60 digits
+STEP = (
+    mp.mpf(10) ** -12
+)  # of differences: errors of 1e-24, and three nested ones leave 20 of 60 digits
 GRAVITY = 9.81
 
 
@@ -33,9 +36,14 @@ class MovingBase(NamedTuple):
         back = self.pose(mp.mpf(0))[0].T
         imposed = -(second_derivative(lambda t: self.pose(t)[1]) + mp.matrix([0, 0, GRAVITY]))
         up = mp.matrix([0, 0, GRAVITY])
-        w, alpha = spin(lambda t: self.pose(t)[0], mp.mpf(0)), derivative(lambda t: spin(lambda s: self.pose(s)[0], t))
+        w, alpha = (
+            spin(lambda t: self.pose(t)[0], mp.mpf(0)),
+            derivative(lambda t: spin(lambda s: self.pose(s)[0], t)),
+        )
         velocity = derivative(lambda t: self.pose(t)[1])
-        return BaseKinematics(*(floats(x) for x in (back * velocity, back * imposed + up, back * w, back * alpha)))
+        return BaseKinematics(
+            *(floats(x) for x in (back * velocity, back * imposed + up, back * w, back * alpha))
+        )
 
 
 def polynomial(coefficients: tuple[float, ...], t: Any) -> Any:
@@ -90,7 +98,11 @@ def body_poses(tree: Tree, base: MovingBase, t: Any, q: list[Any]) -> list[BodyP
         links.append(link_pose(joint, position, *below))
         axes, origin = links[-1]
         for body in joint.bodies:
-            poses.append(BodyPose(body.mass, origin + axes * mp.matrix(body.centre), axes, mp.matrix(body.inertia)))
+            poses.append(
+                BodyPose(
+                    body.mass, origin + axes * mp.matrix(body.centre), axes, mp.matrix(body.inertia)
+                )
+            )
     return poses
 
 
@@ -103,7 +115,9 @@ def link_pose(joint: Joint, position: Any, axes: Any, origin: Any) -> tuple[Any,
     return axes, origin + axes[:, joint.axis] * moved
 
 
-def lagrange_efforts(tree: Tree, base: MovingBase, q: Any, v: Any, a: Any, motors: Any) -> list[float]:
+def lagrange_efforts(
+    tree: Tree, base: MovingBase, q: Any, v: Any, a: Any, motors: Any
+) -> list[float]:
     """Return the efforts (n,) of d/dt dL/dv - dL/dq = τ at t = 0 for accelerations a.
 
     Those of motors are included.
@@ -119,7 +133,9 @@ def lagrange_efforts(tree: Tree, base: MovingBase, q: Any, v: Any, a: Any, motor
 
     efforts = []
     for i, motor in enumerate(motors):
-        force = derivative(lambda s, i=i: lagrangian(tree, base, mp.mpf(0), moved(list(q), i, s), list(v)))
+        force = derivative(
+            lambda s, i=i: lagrangian(tree, base, mp.mpf(0), moved(list(q), i, s), list(v))
+        )
         efforts.append(float(derivative(lambda t, i=i: momentum(t, i)) - force + motor * a[i]))
     return efforts
 
@@ -143,7 +159,10 @@ def lagrangian(tree: Tree, base: MovingBase, t: Any, q: list[Any], v: list[Any])
         velocity = (after.centre - before.centre) / (2 * STEP)
         rate = (after.axes - before.axes) / (2 * STEP) * body.axes.T
         w = body.axes.T * mp.matrix([rate[2, 1], rate[0, 2], rate[1, 0]])
-        total += body.mass * (dot(velocity, velocity) / 2 - GRAVITY * body.centre[2]) + dot(w, body.inertia * w) / 2
+        total += (
+            body.mass * (dot(velocity, velocity) / 2 - GRAVITY * body.centre[2])
+            + dot(w, body.inertia * w) / 2
+        )
     return total
 
 
@@ -159,15 +178,21 @@ def reaction(tree: Tree, base: MovingBase, q: Any, v: Any, a: Any) -> tuple[Any,
     """
 
     def poses(t: Any) -> list[BodyPose]:
-        return body_poses(tree, base, t, [x + t * (y + t * z / 2) for x, y, z in zip(q, v, a, strict=True)])
+        return body_poses(
+            tree, base, t, [x + t * (y + t * z / 2) for x, y, z in zip(q, v, a, strict=True)]
+        )
 
     axes, origin = base.pose(mp.mpf(0))
     force, moment = mp.zeros(3, 1), mp.zeros(3, 1)
     for i, body in enumerate(poses(mp.mpf(0))):
-        acceleration = second_derivative(lambda t, i=i: poses(t)[i].centre) + mp.matrix([0, 0, GRAVITY])
+        acceleration = second_derivative(lambda t, i=i: poses(t)[i].centre) + mp.matrix(
+            [0, 0, GRAVITY]
+        )
         push = body.mass * acceleration
         force += push
-        moment += cross(body.centre - origin, push) + derivative(lambda t, i=i: angular_momentum(poses, i, t))
+        moment += cross(body.centre - origin, push) + derivative(
+            lambda t, i=i: angular_momentum(poses, i, t)
+        )
     return axes.T * force, axes.T * moment
 
 
@@ -179,4 +204,6 @@ def angular_momentum(poses: Callable[[Any], list[BodyPose]], i: int, t: Any) -> 
 
 def cross(a: Any, b: Any) -> Any:
     """Return the vector product."""
-    return mp.matrix([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+    return mp.matrix(
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    )

@@ -16,7 +16,11 @@ def to_pinocchio(tree: Tree) -> Any:
     for i, joint in enumerate(tree.joints):
         parent = 0 if joint.parent < 0 else numbers[joint.parent]
         axis = np.eye(3)[joint.axis] * (-1.0 if joint.reverse else 1.0)
-        kind = pinocchio.JointModelPrismaticUnaligned if joint.slides else pinocchio.JointModelRevoluteUnaligned
+        kind = (
+            pinocchio.JointModelPrismaticUnaligned
+            if joint.slides
+            else pinocchio.JointModelRevoluteUnaligned
+        )
         place = pinocchio.SE3(np.eye(3), np.array(joint.offset))
         numbers.append(model.addJoint(parent, kind(axis), place, f"joint_{i}"))
         for body in joint.bodies:

@@ -21,7 +21,9 @@ class OneTopicNode:
         self.callback: Any = None
         self.lines: list[str] = []
 
-    def create_subscription(self, _type: type, topic: str, callback: Any, _qos: Any, **_: Any) -> None:
+    def create_subscription(
+        self, _type: type, topic: str, callback: Any, _qos: Any, **_: Any
+    ) -> None:
         """Record the callback."""
         assert topic == self.topic
         self.callback = callback
@@ -74,5 +76,8 @@ def make_setpoint_fixture(lockstep: bool) -> SetpointFixture:
     """Return setpoints with doubles of their surroundings."""
     node, answered = OneTopicNode("tip_demand"), []
     return SetpointFixture(
-        node, answered, Setpoints(node, FakeOuterLoop.names, lockstep, answered.append), FakeOuterLoop()
+        node,
+        answered,
+        Setpoints(node, FakeOuterLoop.names, lockstep, answered.append),
+        FakeOuterLoop(),
     )  # type: ignore[arg-type]

@@ -29,7 +29,9 @@ def link_position(document: str, joints: dict[str, float], link: str) -> np.ndar
         assert not numbers(joint.find("origin"), "rpy").any()
         mimic = joint.find("mimic")
         if mimic is not None:
-            value = float(mimic.attrib["multiplier"]) * joints[mimic.attrib["joint"]] + float(mimic.attrib["offset"])
+            value = float(mimic.attrib["multiplier"]) * joints[mimic.attrib["joint"]] + float(
+                mimic.attrib["offset"]
+            )
         else:
             value = joints.get(joint.attrib["name"], 0.0)
         kind = joint.attrib["type"]

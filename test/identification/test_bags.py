@@ -29,12 +29,16 @@ def message(stamp: int, field: str, values: dict[str, float]) -> Any:
     """Return a JointState with one of its fields."""
     kinds, none = TYPES.types, np.empty(0)
     time = kinds["builtin_interfaces/msg/Time"](stamp // 10**9, stamp % 10**9)
-    arrays = {"position": none, "velocity": none, "effort": none} | {field: np.array([*values.values()])}
+    arrays = {"position": none, "velocity": none, "effort": none} | {
+        field: np.array([*values.values()])
+    }
     header = kinds["std_msgs/msg/Header"](time, "")
     return kinds["sensor_msgs/msg/JointState"](header, [*values], **arrays)
 
 
-def write_bag(path: Path, topics: Mapping[str, tuple[str, Sequence[Row]]], stamped: bool = True) -> Path:
+def write_bag(
+    path: Path, topics: Mapping[str, tuple[str, Sequence[Row]]], stamped: bool = True
+) -> Path:
     """Write a rosbag2 folder in MCAP: (field, rows) by topic, received 1 ms after their stamps."""
     with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         for topic, (field, rows) in topics.items():
@@ -43,7 +47,9 @@ def write_bag(path: Path, topics: Mapping[str, tuple[str, Sequence[Row]]], stamp
             for t, values in rows:
                 content = message(t if stamped else 0, field, values)
                 received = max(received + 1, t + 10**6)
-                writer.write(to, received, TYPES.serialize_cdr(content, "sensor_msgs/msg/JointState"))
+                writer.write(
+                    to, received, TYPES.serialize_cdr(content, "sensor_msgs/msg/JointState")
+                )
     return path
 
 
@@ -71,7 +77,10 @@ def test_a_bag_gives_the_true_parameters(tmp_path: Path) -> None:
     found = crane_sim.identify(SCENE, bag, [*TRUTH])
     for each in found.estimates:
         assert abs(each.value - TRUTH[each.key]) < 3.0 * each.deviation < 0.01 * each.value
-    assert found.residual == pytest.approx({"trolley": NOISE, "swing_1": NOISE}, rel=0.1) and not found.warnings
+    assert (
+        found.residual == pytest.approx({"trolley": NOISE, "swing_1": NOISE}, rel=0.1)
+        and not found.warnings
+    )
     file = next((tmp_path / "bag").glob("*.mcap"))
     assert crane_sim.identify(SCENE, file, [*TRUTH]).overrides() == found.overrides()
 
@@ -83,13 +92,16 @@ def test_without_stamps_the_times_of_reception_count(tmp_path: Path) -> None:
     """
     scene, topics = crane_sim.load_scene(SCENE), rig(0.5)
     stamped, unstamped = (
-        read_measurements(write_bag(tmp_path / str(kind), topics, kind), scene) for kind in (True, False)
+        read_measurements(write_bag(tmp_path / str(kind), topics, kind), scene)
+        for kind in (True, False)
     )
     for one, other in zip(stamped, unstamped, strict=True):
         np.testing.assert_array_equal(one, other)
 
 
-def test_a_gap_in_the_commands_of_a_damaged_bag_is_refused(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_gap_in_the_commands_of_a_damaged_bag_is_refused(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     """Commands lost in the middle of a bag are refused by time; a damaged end costs only that."""
     run = crane_sim.simulate("knuckle_setpoint", duration=0.3)
     whole = write_recorded_bag(tmp_path / "whole.mcap", run, save_every=10)  # steps in a chunk
@@ -97,7 +109,9 @@ def test_a_gap_in_the_commands_of_a_damaged_bag_is_refused(tmp_path: Path, caplo
         data = bytearray(whole.read_bytes())
         data[data.index(run.q[step, 0].tobytes())] ^= 1
         (tmp_path / f"{name}.mcap").write_bytes(data)
-    with pytest.raises(SceneError, match=r"middle.mcap: is damaged: commands after t = 0.09 s are missing"):
+    with pytest.raises(
+        SceneError, match=r"middle.mcap: is damaged: commands after t = 0.09 s are missing"
+    ):
         read_measurements(tmp_path / "middle.mcap", run.scene)
     assert len(read_measurements(tmp_path / "end.mcap", run.scene).commands) == 20
     assert "end.mcap is damaged" in caplog.text
@@ -110,9 +124,15 @@ def test_bags_that_are_no_use_are_refused(tmp_path: Path) -> None:
     other = ("effort", [(t, {"jib": 0.0}) for t, _ in commands[1]])
     bags: dict[str, dict[str, Any]] = {
         "no messages of a topic joint_commands": {"/joint_states": states},
-        "several topics, /a/joint_states, /b/joint_states": {"/a/joint_states": states, "/b/joint_states": states},
+        "several topics, /a/joint_states, /b/joint_states": {
+            "/a/joint_states": states,
+            "/b/joint_states": states,
+        },
         "has no commands of trolley": {"/joint_states": states, "/joint_commands": other},
-        "times go back": {"/joint_states": ("position", [*states[1], states[1][0]]), "/joint_commands": commands},
+        "times go back": {
+            "/joint_states": ("position", [*states[1], states[1][0]]),
+            "/joint_commands": commands,
+        },
     }
     for k, (line, messages) in enumerate(bags.items()):
         with pytest.raises(SceneError) as raised:

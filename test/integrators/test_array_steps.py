@@ -66,7 +66,9 @@ def integrate(method: Any, end: float, samples: Any = ()) -> Integration:
     return integrate_to(method, Whirl(), (), integration, end, end)
 
 
-@pytest.mark.parametrize("method", [RK4(0.1), RK8(0.1), DOP853(1e-6, 1e-8), DOPRI5(1e-6, 1e-8)], ids=repr)
+@pytest.mark.parametrize(
+    "method", [RK4(0.1), RK8(0.1), DOP853(1e-6, 1e-8), DOPRI5(1e-6, 1e-8)], ids=repr
+)
 def test_steps_in_one_piece_are_those_one_by_one(method: Any) -> None:
     """One loop over steps of an array state has the bits of a loop over `advance`.
 
@@ -114,7 +116,9 @@ def _switching_whirl_apply_reset_map(p, t, x, u, which):
 
 
 @pytest.mark.parametrize("rank", [0, 1])
-@pytest.mark.parametrize("method", [RK4(0.1), RK8(0.1), DOP853(1e-6, 1e-8), Rodas(1e-4, 1e-6)], ids=repr)
+@pytest.mark.parametrize(
+    "method", [RK4(0.1), RK8(0.1), DOP853(1e-6, 1e-8), Rodas(1e-4, 1e-6)], ids=repr
+)
 def test_steps_with_events_in_one_piece_are_those_one_by_one(method: Any, rank: int) -> None:
     """Events, bits, counters and the last step are those of a loop that checks every step.
 
@@ -146,14 +150,20 @@ def test_the_cubic_through_first_and_last_stage_is_of_order_four(method: Any) ->
         guard_between(x, p, (), StepEnds(0.0, START, h, x), space.rows, 0.5, space.work)
         RK8(1.0).take_step(p, 0.0, START, (), 0.5 * h, scratch(START, p), middle)
         errors.append(float(np.linalg.norm(space.rows[BETWEEN] - middle)))
-    assert np.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.2)  # the next term is h times as large
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(
+        4.0, abs=0.2
+    )  # the next term is h times as large
 
 
 def test_steps_in_one_piece_end_where_a_state_is_not_finite() -> None:
     """A fixed step to a state that is not a number is the last one, and has been counted."""
     integration = start(Whirl(), 0.0, np.array([1e200, 1e200, 0.0]), None)
     integration = integrate_to(RK4(0.1), Whirl(), (), integration, 1.0, 1.0)
-    assert (integration.status, integration.steps, integration.evaluations) == (Status.NOT_FINITE, 1, 4)
+    assert (integration.status, integration.steps, integration.evaluations) == (
+        Status.NOT_FINITE,
+        1,
+        4,
+    )
 
 
 def test_leapfrog_is_of_order_two() -> None:
@@ -164,7 +174,9 @@ def test_leapfrog_is_of_order_two() -> None:
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.05)
 
 
-@pytest.mark.parametrize("method", [RK4(0.1), RK8(0.1), DOP853(1e-6, 1e-8), DOPRI5(1e-6, 1e-8)], ids=repr)
+@pytest.mark.parametrize(
+    "method", [RK4(0.1), RK8(0.1), DOP853(1e-6, 1e-8), DOPRI5(1e-6, 1e-8)], ids=repr
+)
 def test_samples_change_no_step(method: Any) -> None:
     """States that are wanted within steps leave the next steps as they are, to the last bit."""
     samples = (0.07, 0.31, 0.32, 0.77)
@@ -173,13 +185,20 @@ def test_samples_change_no_step(method: Any) -> None:
 
 def test_leapfrog_evaluates_once_a_step_wherever_it_is_sampled() -> None:
     """A period takes an evaluation a step and one at its start; samples in it change no bit."""
-    whole, sampled = integrate(Leapfrog(0.1), 1.0), integrate(Leapfrog(0.1), 1.0, samples=(0.07, 0.31, 0.32, 0.77))
+    whole, sampled = (
+        integrate(Leapfrog(0.1), 1.0),
+        integrate(Leapfrog(0.1), 1.0, samples=(0.07, 0.31, 0.32, 0.77)),
+    )
     assert (whole.steps, whole.evaluations) == (sampled.steps, sampled.evaluations) == (10, 11)
     assert np.array_equal(whole.x, sampled.x)
 
 
 def test_leapfrog_takes_overhead_cranes_of_several_links_alone() -> None:
     """A crane whose state is no array of positions and velocities is refused with one line."""
-    with pytest.raises(SceneError, match="'leapfrog': takes overhead cranes of several links; this one dop853"):
+    with pytest.raises(
+        SceneError, match="'leapfrog': takes overhead cranes of several links; this one dop853"
+    ):
         load_scene("knuckle_springs", {"integrator": {"method": "leapfrog", "step": 1e-3}})
-    assert load_scene("overhead_chain", {"integrator": {"method": "leapfrog", "step": 1e-3}}).method == Leapfrog(1e-3)
+    assert load_scene(
+        "overhead_chain", {"integrator": {"method": "leapfrog", "step": 1e-3}}
+    ).method == Leapfrog(1e-3)

@@ -61,7 +61,9 @@ def _throw_apply_reset_map(p, t, x, u, which):
 @entry_point
 def thrown(p, x, end):
     """Return the integration from (0, x) to `end`, or to the ceiling."""
-    return integrate_to(RK8(STEP), p, (), start(p, 0.0, x, make_event_log(system.switching(p))), end, end)
+    return integrate_to(
+        RK8(STEP), p, (), start(p, 0.0, x, make_event_log(system.switching(p))), end, end
+    )
 
 
 def cases(ceiling: float, forced: float, v: float) -> list[tuple[Any, Any]]:
@@ -83,7 +85,9 @@ def test_a_short_stay_beyond_a_guard_is_seen(top: float, forced: float) -> None:
             Status.TERMINATED,
             3,
         ) and integration.event_log.total == 1
-        assert integration.t == pytest.approx(top - half, abs=1e-13)  # the method is exact for a parabola
+        assert integration.t == pytest.approx(
+            top - half, abs=1e-13
+        )  # the method is exact for a parabola
 
 
 @pytest.mark.parametrize("forced", [0, 1])
@@ -94,12 +98,17 @@ def test_what_looking_costs_is_counted(forced: int) -> None:
     """
     for (p, x), at_ends in zip(cases(1.0, forced, 1.0), (2, 0), strict=True):
         integration = thrown(p, x, 5 * STEP)
-        assert (integration.steps, integration.evaluations) == (5, 5 * (12 + forced * (at_ends + GUARD_SAMPLES)))
+        assert (integration.steps, integration.evaluations) == (
+            5,
+            5 * (12 + forced * (at_ends + GUARD_SAMPLES)),
+        )
 
 
 def test_a_guard_that_is_only_touched_does_not_fail() -> None:
     """A ceiling just above the highest point does not end the run."""
-    for p, x in cases(0.5 + 1e-12, 0.0, 1.0):  # above rounding, far below what any look between could tell apart
+    for p, x in cases(
+        0.5 + 1e-12, 0.0, 1.0
+    ):  # above rounding, far below what any look between could tell apart
         assert thrown(p, x, STEP).t == STEP
 
 

@@ -56,7 +56,10 @@ def _in_array_rhs_into(p, t, x, u, out, work):
 def exact(t: float, f: float) -> np.ndarray:
     """Return the solution from START."""
     b = 2.0 * f / 3.0
-    x, v = cos(t) + b * sin(t) - f / 3.0 * sin(2.0 * t), -sin(t) + b * cos(t) - 2.0 * f / 3.0 * cos(2.0 * t)
+    x, v = (
+        cos(t) + b * sin(t) - f / 3.0 * sin(2.0 * t),
+        -sin(t) + b * cos(t) - 2.0 * f / 3.0 * cos(2.0 * t),
+    )
     return np.array([x, sin(t), v, cos(t)])
 
 
@@ -88,10 +91,12 @@ def test_coefficients_are_those_of_gauss() -> None:
     assert b == pytest.approx(0.5 * w, abs=1e-15) and c == pytest.approx(0.5 + 0.5 * x, abs=1e-15)
     for k in range(8):
         assert gauss16.A @ c**k == pytest.approx(c ** (k + 1) / (k + 1), abs=1e-15)
-        assert gauss16.A_TWICE @ c**k == pytest.approx(c ** (k + 2) / ((k + 1) * (k + 2)), abs=1e-15)
-        assert gauss16.SERIES @ np.polynomial.legendre.legval(2.0 * c - 1.0, np.eye(8)[k]) == pytest.approx(
-            np.eye(8)[k], abs=1e-14
+        assert gauss16.A_TWICE @ c**k == pytest.approx(
+            c ** (k + 2) / ((k + 1) * (k + 2)), abs=1e-15
         )
+        assert gauss16.SERIES @ np.polynomial.legendre.legval(
+            2.0 * c - 1.0, np.eye(8)[k]
+        ) == pytest.approx(np.eye(8)[k], abs=1e-14)
 
 
 ORDER_CASES = [pytest.param(*KINDS[0], id="tuple"),
@@ -107,7 +112,11 @@ def test_measured_order(kind: Any, x: Any) -> None:
     """
     method, errors = Gauss16(1e-13, 1e-13), []
     for n in (8, 10):  # without a force, whose double frequency is far from where the order shows
-        errors.append(np.linalg.norm(np.subtract(equal_steps(method, kind(0.0), x, 24.0 / n, n), exact(24.0, 0.0))))
+        errors.append(
+            np.linalg.norm(
+                np.subtract(equal_steps(method, kind(0.0), x, 24.0 / n, n), exact(24.0, 0.0))
+            )
+        )
     slope = np.log(errors[0] / errors[1]) / np.log(5.0 / 4.0)
     assert slope > 15.5 and (kind is Paired or slope < 16.5)
 
@@ -117,15 +126,21 @@ def test_measured_order(kind: Any, x: Any) -> None:
 def test_error_follows_the_tolerance(kind: Any, x: Any, rtol: float) -> None:
     """The global error stays within a small multiple of the tolerance; evaluations are counted."""
     integration = integrate(Gauss16(rtol, rtol), kind(FORCE), x, 20.0)
-    assert np.max(np.abs(np.array(integration.x) - exact(20.0, FORCE))) < 20.0 * rtol  # local errors add up over 20 s
+    assert (
+        np.max(np.abs(np.array(integration.x) - exact(20.0, FORCE))) < 20.0 * rtol
+    )  # local errors add up over 20 s
     assert integration.status == Status.OK
-    # a step's own k1 and whole sweeps over eight stages, whether it is accepted or not; one to choose the first step
+    # a step's own k1 and whole sweeps over eight stages, whether it is accepted or not; one to
+    # choose the first step
     assert (integration.evaluations - integration.steps - 1) % gauss16.STAGES == 0
 
 
 def test_a_step_far_too_long_is_rejected() -> None:
     """Sweeps that do not settle make the step shorter instead of ending the integration."""
-    p, x = Oscillators(0.0), (1e3, 0.0, 0.0, 1e3)  # without x in it, an error of 0.1 of atol allows steps of a minute
+    p, x = (
+        Oscillators(0.0),
+        (1e3, 0.0, 0.0, 1e3),
+    )  # without x in it, an error of 0.1 of atol allows steps of a minute
     integration = integrate(Gauss16(1e-3, 1e6), p, x, 100.0)
     assert integration.status == Status.OK and integration.rejected > 0 and integration.steps > 15
 
@@ -135,7 +150,11 @@ def test_limits_are_met_at_the_instant_of_another_method() -> None:
     changes, ends = {"trolley.limits": [-0.5, 0.5], "trolley.mass": 1.0, "duration": 1.0}, []
     for method in (Gauss16(), DOP853()):
         with pytest.raises(SimulationError, match="reached its travel limit") as stop:
-            simulate(crane_sim.load_scene("overhead_swing", changes | {"integrator": method_group(method)}))
+            simulate(
+                crane_sim.load_scene(
+                    "overhead_swing", changes | {"integrator": method_group(method)}
+                )
+            )
         ends.append(float(str(stop.value).split("t = ")[1].split(" s")[0]))
     assert ends[0] == ends[1] > 0.3  # to the six digits of the message
 

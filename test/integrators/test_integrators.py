@@ -7,7 +7,17 @@ import numpy as np
 import pytest
 
 from crane_sim import system
-from crane_sim.integrators import Status, dense_output, dop853, dopri5, integrate_to, rk4, scratch, start, step
+from crane_sim.integrators import (
+    Status,
+    dense_output,
+    dop853,
+    dopri5,
+    integrate_to,
+    rk4,
+    scratch,
+    start,
+    step,
+)
 from crane_sim.integrators.dop853 import DOP853, RK8
 from crane_sim.integrators.dopri5 import DOPRI5
 from crane_sim.integrators.gauss import Gauss
@@ -52,7 +62,9 @@ def _finite_time_blow_up_rhs(p, t, x, u):
 def exact(t: float, f: float) -> tuple[float, float]:
     """Return the oscillator's solution from x = 1, x' = 0."""
     b = 2.0 * f / 3.0
-    return cos(t) + b * sin(t) - f / 3.0 * sin(2.0 * t), -sin(t) + b * cos(t) - 2.0 * f / 3.0 * cos(2.0 * t)
+    return cos(t) + b * sin(t) - f / 3.0 * sin(2.0 * t), -sin(t) + b * cos(t) - 2.0 * f / 3.0 * cos(
+        2.0 * t
+    )
 
 
 @entry_point
@@ -82,7 +94,9 @@ def dense(rows: Any, n: int) -> np.ndarray:
     return a
 
 
-@pytest.mark.parametrize(("tableau", "order"), [(rk4, 4), (dop853, 8), (dopri5, 5)], ids=["rk4", "dop853", "dopri5"])
+@pytest.mark.parametrize(
+    ("tableau", "order"), [(rk4, 4), (dop853, 8), (dopri5, 5)], ids=["rk4", "dop853", "dopri5"]
+)
 def test_coefficients_satisfy_the_order_conditions(tableau: Any, order: int) -> None:
     """Weights integrate polynomials up to the order, and rows sum to their nodes.
 
@@ -102,7 +116,9 @@ def test_coefficients_satisfy_the_order_conditions(tableau: Any, order: int) -> 
         tall = a @ tall
 
 
-@pytest.mark.parametrize("weights", [dop853.E5, dop853.E3, dopri5.E], ids=["order 5", "order 3", "dopri5"])
+@pytest.mark.parametrize(
+    "weights", [dop853.E5, dop853.E3, dopri5.E], ids=["order 5", "order 3", "dopri5"]
+)
 def test_error_weights_cancel_on_a_constant(weights: Any) -> None:
     """Error estimates are zero where all slopes are equal: differences of two quadratures."""
     assert sum(x for x in weights if x is not None) == pytest.approx(0.0, abs=1e-14)
@@ -116,7 +132,10 @@ def test_error_weights_cancel_on_a_constant(weights: Any) -> None:
 def test_measured_order(method: Any, order: int, sizes: tuple[float, float]) -> None:
     """Halving the step of a time-dependent problem divides the error by 2 to the order."""
     p, end = Oscillator(0.7), 10.0
-    errors = [np.linalg.norm(np.subtract(integrate(method(h), p, (1.0, 0.0), end).x, exact(end, p.f))) for h in sizes]
+    errors = [
+        np.linalg.norm(np.subtract(integrate(method(h), p, (1.0, 0.0), end).x, exact(end, p.f)))
+        for h in sizes
+    ]
     assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.1)
 
 
@@ -131,7 +150,8 @@ def test_a_fixed_step_fills_the_way_evenly() -> None:
 def test_adaptive_error_follows_the_tolerance(method: Any, rtol: float) -> None:
     """The global error stays within a small multiple of the specified tolerance."""
     integration = integrate(method(rtol, rtol), Oscillator(0.7), (1.0, 0.0), 20.0)
-    # local errors add up over about 20 time units; error per step is controlled, and the estimate is cautious
+    # local errors add up over about 20 time units; error per step is controlled, and the estimate
+    # is cautious
     assert np.max(np.abs(np.subtract(integration.x, exact(20.0, 0.7)))) < 20.0 * rtol
     assert integration.status == Status.OK
 
@@ -155,8 +175,11 @@ def test_a_stiff_problem_is_slow_but_right() -> None:
 
 def test_long_horizon() -> None:
     """An oscillator's energy drifts by less than rounding over 100 000 steps of order 8."""
-    integration = integrate(RK8(2.0 * pi / 60.0), Oscillator(0.0), (1.0, 0.0), 100_000 * 2.0 * pi / 60.0)
-    # order 8 at h = 0.1 loses h^8 1e-7 a step at worst; 1e5 roundings of 1e-16 add up to 1e-11 at most
+    integration = integrate(
+        RK8(2.0 * pi / 60.0), Oscillator(0.0), (1.0, 0.0), 100_000 * 2.0 * pi / 60.0
+    )
+    # order 8 at h = 0.1 loses h^8 1e-7 a step at worst; 1e5 roundings of 1e-16 add up to 1e-11 at
+    # most
     assert integration.x[0] ** 2 + integration.x[1] ** 2 == pytest.approx(1.0, abs=1e-10)
 
 
@@ -169,7 +192,9 @@ def test_reading_between_steps_changes_nothing() -> None:
     assert look_back(method, p, (1.0, 0.0), 9.0, integration.t)[0] == integration.x
 
 
-@pytest.mark.parametrize("method", [DOP853(1e-8, 1e-8), RK4(0.01), Gauss16()], ids=["dop853", "rk4", "gauss16"])
+@pytest.mark.parametrize(
+    "method", [DOP853(1e-8, 1e-8), RK4(0.01), Gauss16()], ids=["dop853", "rk4", "gauss16"]
+)
 def test_a_solution_that_ends_is_reported(method: Any) -> None:
     """Integration across a singularity stops near it with a status."""
     integration = integrate(method, FiniteTimeBlowUp(), (1.0,), 2.0)

@@ -15,7 +15,13 @@ from crane_sim.integrators.dop853 import DOP853
 from crane_sim.integrators.rodas import Rodas
 from crane_sim.integrators.runge_kutta import to_dense_tableau
 from crane_sim.numerics.jit import entry_point
-from crane_sim.numerics.linear_systems import add_band_product, factor_band, factor_dense, solve_band, solve_dense
+from crane_sim.numerics.linear_systems import (
+    add_band_product,
+    factor_band,
+    factor_dense,
+    solve_band,
+    solve_dense,
+)
 
 
 class Pendulum(NamedTuple):
@@ -27,7 +33,11 @@ class Pendulum(NamedTuple):
 
 @system.rhs_into.register(Pendulum)
 def _pendulum_rhs_into(p, t, x, u, out, work):
-    out[0], out[1], out[2] = x[1], p.f * sin(2.0 * t) - sin(x[0]), p.rate * (sin(2.0 * t) - x[2]) + x[0] * x[2]
+    out[0], out[1], out[2] = (
+        x[1],
+        p.f * sin(2.0 * t) - sin(x[0]),
+        p.rate * (sin(2.0 * t) - x[2]) + x[0] * x[2],
+    )
 
 
 X0 = np.array([1.0, 0.0, 0.0])
@@ -45,7 +55,9 @@ def steps(method, p, x, n, h):
 def integrate(method, p, x, end):
     """Return the integration from (0, x) to `end`, and the state in the middle of its last step."""
     integration = integrate_to(method, p, (), start(p, 0.0, x, None), end, end)
-    return integration, dense_output(method, p, (), integration, 0.5 * (integration.t0 + integration.t))
+    return integration, dense_output(
+        method, p, (), integration, 0.5 * (integration.t0 + integration.t)
+    )
 
 
 Tree = tuple[Any, ...]
@@ -64,7 +76,11 @@ def partitions(total: int, largest: int) -> list[list[int]]:
     """Return the ways to write a total as a sum of falling parts."""
     if total == 0:
         return [[]]
-    return [[part, *rest] for part in range(min(total, largest), 0, -1) for rest in partitions(total - part, part)]
+    return [
+        [part, *rest]
+        for part in range(min(total, largest), 0, -1)
+        for rest in partitions(total - part, part)
+    ]
 
 
 def density(tree: Tree) -> int:
@@ -83,7 +99,9 @@ def weight(tree: Tree, alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
     A single branch meets the Jacobian, several do not.
     """
     inner = beta if len(tree) == 1 else alpha
-    return np.prod([inner @ weight(branch, alpha, beta) for branch in tree] + [np.ones(len(alpha))], axis=0)
+    return np.prod(
+        [inner @ weight(branch, alpha, beta) for branch in tree] + [np.ones(len(alpha))], axis=0
+    )
 
 
 def rosenbrock_form() -> tuple[np.ndarray, np.ndarray]:
@@ -101,7 +119,10 @@ def test_coefficients_satisfy_all_order_conditions(order: int) -> None:
     alpha, gamma = rosenbrock_form()
     b, last = np.array(rodas.B), np.eye(rodas.STAGES)[-1]
     residuals = [
-        [abs(row @ gamma @ weight(tree, alpha, alpha + gamma) - 1.0 / density(tree)) for tree in trees(order)]
+        [
+            abs(row @ gamma @ weight(tree, alpha, alpha + gamma) - 1.0 / density(tree))
+            for tree in trees(order)
+        ]
         for row in (b, b - last)
     ]
     assert len(trees(order)) == (1, 1, 2, 4, 9)[order - 1]
@@ -134,15 +155,21 @@ def test_adaptive_error_follows_the_tolerance(rtol: float) -> None:
 
 def test_a_stiff_component_costs_nothing() -> None:
     """A rate of 1e8 changes no number of steps, and the error stays within the tolerance."""
-    mild, stiff = (integrate(Rodas(1e-6, 1e-6), Pendulum(0.7, rate), X0, 10.0)[0] for rate in (1.5, 1e8))
+    mild, stiff = (
+        integrate(Rodas(1e-6, 1e-6), Pendulum(0.7, rate), X0, 10.0)[0] for rate in (1.5, 1e8)
+    )
     assert stiff.status == Status.OK and stiff.steps < 2 * mild.steps
-    assert stiff.x[2] == pytest.approx(sin(20.0), abs=1e-5)  # within 1e-8 of its target, errors of 1e-6 a step
+    assert stiff.x[2] == pytest.approx(
+        sin(20.0), abs=1e-5
+    )  # within 1e-8 of its target, errors of 1e-6 a step
 
 
 def test_a_fast_decay_ends_in_one_step() -> None:
     """The method is L-stable: a step much longer than a decay ends where the decay goes."""
     x = steps(Rodas(), Pendulum(0.0, 1e9), np.array([0.0, 0.0, 1.0]), 1, 0.5)
-    assert x[2] == pytest.approx(sin(1.0), abs=1e-7)  # the stability function falls like 1 / (rate h)
+    assert x[2] == pytest.approx(
+        sin(1.0), abs=1e-7
+    )  # the stability function falls like 1 / (rate h)
 
 
 @entry_point

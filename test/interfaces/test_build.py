@@ -38,9 +38,15 @@ def link(source: str, target: str) -> None:
 
 def run(python: Path, code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
     """Run a program in an environment."""
-    kept = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")}
+    kept = {
+        name: value
+        for name, value in os.environ.items()
+        if name not in ("PYTHONPATH", "VIRTUAL_ENV")
+    }
     command = [python, "-c", code, *arguments]
-    return subprocess.run(command, env=kept, capture_output=True, text=True, check=False, timeout=3000.0)
+    return subprocess.run(
+        command, env=kept, capture_output=True, text=True, check=False, timeout=3000.0
+    )
 
 
 @pytest.fixture
@@ -55,11 +61,15 @@ def python(tmp_path: Path) -> Path:
 def test_packages_are_built_from_nothing(python: Path) -> None:
     """One command makes what was missing, with ROS's messages, and leaves nothing else behind."""
     before = run(python, BUILD, "interfaces", "--check")
-    assert before.returncode == 1 and before.stdout.count("not there") == len(USES), before.stdout + before.stderr
+    assert before.returncode == 1 and before.stdout.count("not there") == len(USES), (
+        before.stdout + before.stderr
+    )
     built = run(python, BUILD, "interfaces")
     if "is the network there?" in built.stderr:
         pytest.skip("the wheels of the generators could not be installed: there is no network")
-    assert built.returncode == 0 and built.stdout.count("built here") == len(USES), built.stdout + built.stderr
+    assert built.returncode == 0 and built.stdout.count("built here") == len(USES), (
+        built.stdout + built.stderr
+    )
     checked = run(python, ROUND_TRIP)
     assert checked.returncode == 0, checked.stderr
     assert not (python.parents[1] / "interfaces-build").exists()

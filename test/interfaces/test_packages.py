@@ -31,7 +31,9 @@ def test_a_package_from_elsewhere_is_used_as_it_is(installed: Path) -> None:
 
 
 @pytest.mark.parametrize("current", [True, False])
-def test_a_package_is_built_again_when_its_definitions_change(installed: Path, tmp_path: Path, current: bool) -> None:
+def test_a_package_is_built_again_when_its_definitions_change(
+    installed: Path, tmp_path: Path, current: bool
+) -> None:
     """A package that was built here is missing exactly when it was built from other definitions."""
     (tmp_path / "tf2_msgs.sha256").write_text(digest("tf2_msgs") if current else "other")
     assert find_package("tf2_msgs").missing != current
@@ -40,7 +42,8 @@ def test_a_package_is_built_again_when_its_definitions_change(installed: Path, t
 def test_unknown_packages_are_refused() -> None:
     """The name of a package that has no definitions here is an error that lists the known ones."""
     with pytest.raises(
-        SceneError, match="package tf_msgs: unknown.*known: tf2_msgs, simulation_interfaces, control_msgs"
+        SceneError,
+        match="package tf_msgs: unknown.*known: tf2_msgs, simulation_interfaces, control_msgs",
     ):
         choose(("tf_msgs",))
 
@@ -50,13 +53,17 @@ def test_definitions_are_whole(name: str) -> None:
     """Every definition has its kind's sections: a message no mark, a service one, an action two."""
     marks = {".msg": 0, ".srv": 1, ".action": 2}
     files = [file for file in packages.source_folder(name).glob("*/*") if file.is_file()]
-    assert files and all(file.read_text().splitlines().count("---") == marks[file.suffix] for file in files)
+    assert files and all(
+        file.read_text().splitlines().count("---") == marks[file.suffix] for file in files
+    )
 
 
 def test_a_missing_compiler_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without a compiler the build does not begin, and one line says what to install."""
     monkeypatch.setattr(toolchain.sysconfig, "get_path", lambda _: str(ROOT))
-    monkeypatch.setattr(toolchain, "Path", lambda *_: type("Header", (), {"is_file": lambda self: True})())
+    monkeypatch.setattr(
+        toolchain, "Path", lambda *_: type("Header", (), {"is_file": lambda self: True})()
+    )
     monkeypatch.setenv("CC", "no-such-compiler")
     with pytest.raises(RuntimeError, match="no compiler no-such-compiler found; install one"):
         toolchain.check_machine()

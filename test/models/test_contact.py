@@ -35,7 +35,12 @@ from crane_sim.trajectories.base_motion import Base
 T, FRICTION, SLIP = 0.9, 0.4, 1e-3
 CORNERS = np.array([[0.8, 0.6, -1.0], [0.8, -0.6, -1.0], [-0.7, 0.6, -1.0], [-0.7, -0.6, -1.0]])
 HEAVE = {"heave": {"amplitude": 0.3, "frequency": 0.8, "phase": 0.5}}
-TILTS = {1: (0.12, 0.08), 2: (0.12, 0.0), 3: (0.0, 0.0), 4: (0.0, 0.0)}  # rad, that leave so many corners closed
+TILTS = {
+    1: (0.12, 0.08),
+    2: (0.12, 0.0),
+    3: (0.0, 0.0),
+    4: (0.0, 0.0),
+}  # rad, that leave so many corners closed
 EFFORTS = (15.0, -8.0, -120.0)
 
 
@@ -57,7 +62,11 @@ def along(function: Any, t: float, q: Any, v: Any, a: Any) -> tuple[float, float
         h, (q, v, a) = mpf(10) ** -18, ([mpf(float(x)) for x in row] for row in (q, v, a))
         values = []
         for s in (-h, mpf(0), h):
-            values.append(function(mpf(t) + s, [x + s * y + s * s * z / 2 for x, y, z in zip(q, v, a, strict=True)]))
+            values.append(
+                function(
+                    mpf(t) + s, [x + s * y + s * s * z / 2 for x, y, z in zip(q, v, a, strict=True)]
+                )
+            )
         low, middle, high = values
         return float(middle), float((high - low) / (2 * h)), float((high - 2 * middle + low) / h**2)
 
@@ -120,13 +129,20 @@ def unit_push(corner: Any, q: Any, v: Any, sea: bool) -> Extras:
     """Return a newton of normal force on a corner with its friction, and the falls' springs."""
     slip = [along(lambda _, at, k=k: place(at, corner)[k], T, q, v, 0.0 * v)[1] for k in (0, 1)]
     size = np.sqrt(slip[0] ** 2 + slip[1] ** 2 + SLIP**2)
-    force = tuple(mpf(float(x)) for x in (-FRICTION * slip[0] / size, -FRICTION * slip[1] / size, 1.0))
+    force = tuple(
+        mpf(float(x)) for x in (-FRICTION * slip[0] / size, -FRICTION * slip[1] / size, 1.0)
+    )
     group, origin = (SEA if sea else {}), (mpf(0), mpf(0), mpf(0))
     pairs = zip(on_base(group, mpf(T), force), on_base(group, mpf(T), origin), strict=True)
     world = [a - b for a, b in pairs]
     added = np.zeros(9)
     added[2] = 1.5
-    return Extras(added, strain_energy("bridge"), lambda t, at: on_base(group, t, place(at, corner)), lambda _: world)
+    return Extras(
+        added,
+        strain_energy("bridge"),
+        lambda t, at: on_base(group, t, place(at, corner)),
+        lambda _: world,
+    )
 
 
 @pytest.mark.parametrize(("count", "sea"), [(1, True), (2, True), (3, False), (4, True)])
@@ -138,7 +154,9 @@ def test_closed_corners_follow_the_surface(count: int, sea: bool) -> None:
     load = Resting(count)
     q, v, efforts, added = load.q, load.v, np.zeros(9), np.zeros(9)
     efforts[:3], added[2] = EFFORTS, 1.5
-    free = accelerations(places("bridge", sea), T, q, v, efforts, Extras(added, strain_energy("bridge")))
+    free = accelerations(
+        places("bridge", sea), T, q, v, efforts, Extras(added, strain_energy("bridge"))
+    )
     crane = load.crane(sea)
     joints, rates, _ = mapped(q, v, free)
     x = system.state(crane, T, joints, rates)
@@ -146,13 +164,19 @@ def test_closed_corners_follow_the_surface(count: int, sea: bool) -> None:
     assert len(normal_forces) == count and x[-1] == 0.0
     expected = free.copy()
     for normal_force, i in zip(normal_forces, load.closed, strict=True):
-        pushed = accelerations(places("bridge", sea), T, q, v, efforts, unit_push(load.corners[i], q, v, sea))
+        pushed = accelerations(
+            places("bridge", sea), T, q, v, efforts, unit_push(load.corners[i], q, v, sea)
+        )
         expected += normal_force * (pushed - free)
     got = system.acceleration(crane, T, x, EFFORTS)
     second = mapped(q, v, expected)[2]
-    np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-11 * abs(second).max())  # rounding of stiff springs
+    np.testing.assert_allclose(
+        got, second, rtol=0.0, atol=1e-11 * abs(second).max()
+    )  # rounding of stiff springs
     parting = [along(gap_of(load.corners[i]), T, q, v, expected)[2] for i in load.closed]
-    np.testing.assert_allclose(parting, 0.0, atol=1e-9)  # rounding of gaps, times the rate of their correction
+    np.testing.assert_allclose(
+        parting, 0.0, atol=1e-9
+    )  # rounding of gaps, times the rate of their correction
 
 
 def test_indeterminate_normal_forces_are_the_least_squares() -> None:
@@ -163,9 +187,13 @@ def test_indeterminate_normal_forces_are_the_least_squares() -> None:
     load = Resting(4)
     crane = load.crane(False)
     contact: Any = crane.contact
-    frictionless = crane._replace(contact=contact._replace(surface=contact.surface._replace(friction=0.0)))
+    frictionless = crane._replace(
+        contact=contact._replace(surface=contact.surface._replace(friction=0.0))
+    )
     joints, rates, _ = mapped(load.q, load.v, 0.0 * load.v)
-    normal_forces, wrench, levers = normal_forces_of(frictionless, system.state(frictionless, T, joints, rates))
+    normal_forces, wrench, levers = normal_forces_of(
+        frictionless, system.state(frictionless, T, joints, rates)
+    )
     rows = np.array([np.ones(4), levers[:, 1], -levers[:, 0]])
     least = np.linalg.lstsq(rows, [wrench.force[2], *wrench.moment[:2]], rcond=None)[0]
     np.testing.assert_allclose(normal_forces, least, rtol=1e-12)  # rounding of the solution
@@ -203,33 +231,50 @@ def test_a_load_slips_on_a_base_that_heels_beyond_friction(part: float, holds: b
 
 
 @pytest.mark.parametrize("part", [0.9999, 1.0001])
-@pytest.mark.parametrize(("axis", "side", "reach"), [(3, 1, 0.6), (3, -1, 0.6), (4, 1, 0.75), (4, -1, 0.75)])
-def test_a_load_tips_on_a_base_that_heels_beyond_its_edge(axis: int, side: int, reach: float, part: float) -> None:
+@pytest.mark.parametrize(
+    ("axis", "side", "reach"), [(3, 1, 0.6), (3, -1, 0.6), (4, 1, 0.75), (4, -1, 0.75)]
+)
+def test_a_load_tips_on_a_base_that_heels_beyond_its_edge(
+    axis: int, side: int, reach: float, part: float
+) -> None:
     """A load that friction holds tips beyond tan φ = way to the edge over height.
 
     Then the upper corners lift off.
     """
-    heel, points = side * atan(part * reach), CORNERS - (0.05, 0.0, 0.0)  # a rectangle about the centre
-    crane, x = sticking(RigidContact(points, Surface(-10.0, 5.0, SLIP), 0.0, 0.01), heeled(axis, heel))
+    heel, points = (
+        side * atan(part * reach),
+        CORNERS - (0.05, 0.0, 0.0),
+    )  # a rectangle about the centre
+    crane, x = sticking(
+        RigidContact(points, Surface(-10.0, 5.0, SLIP), 0.0, 0.01), heeled(axis, heel)
+    )
     value, _, _ = system.guard(crane, 0.0, x, (0.0, 0.0), None)
     weight = crane.load.mass * 9.81 * cos(heel)
-    assert value == pytest.approx(0.25 * weight * (1.0 - part), rel=1e-8)  # rounding, relative to the weight
+    assert value == pytest.approx(
+        0.25 * weight * (1.0 - part), rel=1e-8
+    )  # rounding, relative to the weight
 
 
 def test_forces_at_the_corners_hold_a_load_that_sticks() -> None:
     """Normal forces and their friction add up to the force and tilting moment of the hold."""
     amplitudes, ones = np.zeros((6, 1)), np.ones((6, 1))
     amplitudes[:2, 0] = 1.5, -0.8
-    deck = Base(np.zeros(6), amplitudes, ones, 0.5 * pi * ones)  # which is not moving at t = 0, but accelerates
+    deck = Base(
+        np.zeros(6), amplitudes, ones, 0.5 * pi * ones
+    )  # which is not moving at t = 0, but accelerates
     contact = RigidContact(CORNERS, Surface(-10.0, FRICTION, SLIP, deck), 0.0, 0.01)
     crane, x = sticking(contact, base(), yaw=0.6)
     scene = displacement_at(deck, 0.0), body_state(crane, x)
-    held = holding_forces(contact, crane.load, x, contact_index(crane), scene, load_alone(crane, 0.0, x))
+    held = holding_forces(
+        contact, crane.load, x, contact_index(crane), scene, load_alone(crane, 0.0, x)
+    )
     levers = np.array([contact_point(contact, i, *scene).lever for i in range(4)])
     normal_forces = np.array([normal_force_on(held, i, lever) for i, lever in enumerate(levers)])
     force, moment = held.wrench
     assert min(map(abs, (*force, *moment))) > 0.01  # N and N m, in all directions
-    forces = np.outer(normal_forces / force[2], force)  # with friction in proportion; more of it turns about z alone
+    forces = np.outer(
+        normal_forces / force[2], force
+    )  # with friction in proportion; more of it turns about z alone
     forces[:, 2] = normal_forces
     np.testing.assert_allclose(forces.sum(axis=0), force, rtol=1e-12)  # rounding of the solution
     tilting = np.cross(levers, forces).sum(axis=0)[:2]
@@ -248,13 +293,21 @@ def test_a_rocking_block_loses_what_housner_says() -> None:
     It neither bounces nor slips.
     """
     half, tall, depth, mass = 0.3, 1.0, 0.2, 7.0
-    sizes = (half, tall), (depth, tall), (half, depth)  # half is along y, tall along z, depth along x
+    sizes = (
+        (half, tall),
+        (depth, tall),
+        (half, depth),
+    )  # half is along y, tall along z, depth along x
     moments = [mass / 3.0 * (a * a + b * b) for a, b in sizes]
     points = np.array([[x, y, -tall] for y in (-half, half) for x in (-depth, depth)])
     contact = RigidContact(points, Surface(0.0, 1e3, SLIP), 0.0, 0.01)
     rate = 0.8  # about x, on the edge at -half: the other one comes down with a negative rate
-    state = body_at((0.0, 0.0, tall), np.cross([-rate, 0.0, 0.0], [0.0, half, tall]), (-rate, 0.0, 0.0))
-    after, _ = collide(contact, rigid(np.diag(moments), mass), displacement_at(None, 0.0), state, np.ones(4))
+    state = body_at(
+        (0.0, 0.0, tall), np.cross([-rate, 0.0, 0.0], [0.0, half, tall]), (-rate, 0.0, 0.0)
+    )
+    after, _ = collide(
+        contact, rigid(np.diag(moments), mass), displacement_at(None, 0.0), state, np.ones(4)
+    )
     kept = 1.0 - 1.5 * sin(atan(half / tall)) ** 2
     np.testing.assert_allclose(after.omega, (-rate * kept, 0.0, 0.0), atol=1e-12)  # of the sweeps
     lifted = contact_point(contact, 0, displacement_at(None, 0.0), after).velocity
@@ -282,12 +335,16 @@ def test_impacts_give_no_energy_and_leave_no_approach() -> None:
     for contact, velocity, omega, touching in impacts():
         before = body_at(ZERO, velocity, omega)
         after, impulse = collide(contact, load, resting, before, touching)
-        speeds = [contact_point(contact, i, resting, after).velocity[2] for i in range(4) if touching[i]]
+        speeds = [
+            contact_point(contact, i, resting, after).velocity[2] for i in range(4) if touching[i]
+        ]
         assert min(speeds) > -1e-12  # of the sweeps
         change = 0.5 * load.mass * (np.dot(after.velocity, after.velocity) - velocity @ velocity)
         change += 0.5 * (np.array(after.omega) @ INERTIA @ after.omega - omega @ INERTIA @ omega)
         work = impulse_work(impulse, before, after, ZERO)
-        assert work == pytest.approx(change, rel=0.0, abs=1e-12) and work < 1e-12  # rounding of tens of joules
+        assert (
+            work == pytest.approx(change, rel=0.0, abs=1e-12) and work < 1e-12
+        )  # rounding of tens of joules
         assert impulse.force[2] >= 0.0
         drag = np.hypot(*impulse.force[:2])
         assert drag <= contact.surface.friction * impulse.force[2] * (1.0 + 1e-12)

@@ -19,10 +19,18 @@ SQUARE = [[1, 1, 0], [1, -1, 0], [-1, 1, 0], [-1, -1, 0]]
 
 def hoisting(first: float, second: float) -> dict[str, Any]:
     """Return inputs that drive the hoist at one rate [m/s], then at another one."""
-    return {"hoist": {"kind": "table", "times": [0, 1, 4, 5, 10], "values": [first, first, first, second, second]}}
+    return {
+        "hoist": {
+            "kind": "table",
+            "times": [0, 1, 4, 5, 10],
+            "values": [first, first, first, second, second],
+        }
+    }
 
 
-def scene(contact: dict[str, Any], start: dict[str, Any], duration: float, **changes: Any) -> dict[str, Any]:
+def scene(
+    contact: dict[str, Any], start: dict[str, Any], duration: float, **changes: Any
+) -> dict[str, Any]:
     """Return a scene with slack falls unless `changes` shorten them.
 
     All have models of the same types.
@@ -50,7 +58,9 @@ def times_of(run: Rollout, text: str) -> list[float]:
 def heights(run: Rollout) -> Any:
     """Return the heights (K, n) [m] of the corners above the surface at all instants."""
     contact, (w, a, b, c) = run.scene.model.contact, run.q[:, 6:10].T
-    row = np.stack([2.0 * (a * c - w * b), 2.0 * (b * c + w * a), 1.0 - 2.0 * (a * a + b * b)], axis=1)
+    row = np.stack(
+        [2.0 * (a * c - w * b), 2.0 * (b * c + w * a), 1.0 - 2.0 * (a * a + b * b)], axis=1
+    )
     size, rate, phase = (part[2, 0] for part in contact.surface.motion[1:])
     deck = contact.surface.height + size * np.sin(rate * run.t + phase)
     return run.q[:, 5:6] + row @ contact.points.T - deck[:, None]
@@ -97,7 +107,8 @@ def test_sliding_distance() -> None:
         return 0.5 * (speed * root + slip**2 * asinh(speed / slip)) / (friction * G)
 
     assert run.q[-1, 3] == pytest.approx(way(v) - way(slip), rel=1e-8)  # the method's error
-    # friction that is smoothed below v_s is weaker than Coulomb's: the way is longer by 5.8e-6 of it
+    # friction that is smoothed below v_s is weaker than Coulomb's: the way is longer by 5.8e-6 of
+    # it
     assert run.q[-1, 3] == pytest.approx(v**2 / (2.0 * friction * G), rel=1e-5)
     assert len(times_of(run, "the load sticks to")) == 1 and not run.v[-1, 3:].any()
     assert run.summary["energy_audit_max"] < 1e-9
@@ -108,15 +119,27 @@ def test_peak_of_a_load_that_is_picked_up_at_a_speed() -> None:
 
     The rope is undamped.
 
-    The deck sinks through its middle, where its speed is stationary, as the falls carry the whole weight. From there
-    the load oscillates about its equilibrium, with the deck's speed, away from the deck.
+    The deck sinks through its middle, where its speed is stationary, as the falls carry the whole
+    weight. From there the load oscillates about its equilibrium, with the deck's speed, away from
+    the deck.
     """
-    length, k, size, rate, start = 15.0, 4e5, 0.1, 2.0, 0.15  # m, N/m, m, rad/s, s from start to lift-off
+    length, k, size, rate, start = (
+        15.0,
+        4e5,
+        0.1,
+        2.0,
+        0.15,
+    )  # m, N/m, m, rad/s, s from start to lift-off
     speed, omega = size * rate, sqrt(k / MASS)
     phase = pi - rate * start
     deck = {"heave": {"amplitude": size, "frequency": rate, "phase": phase}}
     rest = -length - MASS * G / k  # m, of the attachment with the deck in its middle
-    falls = {"top": SQUARE, "bottom": SQUARE, "axial_stiffness": 0.25 * k * length, "relaxation": 0.0}
+    falls = {
+        "top": SQUARE,
+        "bottom": SQUARE,
+        "axial_stiffness": 0.25 * k * length,
+        "relaxation": 0.0,
+    }
     contact = {"height": rest - 2.0, "motion": deck}  # the corners are 2 m below the attachment
     position = [0.0, 0.0, rest - 1.0 + size * sin(phase)]
     initial = {"length": length, "position": position, "velocity": [0, 0, size * rate * cos(phase)]}
@@ -124,35 +147,55 @@ def test_peak_of_a_load_that_is_picked_up_at_a_speed() -> None:
     duration = start + 0.5 * pi / omega
     loaded = crane_sim.load_scene(scene(contact, initial, 1.0, falls=falls, integrator=exact))
     run = crane_sim.simulate(replace(loaded, period=duration / 20, duration=duration))
-    assert times_of(run, "leaves") == pytest.approx([start] * 4, abs=1e-8)  # s, depth of touching corners over v_r
+    assert times_of(run, "leaves") == pytest.approx(
+        [start] * 4, abs=1e-8
+    )  # s, depth of touching corners over v_r
     assert run.tensions[-1].sum() == pytest.approx(MASS * G * (1.0 + speed / G * omega), rel=1e-9)
     assert run.summary["energy_audit_max"] < 1e-9
 
 
 def test_a_load_on_a_ship_moves_with_it() -> None:
     """On a base that heaves and rolls a load set down on it stays, and the energies balance."""
-    ship = {"heave": {"amplitude": 0.5, "frequency": 0.8}, "roll": {"amplitude": 0.05, "frequency": 0.9}}
+    ship = {
+        "heave": {"amplitude": 0.5, "frequency": 0.8},
+        "roll": {"amplitude": 0.05, "frequency": 0.9},
+    }
     start = {"position": [0, 0, FLOOR + 1.001]}
     run = crane_sim.simulate(scene({"friction": 0.3, "motion": None}, start, 0.6, base_motion=ship))
     assert times_of(run, "sticks to the surface")
     rest = run.t > times_of(run, "sticks to")[-1]
-    assert rest.any() and np.ptp(run.q[rest, 3:], axis=0).max() < 1e-9  # m, the depth at which corners touch
+    assert (
+        rest.any() and np.ptp(run.q[rest, 3:], axis=0).max() < 1e-9
+    )  # m, the depth at which corners touch
     assert run.summary["energy_audit_max"] < 1e-9
 
 
 def test_a_load_tips_over_on_a_deck_that_surges() -> None:
     """A tall load that friction holds on an accelerating deck tips as a block on a pivot."""
     half, tall, inertia, slip, duration = 0.5, 2.0, 1420.0, 2e-3, 0.5  # m, m, kg m², m/s, s
-    surge = {"amplitude": 1.0, "frequency": 2.0, "phase": 0.5 * pi}  # at once 4 m/s², of which it tips beyond 2.45
-    contact = {"points": [[x, y, -2.0 * tall] for x in (half, -half) for y in (1.0, -1.0)], "motion": {"surge": surge}}
+    surge = {
+        "amplitude": 1.0,
+        "frequency": 2.0,
+        "phase": 0.5 * pi,
+    }  # at once 4 m/s², of which it tips beyond 2.45
+    contact = {
+        "points": [[x, y, -2.0 * tall] for x in (half, -half) for y in (1.0, -1.0)],
+        "motion": {"surge": surge},
+    }
     payload = {"mass": MASS, "inertia": [1700.0, inertia, 420.0], "attachment": [0.0, 0.0, tall]}
-    start, method = {"position": [0.0, 0.0, FLOOR + tall]}, {"method": "dop853", "rtol": 1e-8, "atol": 1e-10}
+    start, method = (
+        {"position": [0.0, 0.0, FLOOR + tall]},
+        {"method": "dop853", "rtol": 1e-8, "atol": 1e-10},
+    )
     rough = contact | {"friction": 0.6, "slip_velocity": slip}
     run = crane_sim.simulate(scene(rough, start, duration, payload=payload, integrator=method))
 
     def rates(t: float, state: Any) -> tuple[float, float]:
         """Return the rates of the pitch [rad] about the edge and of its rate."""
-        ahead, above = tall * sin(state[0]) - half * cos(state[0]), half * sin(state[0]) + tall * cos(state[0])
+        ahead, above = (
+            tall * sin(state[0]) - half * cos(state[0]),
+            half * sin(state[0]) + tall * cos(state[0]),
+        )
         moment = MASS * (4.0 * cos(2.0 * t) * above + G * ahead)
         return state[1], moment / (inertia + MASS * (half**2 + tall**2))
 
@@ -162,7 +205,9 @@ def test_a_load_tips_over_on_a_deck_that_surges() -> None:
     assert times_of(run, "leaves")[1] < 1e-3 and run.summary["energy_audit_max"] < 1e-9
 
 
-def compliant(stiffness: float, damping: float, start: dict[str, Any], duration: float, **changes: Any) -> Rollout:
+def compliant(
+    stiffness: float, damping: float, start: dict[str, Any], duration: float, **changes: Any
+) -> Rollout:
     """Return the run of a load above springs."""
     contact = {"kind": "compliant", "stiffness": stiffness, "damping": damping}
     return crane_sim.simulate(scene(contact, start, duration, **changes))
@@ -189,5 +234,7 @@ def test_damping_of_hunt_and_crossley() -> None:
     run = compliant(1e5, c, start, 0.4, gravity=0.0)
     w = float(run.v[-1, 5])
     assert 0.0 < w < u and times_of(run, "leaves")
-    assert c * u - log1p(c * u) == pytest.approx(-c * w - log1p(-c * w), rel=1e-8)  # the method's error
+    assert c * u - log1p(c * u) == pytest.approx(
+        -c * w - log1p(-c * w), rel=1e-8
+    )  # the method's error
     assert run.summary["energy_audit_max"] < 1e-9

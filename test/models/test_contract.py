@@ -24,9 +24,15 @@ def name_of(named: Any) -> str:
 def registered_classes(functions: tuple[Any, ...]) -> list[type]:
     """Return the NamedTuples of the folder for which one of the generic functions is registered."""
     classes = {
-        kind for name in MODULES for _, kind in getmembers(import_module(name), isclass) if issubclass(kind, tuple)
+        kind
+        for name in MODULES
+        for _, kind in getmembers(import_module(name), isclass)
+        if issubclass(kind, tuple)
     }
-    return sorted((kind for kind in classes if any(each.has_implementation(kind) for each in functions)), key=name_of)
+    return sorted(
+        (kind for kind in classes if any(each.has_implementation(kind) for each in functions)),
+        key=name_of,
+    )
 
 
 MODELS = registered_classes((*system.MANDATORY, *system.DERIVATIVES, *system.SWITCHES))
@@ -61,15 +67,25 @@ def test_every_structure_declares_a_mechanism(structure: type) -> None:
     Drives that prescribe motions are those.
     """
     assert callable(getattr(structure, "coordinate", None))
-    assert hasattr(structure, "prescribe") == (name_of(structure) in {"Bridge", "DrivenPoint", "TowerCrane"})
+    assert hasattr(structure, "prescribe") == (
+        name_of(structure) in {"Bridge", "DrivenPoint", "TowerCrane"}
+    )
 
 
 def test_models_and_supports_are_found() -> None:
     """The two tests above have seen the models of the catalogue."""
     overhead = {"RodCrane", "DoubleCrane", "SpringCrane", "PlanarCrane", "ElasticCrane"}
-    assert {model.__name__ for model in MODELS} == {"Crane", "SuspendedCrane", "FallsCrane", *overhead}
+    assert {model.__name__ for model in MODELS} == {
+        "Crane",
+        "SuspendedCrane",
+        "FallsCrane",
+        *overhead,
+    }
     rigid = {"Bridge", "DrivenPoint", "Knuckle", "TelescopicBoom", "TowerCrane"}
-    assert {structure.__name__ for structure in STRUCTURES} == rigid | {"FlexibleSupport", "SwayingTower"}
+    assert {structure.__name__ for structure in STRUCTURES} == rigid | {
+        "FlexibleSupport",
+        "SwayingTower",
+    }
 
 
 @pytest.mark.parametrize(
@@ -87,5 +103,7 @@ def test_importing_the_models_imports_every_module() -> None:
     """No module of the folder that registers something is left out of its package's import."""
     code = "import sys; import crane_sim.models; print(*sys.modules)"
     imported = run_to_completion([sys.executable, "-c", code], check=True).stdout.split()
-    registering = {name for name in MODULES if ".register(" in inspect.getsource(import_module(name))}
+    registering = {
+        name for name in MODULES if ".register(" in inspect.getsource(import_module(name))
+    }
     assert registering <= set(imported)

@@ -29,7 +29,9 @@ STEP = mpf(10) ** -18  # of central differences in 60 digits: an error of 36 dig
 SUPPORTS = {
     "tower": TowerCrane(Slew(900.0), JibTrolley(8.0)),
     "bridge": Bridge(BridgeAxis(8.0), BridgeAxis(30.0)),
-    "knuckle": Knuckle(Rod(5.0, 2.0, 4.2, 0.0), Rod(4.0, 3.0, 4.0, 0.0), Tower(8.0), BoomSpring(900.0, 0.2)),
+    "knuckle": Knuckle(
+        Rod(5.0, 2.0, 4.2, 0.0), Rod(4.0, 3.0, 4.0, 0.0), Tower(8.0), BoomSpring(900.0, 0.2)
+    ),
     "point": DrivenPoint(Servo(4.0, 3.0), Lift()),
 }
 SWINGING = {
@@ -46,10 +48,20 @@ HOOK = {
     "inertia": [[0.5, 0.02, -0.01], [0.02, 0.6, 0.03], [-0.01, 0.03, 0.7]],
     "attachment": [0.1, 0, 0.3],
 }
-TAKEN_MASS, TAKEN_CENTER = 20.0, np.array([0.3, -0.2, -1.4])  # kg, m from the attachment, in the body's axes
-TAKEN_INERTIA = np.array([[6.0, 0.3, -0.2], [0.3, 8.0, 0.5], [-0.2, 0.5, 9.0]])  # kg m², about its centre
+TAKEN_MASS, TAKEN_CENTER = (
+    20.0,
+    np.array([0.3, -0.2, -1.4]),
+)  # kg, m from the attachment, in the body's axes
+TAKEN_INERTIA = np.array(
+    [[6.0, 0.3, -0.2], [0.3, 8.0, 0.5], [-0.2, 0.5, 9.0]]
+)  # kg m², about its centre
 VELOCITY = (0.4, -0.3, 0.5)  # m/s
-START = {"tower": (0.4, 6.0), "bridge": (0.4, 6.0), "knuckle": (0.4, 0.6, -0.2), "point": (0.4, 6.0, 1.0)}
+START = {
+    "tower": (0.4, 6.0),
+    "bridge": (0.4, 6.0),
+    "knuckle": (0.4, 0.6, -0.2),
+    "point": (0.4, 6.0, 1.0),
+}
 RATES = {name: (0.3, -0.2, 0.25)[: len(start)] for name, start in START.items()}
 Q = (
     2.5,
@@ -71,7 +83,10 @@ def composite() -> dict[str, Any]:
     mass, hook = HOOK["mass"] + TAKEN_MASS, -np.array(HOOK["attachment"])
     centre = (HOOK["mass"] * hook + TAKEN_MASS * TAKEN_CENTER) / mass
     inertia = np.zeros((3, 3))
-    for m, c, own in ((HOOK["mass"], hook, HOOK["inertia"]), (TAKEN_MASS, TAKEN_CENTER, TAKEN_INERTIA)):
+    for m, c, own in (
+        (HOOK["mass"], hook, HOOK["inertia"]),
+        (TAKEN_MASS, TAKEN_CENTER, TAKEN_INERTIA),
+    ):
         r = c - centre
         inertia += np.array(own) + m * (r @ r * np.eye(3) - np.outer(r, r))
     return {"mass": mass, "inertia": inertia.tolist(), "attachment": (-centre).tolist()}
@@ -79,7 +94,11 @@ def composite() -> dict[str, Any]:
 
 def loads(rigid: bool) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the payloads before and after the pick-up, as groups of a scene."""
-    return (HOOK, composite()) if rigid else ({"mass": HOOK["mass"]}, {"mass": HOOK["mass"] + TAKEN_MASS})
+    return (
+        (HOOK, composite())
+        if rigid
+        else ({"mass": HOOK["mass"]}, {"mass": HOOK["mass"] + TAKEN_MASS})
+    )
 
 
 def crane(name: str, hoist: str, rigid: bool, *events: dict[str, Any]) -> SuspendedCrane:
@@ -88,7 +107,13 @@ def crane(name: str, hoist: str, rigid: bool, *events: dict[str, Any]) -> Suspen
     load, exchange = exchange_of(Payload.model_validate(loads(rigid)[0]), schedule)
     chain = Chain(np.array([*NODES, load.mass]), np.array(LENGTHS))
     return SuspendedCrane(
-        Support(SUPPORTS[name]), chain, load, HOISTS[hoist], energy_meter=Meter(), stops=Stops(), exchange=exchange
+        Support(SUPPORTS[name]),
+        chain,
+        load,
+        HOISTS[hoist],
+        energy_meter=Meter(),
+        stops=Stops(),
+        exchange=exchange,
     )
 
 
@@ -110,7 +135,9 @@ def quaternion(angles: Any) -> list[Any]:
     return [*first, sa * cb * cc - ca * sb * sc]
 
 
-def places(name: str, q: Any, rigid: bool) -> tuple[list[tuple[Any, Point]], list[tuple[Any, Point]], list[Any]]:
+def places(
+    name: str, q: Any, rigid: bool
+) -> tuple[list[tuple[Any, Point]], list[tuple[Any, Point]], list[Any]]:
     """Return (points of crane and hook, of the load it picks up, joint coordinates) at q.
 
     Bridge: the bridge's own mass is a point at x = 0, which only y moves.
@@ -131,7 +158,10 @@ def places(name: str, q: Any, rigid: bool) -> tuple[list[tuple[Any, Point]], lis
     angles = q[ns + 7 :]
     hook = plus(node, turn(angles, tuple(-a for a in HOOK["attachment"])))
     centre = plus(node, turn(angles, TAKEN_CENTER))
-    points += [(m, plus(hook, turn(angles, r))) for m, r in body_points(HOOK["mass"], np.array(HOOK["inertia"]))]
+    points += [
+        (m, plus(hook, turn(angles, r)))
+        for m, r in body_points(HOOK["mass"], np.array(HOOK["inertia"]))
+    ]
     taken = [(m, plus(centre, turn(angles, r))) for m, r in body_points(TAKEN_MASS, TAKEN_INERTIA)]
     return points, taken, [*joints, *quaternion(angles)]
 
@@ -144,12 +174,18 @@ def support_places(name: str, q: Any) -> tuple[list[tuple[Any, Point]], Point]:
     if name == "point":
         return [], (q[0], q[1], q[2])
     if name == "bridge":
-        return [(mpf(8), (q[0], q[1], mpf(0))), (mpf(30), (mpf(0), q[1], mpf(0)))], (q[0], q[1], mpf(0))
+        return [(mpf(8), (q[0], q[1], mpf(0))), (mpf(30), (mpf(0), q[1], mpf(0)))], (
+            q[0],
+            q[1],
+            mpf(0),
+        )
     elbow = along(q[1], mpf(5))
     points = [(m, along(q[1], s)) for m, s in rod_points(2.0, 4.2, mpf("2.5"))]
     points += [(m, plus(elbow, along(q[2], s))) for m, s in rod_points(3.0, 4.0, mpf(2))]
     tip = plus(elbow, along(q[2], mpf(4)))
-    return [*ring_points(8.0, q[0]), *((m, rotate(2, q[0], r)) for m, r in points)], rotate(2, q[0], tip)
+    return [*ring_points(8.0, q[0]), *((m, rotate(2, q[0], r)) for m, r in points)], rotate(
+        2, q[0], tip
+    )
 
 
 def along(elevation: Any, distance: Any) -> Point:
@@ -175,13 +211,21 @@ class Reference:
         self.masses, self.places = [m for m, _ in own + taken], [r for _, r in own + taken]
         columns, self.joint_columns = [], []
         for i in range(self.n):
-            low, high = (places(name, [a + s * (k == i) for k, a in enumerate(q)], rigid) for s in (-STEP, STEP))
+            low, high = (
+                places(name, [a + s * (k == i) for k, a in enumerate(q)], rigid)
+                for s in (-STEP, STEP)
+            )
             ends = [[a for _, r in side[0] + side[1] for a in r] for side in (low, high)]
             columns.append([(b - a) / (2 * STEP) for a, b in zip(*ends, strict=True)])
-            self.joint_columns.append([(b - a) / (2 * STEP) for a, b in zip(low[2], high[2], strict=True)])
+            self.joint_columns.append(
+                [(b - a) / (2 * STEP) for a, b in zip(low[2], high[2], strict=True)]
+            )
         self.jacobian = mpmath.matrix(columns).T
         self.drum, self.length = mpf(1.5) if hoist == "force" else mpf(0), len(START[name])
-        self.held = [*(range(self.length) if name == "point" else ()), *([self.length] if hoist == "rate" else ())]
+        self.held = [
+            *(range(self.length) if name == "point" else ()),
+            *([self.length] if hoist == "rate" else ()),
+        ]
 
     def velocities(self, v: Any) -> Any:
         """Return the velocities of all points (3 n, 1)."""
@@ -211,13 +255,17 @@ class Reference:
 
     def joint_rates(self, v: Any) -> Any:
         """Return (joints, their rates) as floats."""
-        rates = [mpmath.fdot([c[i] for c in self.joint_columns], v) for i in range(len(self.joints))]
+        rates = [
+            mpmath.fdot([c[i] for c in self.joint_columns], v) for i in range(len(self.joints))
+        ]
         return np.array([float(a) for a in self.joints]), np.array([float(a) for a in rates])
 
 
 def exchange_now(p: SuspendedCrane, x: Any, k: int = 0) -> Any:
     """Return the state after exchange k, a pick-up or a release."""
-    y, event, continues = system.apply_reset_map(p, 1.0, x, (0.0, 0.0, 0.0), encode(Guard.PAYLOAD, k))
+    y, event, continues = system.apply_reset_map(
+        p, 1.0, x, (0.0, 0.0, 0.0), encode(Guard.PAYLOAD, k)
+    )
     assert continues and event == encode(Guard.PAYLOAD, k, 1)
     return y
 
@@ -252,7 +300,9 @@ def test_jumps_are_those_of_point_masses(name: str, hoist: str, rigid: bool) -> 
     x = system.state(p, 0.0, q, rates)
     after = system.joints(p, exchange_now(p, x))
     np.testing.assert_allclose(after[0], q, rtol=0.0, atol=1e-15)
-    np.testing.assert_allclose(after[1], expected, rtol=0.0, atol=1e-12)  # rounding of some 100 terms of size 1
+    np.testing.assert_allclose(
+        after[1], expected, rtol=0.0, atol=1e-12
+    )  # rounding of some 100 terms of size 1
 
 
 @pytest.mark.parametrize(("name", "rigid"), [("tower", True), ("bridge", False)])
@@ -262,13 +312,21 @@ def test_momentum_from_the_free_hook_to_the_load_and_back(name: str, rigid: bool
     It is linear momentum on a bridge, angular momentum on a tower.
     """
     with mp.workdps(60):
-        reference, p = Reference(name, "force", rigid), crane(name, "force", rigid, pick_up(rigid), release(rigid))
+        reference, p = (
+            Reference(name, "force", rigid),
+            crane(name, "force", rigid, pick_up(rigid), release(rigid)),
+        )
         q, rates = reference.joint_rates(start(name, rigid)[1])
         x = system.state(p, 0.0, q, rates)
         laden = exchange_now(p, x)
         free = exchange_now(p, laden, 1)
-        given = [(mpf(a), mpf(b), mpf(c)) for a, b, c in (VELOCITY,) * (len(reference.masses) - reference.count)]
-        before = momentum(name, reference, [*velocities_of(p, x, reference)[: reference.count], *given])
+        given = [
+            (mpf(a), mpf(b), mpf(c))
+            for a, b, c in (VELOCITY,) * (len(reference.masses) - reference.count)
+        ]
+        before = momentum(
+            name, reference, [*velocities_of(p, x, reference)[: reference.count], *given]
+        )
         joined = momentum(name, reference, velocities_of(p, laden, reference))
         apart = momentum(name, reference, velocities_of(p, free, reference))
     np.testing.assert_array_equal(free[:-2], laden[:-2])  # release: nothing that stays jumps
@@ -284,13 +342,16 @@ def velocities_of(p: SuspendedCrane, x: Any, reference: Reference) -> Any:
     rates, columns = system.joints(p, x)[1], mpmath.matrix(reference.joint_columns).T
     v = mpmath.lu_solve(columns, mpmath.matrix([mpf(float(a)) for a in rates]))  # least squares
     moved = reference.velocities(v)
-    return [(moved[3 * k], moved[3 * k + 1], moved[3 * k + 2]) for k in range(len(reference.masses))]
+    return [
+        (moved[3 * k], moved[3 * k + 1], moved[3 * k + 2]) for k in range(len(reference.masses))
+    ]
 
 
 def momentum(name: str, reference: Reference, velocities: Any) -> list[float]:
     """Return the momentum that the support does not take.
 
-    On a bridge that along x, in which the bridge itself does not move, and y; on a tower that about its axis.
+    On a bridge that along x, in which the bridge itself does not move, and y; on a tower that about
+    its axis.
     """
     terms = list(zip(reference.masses, reference.places, velocities, strict=True))
     if name == "tower":
@@ -298,9 +359,13 @@ def momentum(name: str, reference: Reference, velocities: Any) -> list[float]:
     return [float(mpmath.fsum(m * v[c] for m, _, v in terms)) for c in (0, 1)]
 
 
-@pytest.mark.parametrize("velocity", [VELOCITY, "hook", None], ids=["moving", "with the hook", "at rest"])
+@pytest.mark.parametrize(
+    "velocity", [VELOCITY, "hook", None], ids=["moving", "with the hook", "at rest"]
+)
 @pytest.mark.parametrize(("name", "hoist", "rigid"), CASES)
-def test_the_energy_meter_jumps_as_the_energy_does(name: str, hoist: str, rigid: bool, velocity: Any) -> None:
+def test_the_energy_meter_jumps_as_the_energy_does(
+    name: str, hoist: str, rigid: bool, velocity: Any
+) -> None:
     """At pick-up and release the meter jumps as the crane's energy does; an impact dissipates.
 
     The jump is the work of the impulses.
@@ -329,7 +394,11 @@ def energy(p: SuspendedCrane, x: Any) -> float:
 
 def energy_scale(p: SuspendedCrane, x: Any) -> float:
     """Return the size of energies in play [J]."""
-    return abs(system.kinetic(p, x)) + abs(system.potential(p, x)) + TAKEN_MASS * p.gravity * sum(LENGTHS)
+    return (
+        abs(system.kinetic(p, x))
+        + abs(system.potential(p, x))
+        + TAKEN_MASS * p.gravity * sum(LENGTHS)
+    )
 
 
 def test_an_impact_in_the_line_of_the_cable_in_numbers() -> None:
@@ -346,10 +415,18 @@ def test_an_impact_in_the_line_of_the_cable_in_numbers() -> None:
         stops=Stops(),
         exchange=exchange,
     )
-    y = exchange_now(p, system.state(p, 0.0, np.array([0.0, 0.0, 5.0, 0.0, 0.0]), np.array([0.0, 0.0, -2.0, 0.0, 0.0])))
+    y = exchange_now(
+        p,
+        system.state(
+            p, 0.0, np.array([0.0, 0.0, 5.0, 0.0, 0.0]), np.array([0.0, 0.0, -2.0, 0.0, 0.0])
+        ),
+    )
     assert system.joints(p, y)[1][2] == pytest.approx(-1.5, rel=1e-15)
     assert system.energy_supplied(p, y) == pytest.approx(4.5 - 6.0 - 5.0 * 9.81, rel=1e-14)
-    assert system.describe_event(p, encode(Guard.PAYLOAD, 0, 1)) == ("payload of 1 kg taken up, 4 kg hang now", "")
+    assert system.describe_event(p, encode(Guard.PAYLOAD, 0, 1)) == (
+        "payload of 1 kg taken up, 4 kg hang now",
+        "",
+    )
 
 
 def test_a_state_has_the_load_of_its_time() -> None:
@@ -374,7 +451,9 @@ def test_a_rope_that_would_push_ends_the_run() -> None:
         support, stops = Support(SUPPORTS["bridge"]), Stops(taut=taut)
         p = SuspendedCrane(support, chain, load, MotionHoist(), stops=stops, exchange=exchange)
         x = system.state(p, 0.0, np.array([0.0, 0.0, 5.0, 0.0, 0.0]), np.zeros(5))
-        assert system.apply_reset_map(p, 1.0, x, (0.0, 0.0, 0.0), encode(Guard.PAYLOAD, 0))[2] == (taut == 0.0)
+        assert system.apply_reset_map(p, 1.0, x, (0.0, 0.0, 0.0), encode(Guard.PAYLOAD, 0))[2] == (
+            taut == 0.0
+        )
     assert "a link would push" in system.describe_event(p, encode(Guard.PAYLOAD, 0))[0]
 
 
@@ -403,12 +482,20 @@ def test_a_run_with_exchanges_keeps_its_energy() -> None:
         {"at": 2.0, "set": {"payload": HEAVY}, "velocity": [0.2, 0.0, 0.1]},
         {"at": 4.5, "set": {"payload": HOOK | {"mass": 30.0}}},
     ]
-    run = crane_sim.simulate(RUN | {"events": events, "integrator": {"method": "dop853", "rtol": 1e-11, "atol": 1e-11}})
+    run = crane_sim.simulate(
+        RUN | {"events": events, "integrator": {"method": "dop853", "rtol": 1e-11, "atol": 1e-11}}
+    )
     summary = run.summary
     assert summary["energy_audit_max"] < 1e-9
     texts = [event["what"] for event in summary["events"]]
-    assert texts == ["payload of 500 kg taken up, 530 kg hang now", "payload of 500 kg let go, 30 kg hang now"]
-    before, laden = run.derived.tension[run.t <= 2.0], run.derived.tension[(run.t > 2.0) & (run.t <= 4.5)]
+    assert texts == [
+        "payload of 500 kg taken up, 530 kg hang now",
+        "payload of 500 kg let go, 30 kg hang now",
+    ]
+    before, laden = (
+        run.derived.tension[run.t <= 2.0],
+        run.derived.tension[(run.t > 2.0) & (run.t <= 4.5)],
+    )
     assert before.max() < 2000.0 < 4000.0 < laden.min()  # weights of 883 and 5788 N, which swing
 
 
@@ -421,7 +508,8 @@ REJECTED = [
     (
         {},
         {"mass": 530.0},
-        "events[0].set.payload.inertia: is missing; the payloads of a run are all point masses, or all",
+        "events[0].set.payload.inertia: is missing; the payloads of a run are all point masses, or "
+        "all",
     ),
     (
         {},
@@ -432,7 +520,9 @@ REJECTED = [
 
 
 @pytest.mark.parametrize(("event", "payload", "line"), REJECTED)
-def test_exchanges_that_cannot_be_are_refused(event: dict[str, Any], payload: dict[str, Any], line: str) -> None:
+def test_exchanges_that_cannot_be_are_refused(
+    event: dict[str, Any], payload: dict[str, Any], line: str
+) -> None:
     """Each contradiction is one line that begins with the key."""
     events = [{"at": 1.0, "set": {"payload": payload}} | event]
     with pytest.raises(crane_sim.SceneError) as error:
@@ -447,7 +537,9 @@ def test_the_instant_of_an_exchange_is_the_one_before_it() -> None:
     """
     taken = {"events": [{"at": 0.5, "set": {"payload": {"mass": 300.0}}}]}
     free, run = crane_sim.simulate(SWINGING), crane_sim.simulate(SWINGING | taken)
-    assert run.v[:51] == pytest.approx(free.v[:51], abs=1e-9) and run.t[50] == 0.5  # other steps, of rtol 1e-9
+    assert (
+        run.v[:51] == pytest.approx(free.v[:51], abs=1e-9) and run.t[50] == 0.5
+    )  # other steps, of rtol 1e-9
     # 300 kg with the momentum of 100 kg, and what 10 ms of gravity add
     assert run.v[51, 3] == pytest.approx(free.v[50, 3] / 3.0, abs=0.01 * 9.81 * 0.4)
     ended = crane_sim.simulate(SWINGING | taken, duration=0.5)

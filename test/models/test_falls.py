@@ -34,22 +34,34 @@ STARTS |= {name: (*test_flexible.OWN[rigid], *test_flexible.BENT) for name, rigi
 
 def rigid(inertia: Any = INERTIA, mass: float = 10.0) -> RigidLoad:
     """Return a load with this inertia."""
-    matrices: list[Any] = [tuple(map(tuple, np.array(m).tolist())) for m in (inertia, np.linalg.inv(inertia))]
+    matrices: list[Any] = [
+        tuple(map(tuple, np.array(m).tolist())) for m in (inertia, np.linalg.inv(inertia))
+    ]
     return RigidLoad(mass, matrices[0], matrices[1], (0.0, 0.0, 0.0))
 
 
 def falls(relaxation: float = 0.0) -> Falls:
     """Return four falls that are fastened apart at both ends."""
-    return Falls(TOP, BOTTOM, 2.0, np.array([0.0, 0.01, -0.02, 0.0]), STIFFNESS, np.full(4, relaxation))
+    return Falls(
+        TOP, BOTTOM, 2.0, np.array([0.0, 0.01, -0.02, 0.0]), STIFFNESS, np.full(4, relaxation)
+    )
 
 
 def places_of(name: str, q: Any) -> tuple[list[Any], Any, Any]:
     """Return (points of the support, its tip, its yaw) relative to the base; q: support first."""
     if name == "bridge":
-        return [(mpf(8), (q[0], q[1], mpf(0))), (mpf(12), (mpf(0), q[1], mpf(0)))], (q[0], q[1], mpf(0)), mpf(0)
+        return (
+            [(mpf(8), (q[0], q[1], mpf(0))), (mpf(12), (mpf(0), q[1], mpf(0)))],
+            (q[0], q[1], mpf(0)),
+            mpf(0),
+        )
     if name in BENT:
         reference = test_flexible.Reference(BENT[name], BOTH)
-        return reference.places(q)[:-2], reference.nodes(q)[0], reference.axis(q)[0]  # without its hook and load
+        return (
+            reference.places(q)[:-2],
+            reference.nodes(q)[0],
+            reference.axis(q)[0],
+        )  # without its hook and load
     return (*support_places(name, q), q[0])
 
 
@@ -112,26 +124,36 @@ def test_accelerations_are_those_of_point_masses(name: str, sea: bool) -> None:
         return [(m, on_base(SEA, t, r)) for m, r in points] if sea else points
 
     strain = strain_energy(
-        lambda t, q: places_of(name, q)[1:], lambda q: q[ns], lambda q: (tuple(q[ns + 1 : ns + 4]), q[ns + 4 :])
+        lambda t, q: places_of(name, q)[1:],
+        lambda q: q[ns],
+        lambda q: (tuple(q[ns + 1 : ns + 4]), q[ns + 4 :]),
     )
     bent = test_flexible.Reference(BENT[name], BOTH) if bends else None
     extras = Extras(added, lambda t, q: strain(t, q) + (bent.springs(q) if bent else 0))
     expected = accelerations(places, t, q, v, efforts, extras)
-    crane = FallsCrane(Support(SUPPORTS[name]), falls(), rigid(), ForceHoist(1.5), base=base() if sea else None)
+    crane = FallsCrane(
+        Support(SUPPORTS[name]), falls(), rigid(), ForceHoist(1.5), base=base() if sea else None
+    )
     rows = moved(q, v, expected, ns + 4)
     own = ns - bends
     joints, rates, second = (np.concatenate([row[:own], row[ns:], row[own:ns]]) for row in rows)
     state = system.state(crane, t, joints, rates)
     assert state[-4:].tolist() == [1.0] * 4
-    assert all(np.array_equal(a, b) for a, b in zip(system.joints(crane, state), (joints, rates), strict=True))
+    assert all(
+        np.array_equal(a, b)
+        for a, b in zip(system.joints(crane, state), (joints, rates), strict=True)
+    )
     got = system.acceleration(crane, t, state, commands)
-    np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-11 * abs(second).max())  # rounding of stiff springs
+    np.testing.assert_allclose(
+        got, second, rtol=0.0, atol=1e-11 * abs(second).max()
+    )  # rounding of stiff springs
 
 
 def test_falls_below_a_driven_point_are_those_of_point_masses() -> None:
     """Below a point that moves on a moving base, the load's accelerations agree with virtual work.
 
-    The reference has the point's place as a function of time, with the velocity and acceleration of this instant.
+    The reference has the point's place as a function of time, with the velocity and acceleration of
+    this instant.
     """
     now, tip, shape = 1.3, (0.4, 6.0, 1.0), body_points(10.0, INERTIA)
     q = np.array([0.7, 6.2, -1.9, 0.35, 0.05, -0.04])
@@ -139,13 +161,19 @@ def test_falls_below_a_driven_point_are_those_of_point_masses() -> None:
 
     def point(t: Any) -> Any:
         s = t - mpf(now)
-        return tuple(mpf(x) + s * mpf(u) + s * s / 2 * mpf(a) for x, u, a in zip(tip, *MOVES, strict=True))
+        return tuple(
+            mpf(x) + s * mpf(u) + s * s / 2 * mpf(a) for x, u, a in zip(tip, *MOVES, strict=True)
+        )
 
     def places(t: Any, q: Any) -> Any:
         return [(m, on_base(SEA, t, plus(tuple(q[:3]), turn(q[3:], r)))) for m, r in shape]
 
-    strain = strain_energy(lambda t, q: (point(t), mpf(0)), lambda q: mpf(2), lambda q: (tuple(q[:3]), q[3:]))
-    joints, rates, second = moved(q, v, accelerations(places, now, q, v, np.zeros(6), Extras(potential=strain)), 3)
+    strain = strain_energy(
+        lambda t, q: (point(t), mpf(0)), lambda q: mpf(2), lambda q: (tuple(q[:3]), q[3:])
+    )
+    joints, rates, second = moved(
+        q, v, accelerations(places, now, q, v, np.zeros(6), Extras(potential=strain)), 3
+    )
     crane = FallsCrane(Support(DrivenPoint(None, Lift())), falls(), rigid(), base=base())
     x = system.state(crane, now, np.array([*tip, *joints]), np.array([*MOVES[0], *rates]))
     assert x[-4:].tolist() == [1.0] * 4
@@ -163,11 +191,17 @@ def test_bifilar_yaw() -> None:
     crane = FallsCrane(bridge, ropes, rigid(np.diag([300.0, 200.0, 400.0]), mass))
     weight = mass * 9.81
     down = length * (1.0 + 0.5 * weight / 1e9)
-    lift = (0.5 * spacing * yaw) ** 2 / (2.0 * down)  # of the turned load, so that the tension is unchanged
+    lift = (0.5 * spacing * yaw) ** 2 / (
+        2.0 * down
+    )  # of the turned load, so that the tension is unchanged
     q = np.array([0.0, 0.0, 0.0, 0.0, -down + lift, np.cos(0.5 * yaw), 0.0, 0.0, np.sin(0.5 * yaw)])
     x = system.state(crane, 0.0, q, np.zeros(9))
-    acceleration = 2.0 * system.acceleration(crane, 0.0, x, (0.0, 0.0))[8]  # of the yaw, of a small angle
-    assert acceleration / yaw == pytest.approx(-weight * (0.5 * spacing) ** 2 / down / 400.0, rel=1e-3)  # 0.1 %
+    acceleration = (
+        2.0 * system.acceleration(crane, 0.0, x, (0.0, 0.0))[8]
+    )  # of the yaw, of a small angle
+    assert acceleration / yaw == pytest.approx(
+        -weight * (0.5 * spacing) ** 2 / down / 400.0, rel=1e-3
+    )  # 0.1 %
 
 
 def test_peak_of_a_rope_that_goes_taut() -> None:
@@ -178,7 +212,9 @@ def test_peak_of_a_rope_that_goes_taut() -> None:
     height, k, m, g = 0.2, 2e4, 100.0, 9.81
     speed, omega = sqrt(2.0 * g * height), sqrt(k / m)
     peak = 1.0 + sqrt(1.0 + (speed * omega / g) ** 2)
-    duration = speed / g + (pi - atan(speed * omega / g)) / omega  # until e = g/ω² (1 - cos) + v/ω sin is largest
+    duration = (
+        speed / g + (pi - atan(speed * omega / g)) / omega
+    )  # until e = g/ω² (1 - cos) + v/ω sin is largest
     scene: dict[str, Any] = {
         "crane": "gantry",
         "duration": duration,

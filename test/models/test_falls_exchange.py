@@ -22,8 +22,13 @@ from crane_sim.scenes.schema.exchange import LoadEvent, exchange_of
 from crane_sim.scenes.schema.rigging import Payload
 
 OWN = {"mass": 10.0, "inertia": INERTIA.tolist(), "attachment": [0.1, 0.05, 0.6]}
-TAKEN_MASS, TAKEN_CENTRE = 25.0, np.array([0.3, -0.2, -1.4])  # kg, m from the first load's centre of mass
-TAKEN_INERTIA = np.array([[6.0, 0.3, -0.2], [0.3, 8.0, 0.5], [-0.2, 0.5, 9.0]])  # kg m², about its centre
+TAKEN_MASS, TAKEN_CENTRE = (
+    25.0,
+    np.array([0.3, -0.2, -1.4]),
+)  # kg, m from the first load's centre of mass
+TAKEN_INERTIA = np.array(
+    [[6.0, 0.3, -0.2], [0.3, 8.0, 0.5], [-0.2, 0.5, 9.0]]
+)  # kg m², about its centre
 VELOCITY = (0.4, -0.3, 0.5)  # m/s
 CORNERS = np.array([[1.0, 0.8, -2.0], [1.0, -0.8, -2.0], [-1.0, 0.8, -2.0], [-1.0, -0.8, -2.0]])
 Q = {
@@ -38,10 +43,17 @@ def composite() -> dict[str, Any]:
     mass = OWN["mass"] + TAKEN_MASS
     centre = TAKEN_MASS * TAKEN_CENTRE / mass
     inertia = np.zeros((3, 3))
-    for m, c, own in ((OWN["mass"], np.zeros(3), INERTIA), (TAKEN_MASS, TAKEN_CENTRE, TAKEN_INERTIA)):
+    for m, c, own in (
+        (OWN["mass"], np.zeros(3), INERTIA),
+        (TAKEN_MASS, TAKEN_CENTRE, TAKEN_INERTIA),
+    ):
         r = c - centre
         inertia += own + m * (r @ r * np.eye(3) - np.outer(r, r))
-    return {"mass": mass, "inertia": inertia.tolist(), "attachment": (np.array(OWN["attachment"]) - centre).tolist()}
+    return {
+        "mass": mass,
+        "inertia": inertia.tolist(),
+        "attachment": (np.array(OWN["attachment"]) - centre).tolist(),
+    }
 
 
 def crane(name: str, sea: bool = False, velocity: Any = VELOCITY) -> FallsCrane:
@@ -50,11 +62,15 @@ def crane(name: str, sea: bool = False, velocity: Any = VELOCITY) -> FallsCrane:
         {"at": 1.0, "set": {"payload": composite()}, "velocity": velocity},
         {"at": 2.0, "set": {"payload": OWN}},
     ]
-    load, exchange = exchange_of(Payload.model_validate(OWN), [LoadEvent.model_validate(event) for event in events])
+    load, exchange = exchange_of(
+        Payload.model_validate(OWN), [LoadEvent.model_validate(event) for event in events]
+    )
     hoist, moved = ForceHoist(1.5), base() if sea else None
     assert isinstance(load, RigidLoad)
     support = Support(SUPPORTS[name])
-    return FallsCrane(support, falls(0.02), load, hoist, energy_meter=Meter(), base=moved, exchange=exchange)
+    return FallsCrane(
+        support, falls(0.02), load, hoist, energy_meter=Meter(), base=moved, exchange=exchange
+    )
 
 
 def exchange_now(p: FallsCrane, x: Any, k: int, t: float = 1.0) -> Any:
@@ -73,7 +89,10 @@ def state_of(p: FallsCrane, name: str, t: float) -> Any:
 @pytest.mark.parametrize(("name", "sea"), [("tower", False), ("bridge", True)])
 def test_accelerations_of_the_load_that_hangs_now(name: str, sea: bool) -> None:
     """With what was taken up, the first load's point accelerates as point masses of both bodies."""
-    taken = [(m, plus(tuple(map(mpf, TAKEN_CENTRE.tolist())), r)) for m, r in body_points(TAKEN_MASS, TAKEN_INERTIA)]
+    taken = [
+        (m, plus(tuple(map(mpf, TAKEN_CENTRE.tolist())), r))
+        for m, r in body_points(TAKEN_MASS, TAKEN_INERTIA)
+    ]
 
     def both(t: Any, q: Any) -> Any:
         added = [(m, plus(tuple(q[3:6]), turn(q[6:], r))) for m, r in taken]
@@ -87,7 +106,9 @@ def test_accelerations_of_the_load_that_hangs_now(name: str, sea: bool) -> None:
     joints, rates, second = mapped(Q[name], V, expected)
     state = system.state(p, 1.5, joints, rates)
     got = system.acceleration(p, 1.5, state, (15.0, -8.0, -120.0))
-    np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-11 * abs(second).max())  # rounding of stiff springs
+    np.testing.assert_allclose(
+        got, second, rtol=0.0, atol=1e-11 * abs(second).max()
+    )  # rounding of stiff springs
 
 
 def momentum(q: Any, v: Any, bodies: Any) -> Any:
@@ -97,7 +118,8 @@ def momentum(q: Any, v: Any, bodies: Any) -> Any:
 
     Args:
         q, v: joint coordinates and rates, of which those of the load are used.
-        bodies: (mass, centre from the coordinates' point (3,), inertia (3, 3)), in the axes of the load.
+        bodies: (mass, centre from the coordinates' point (3,), inertia (3, 3)), in the axes of the
+            load.
     """
     (w, a, b, c), quaternion_rates = q[6:10], v[6:10]
     skew = np.array([[0.0, -c, b], [c, 0.0, -a], [-b, a, 0.0]])
@@ -106,7 +128,9 @@ def momentum(q: Any, v: Any, bodies: Any) -> Any:
     total = np.zeros(6)
     for mass, centre, inertia in bodies:
         place, velocity = q[3:6] + rotation @ centre, v[3:6] + rotation @ np.cross(omega, centre)
-        total += np.concatenate([mass * velocity, mass * np.cross(place, velocity) + rotation @ (inertia @ omega)])
+        total += np.concatenate(
+            [mass * velocity, mass * np.cross(place, velocity) + rotation @ (inertia @ omega)]
+        )
     return total
 
 
@@ -123,12 +147,18 @@ def test_momentum_of_both_bodies_is_that_of_the_one(name: str) -> None:
     (q, v), (_, after) = system.joints(p, x), system.joints(p, laden)
     still = np.concatenate([np.zeros(3), VELOCITY, np.zeros(4)])
     before = momentum(q, v, [own]) + momentum(q, still, [taken])
-    np.testing.assert_allclose(momentum(q, after, [own, taken]), before, rtol=1e-12, atol=1e-12 * abs(before).max())
-    np.testing.assert_array_equal(laden[:13], x[:13])  # all positions, the rates of support and hoist
+    np.testing.assert_allclose(
+        momentum(q, after, [own, taken]), before, rtol=1e-12, atol=1e-12 * abs(before).max()
+    )
+    np.testing.assert_array_equal(
+        laden[:13], x[:13]
+    )  # all positions, the rates of support and hoist
     np.testing.assert_array_equal(exchange_now(p, laden, 1, 2.0)[:20], laden[:20])
 
 
-@pytest.mark.parametrize("velocity", [VELOCITY, "hook", None], ids=["moving", "with the spreader", "at rest"])
+@pytest.mark.parametrize(
+    "velocity", [VELOCITY, "hook", None], ids=["moving", "with the spreader", "at rest"]
+)
 def test_the_energy_meter_jumps_as_the_energy_does(velocity: Any) -> None:
     """At pick-up and release the meter jumps as the crane's energy does; an impact dissipates."""
     p = crane("bridge", velocity=velocity)
@@ -153,16 +183,24 @@ def test_points_of_the_new_load(height: float, allowed: bool) -> None:
 
     Below it the run ends, and says why.
     """
-    changes = PointChanges(np.stack([CORNERS, CORNERS - (0.0, 0.0, 0.1), CORNERS]), np.array([-9.0, height, -9.0]))
-    p = crane("bridge")._replace(contact=RigidContact(CORNERS, Surface(-9.0, 0.1, 1e-3), 0.0, 0.01, changes))
+    changes = PointChanges(
+        np.stack([CORNERS, CORNERS - (0.0, 0.0, 0.1), CORNERS]), np.array([-9.0, height, -9.0])
+    )
+    p = crane("bridge")._replace(
+        contact=RigidContact(CORNERS, Surface(-9.0, 0.1, 1e-3), 0.0, 0.01, changes)
+    )
     x = system.state(p, 0.0, np.array([0, 0, 2.0, 0, 0, -2.9, 1, 0, 0, 0]), np.zeros(10))
-    y, event, continues = system.apply_reset_map(p, 1.0, x, (0.0, 0.0, 0.0), encode(Guard.PAYLOAD, 0))
+    y, event, continues = system.apply_reset_map(
+        p, 1.0, x, (0.0, 0.0, 0.0), encode(Guard.PAYLOAD, 0)
+    )
     assert continues == allowed
     landed = system.state(p, 1.5, system.joints(p, y)[0], np.zeros(10))
     assert landed[-5:-1].tolist() == [1.0] * 4  # the old ones are far above theirs
     text, change = system.describe_event(p, event if allowed else encode(Guard.PAYLOAD, 0))
     assert text.startswith("payload of 25 kg taken up, 35 kg hang now")
-    assert ("below the surface" in text) != allowed and ("events[0].set.contact" in change) != allowed
+    assert ("below the surface" in text) != allowed and (
+        "events[0].set.contact" in change
+    ) != allowed
 
 
 @pytest.mark.parametrize("stands", [(1.0, 1.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0)])
@@ -171,10 +209,14 @@ def test_a_load_that_stands_on_fewer_than_three_points_does_not_stick(stands: An
 
     Otherwise it slips.
     """
-    points = CORNERS + np.outer(1.0 - np.array(stands), (0.0, 0.0, 0.1))  # m: those that do not stand are higher
+    points = CORNERS + np.outer(
+        1.0 - np.array(stands), (0.0, 0.0, 0.1)
+    )  # m: those that do not stand are higher
     changes = PointChanges(np.stack([CORNERS, points, CORNERS]), np.full(3, -4.9))
     surface = Surface(-4.9, 0.4, 1e-3)
-    p = crane("bridge", velocity=(0.0, 0.0, 0.0))._replace(contact=RigidContact(CORNERS, surface, 0.0, 0.01, changes))
+    p = crane("bridge", velocity=(0.0, 0.0, 0.0))._replace(
+        contact=RigidContact(CORNERS, surface, 0.0, 0.01, changes)
+    )
     x = system.state(p, 0.0, np.array([0, 0, 3.5, 0, 0, -2.9, 1, 0, 0, 0]), np.zeros(10))
     assert x[-5:].tolist() == [1.0] * 5
     assert exchange_now(p, x, 0)[-5:].tolist() == [*stands, float(all(stands))]
@@ -185,10 +227,15 @@ def test_a_container_is_set_down_and_left() -> None:
     """A spreader lands on a container, lifts it off the heaving deck, sets it down, leaves it."""
     run = crane_sim.simulate("spreader_pick_up")
     assert run.summary["energy_audit_max"] < 1e-9
-    tension, weight = run.tensions.sum(axis=1), {k: 9.81 * m for k, m in (("spreader", 18e3), ("all", 48.48e3))}
+    tension, weight = (
+        run.tensions.sum(axis=1),
+        {k: 9.81 * m for k, m in (("spreader", 18e3), ("all", 48.48e3))},
+    )
     on_roof, carried, left = (np.argmin(abs(run.t - t)) for t in (24.0, 40.0, 74.0))
     assert tension[on_roof] == 0.0  # falls are slack
-    assert tension[carried] == pytest.approx(weight["all"], rel=0.05)  # of a load that still swings up and down
+    assert tension[carried] == pytest.approx(
+        weight["all"], rel=0.05
+    )  # of a load that still swings up and down
     assert tension[left] == pytest.approx(weight["spreader"], rel=0.05)
     deck = 0.2 * np.sin(0.7 * run.t)
     bottom, roof = run.q[:, 5] + 1.0 - 4.05 + 34.0 - deck, run.q[:, 5] + 1.0 - 1.46 + 31.41 - deck
@@ -196,7 +243,9 @@ def test_a_container_is_set_down_and_left() -> None:
     assert min(bottom[laden].min(), roof[~laden].min()) > -1e-6  # m, of the middle of the corners
     standing = (run.t > 20.0) & (run.t < 26.0) | (run.t > 54.0) & (run.t < 60.0)
     assert np.where(laden, bottom, roof)[standing].max() < 1e-6
-    np.testing.assert_allclose(np.diff(run.q[:, 5]), 0.0, atol=0.02)  # no coordinate jumps, at 10 ms and 0.5 m/s
+    np.testing.assert_allclose(
+        np.diff(run.q[:, 5]), 0.0, atol=0.02
+    )  # no coordinate jumps, at 10 ms and 0.5 m/s
 
 
 SQUARE = [[1, 1, 0], [1, -1, 0], [-1, 1, 0], [-1, -1, 0]]
@@ -217,8 +266,16 @@ POINTS = {"points": [[1, 1, -4], [1, -1, -4], [-1, 1, -4]]}
 @pytest.mark.parametrize(
     ("change", "contact", "message"),
     [
-        ({"payload": HEAVY}, {}, "events[0].set.contact: is missing; with contact, say which points of the new"),
-        ({"payload": HEAVY, "contact": POINTS}, {"contact": None}, "events[0].set.contact: needs contact, the surface"),
+        (
+            {"payload": HEAVY},
+            {},
+            "events[0].set.contact: is missing; with contact, say which points of the new",
+        ),
+        (
+            {"payload": HEAVY, "contact": POINTS},
+            {"contact": None},
+            "events[0].set.contact: needs contact, the surface",
+        ),
         (
             {"payload": HEAVY, "contact": {"points": [[1, 1, -4]]}},
             {},
@@ -229,7 +286,11 @@ POINTS = {"points": [[1, 1, -4], [1, -1, -4], [-1, 1, -4]]}
             {},
             "events[0].set.contact.points: 1, 2 and 3 are in a line",
         ),
-        ({"payload": {"mass": 3000.0}, "contact": POINTS}, {}, "events[0].set.payload.inertia: is missing"),
+        (
+            {"payload": {"mass": 3000.0}, "contact": POINTS},
+            {},
+            "events[0].set.payload.inertia: is missing",
+        ),
     ],
     ids=lambda case: str(case)[:40],
 )

@@ -5,7 +5,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from point_masses import Extras, Point, accelerations, mp, mpf, mpmath, on_base, plus, ring_points, rod_points, rotate
+from point_masses import (
+    Extras,
+    Point,
+    accelerations,
+    mp,
+    mpf,
+    mpmath,
+    on_base,
+    plus,
+    ring_points,
+    rod_points,
+    rotate,
+)
 
 import crane_sim
 from crane_sim import system
@@ -18,7 +30,12 @@ from crane_sim.models.supports.flexible import Compliance, FlexibleSupport
 from crane_sim.models.supports.friction import Friction
 from crane_sim.models.supports.hoist import ForceHoist
 from crane_sim.models.supports.support import Support, own_count
-from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
+from crane_sim.models.supports.telescopic_boom import (
+    BaseSection,
+    Superstructure,
+    TelescopedSection,
+    TelescopicBoom,
+)
 from crane_sim.models.supports.tower_crane import JibTrolley, Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.wind_load import BoomWindage, JibWindage
@@ -61,9 +78,13 @@ def support(name: str, which: tuple[bool, bool]) -> FlexibleSupport:
         mass, centre, inertia = JIB
         behind = -(INERTIA - inertia - mass * centre**2) / mass / centre
         inner = TelescopicBoom(
-            Superstructure(0.0), BaseSection(-mass * centre / behind, behind, 0.0), TelescopedSection(0.0, 0.0, 0.0)
+            Superstructure(0.0),
+            BaseSection(-mass * centre / behind, behind, 0.0),
+            TelescopedSection(0.0, 0.0, 0.0),
         )
-        section: Any = BaseSection(mass, centre, inertia)._replace(windage=JibWindage(3.0, 1.3, 3.5))
+        section: Any = BaseSection(mass, centre, inertia)._replace(
+            windage=JibWindage(3.0, 1.3, 3.5)
+        )
         outer = TelescopicBoom(Superstructure(0.0), section, TelescopedSection(8.0, 0.0, 0.0))
     else:
         first, second = BaseSection(5.0, 2.0, 4.0), TelescopedSection(3.0, 1.5, 2.0)
@@ -83,12 +104,16 @@ def base() -> Base:
 
 def along(yaw: Any, elevation: Any, distance: Any) -> Point:
     """Return the point at a distance from the root along a boom."""
-    return rotate(2, yaw, (distance * mpmath.cos(elevation), mpf(0), distance * mpmath.sin(elevation)))
+    return rotate(
+        2, yaw, (distance * mpmath.cos(elevation), mpf(0), distance * mpmath.sin(elevation))
+    )
 
 
 def root(name: str, yaw: Any) -> Point:
     """Return the place where a boom of this yaw begins."""
-    return rotate(2, yaw, (mpf(FOOT[0]), mpf(0), mpf(FOOT[1]))) if name == "mobile" else (mpf(0),) * 3
+    return (
+        rotate(2, yaw, (mpf(FOOT[0]), mpf(0), mpf(FOOT[1]))) if name == "mobile" else (mpf(0),) * 3
+    )
 
 
 class Reference:
@@ -111,7 +136,10 @@ class Reference:
     def nodes(self, q: Any) -> tuple[Point, Point, Point]:
         """Return tip, hook and load."""
         yaw, elevation, length = self.axis(q)
-        at, rest = plus(root(self.name, yaw), along(yaw, elevation, length)), q[self.own + sum(self.which) :]
+        at, rest = (
+            plus(root(self.name, yaw), along(yaw, elevation, length)),
+            q[self.own + sum(self.which) :],
+        )
         out = [at]
         for k, span in enumerate((rest[0], mpf(LENGTHS[1]))):
             out.append(plus(out[-1], [span * a for a in direction(rest[1 + 2 * k : 3 + 2 * k])]))
@@ -123,12 +151,19 @@ class Reference:
         outer_foot, points = root(self.name, yaw), []
         if self.name == "tower":
             mass, centre, inertia = JIB
-            points += [(m, along(yaw, elevation, s)) for m, s in rod_points(mass, inertia, mpf(centre))]
+            points += [
+                (m, along(yaw, elevation, s)) for m, s in rod_points(mass, inertia, mpf(centre))
+            ]
             behind = -(mpf(INERTIA) - inertia - mass * centre**2) / mass / centre
-            points += [(-mass * centre / behind, along(slew, 0, behind)), (mpf(8), along(yaw, elevation, length))]
+            points += [
+                (-mass * centre / behind, along(slew, 0, behind)),
+                (mpf(8), along(yaw, elevation, length)),
+            ]
         else:
             points += ring_points(30.0, slew)
-            points += [(m, plus(foot, along(slew, q[1], s))) for m, s in rod_points(5.0, 4.0, mpf(2))]
+            points += [
+                (m, plus(foot, along(slew, q[1], s))) for m, s in rod_points(5.0, 4.0, mpf(2))
+            ]
             rod = rod_points(3.0, 2.0, length - mpf("1.5"))
             points += [(m, plus(outer_foot, along(yaw, elevation, s))) for m, s in rod]
         _, hook, load = self.nodes(q)
@@ -149,7 +184,10 @@ class Reference:
 
     def springs(self, q: Any) -> Any:
         """Return the energy of the springs."""
-        return sum(mpf(k) / 2 * (a - mpf(r)) ** 2 for k, r, a in zip(STIFFNESS, REST, self.angles(q), strict=True))
+        return sum(
+            mpf(k) / 2 * (a - mpf(r)) ** 2
+            for k, r, a in zip(STIFFNESS, REST, self.angles(q), strict=True)
+        )
 
 
 def direction(angles: Any) -> Point:
@@ -163,7 +201,8 @@ def mapped(reference: Reference, q: Any, v: Any, a: Any) -> Any:
     with mp.workdps(60):
         h, (q, v, a) = mpf(10) ** -18, ([mpf(float(x)) for x in row] for row in (q, v, a))
         low, middle, high = (
-            reference.joints([x + s * y + s * s * z / 2 for x, y, z in zip(q, v, a, strict=True)]) for s in (-h, 0, h)
+            reference.joints([x + s * y + s * s * z / 2 for x, y, z in zip(q, v, a, strict=True)])
+            for s in (-h, 0, h)
         )
         first = [(x - y) / (2 * h) for x, y in zip(high, low, strict=True)]
         second = [(x - 2 * y + z) / h**2 for x, y, z in zip(high, middle, low, strict=True)]
@@ -174,10 +213,20 @@ def crane(name: str, which: tuple[bool, bool], sea: bool) -> SuspendedCrane:
     """Return the crane: at sea it stands in the wind, on a moving base."""
     cable = Chain(np.array(MASSES), np.array(LENGTHS))
     bent = Support(support(name, which))
-    plain = SuspendedCrane(bent, cable, PointLoad(MASSES[-1]), ForceHoist(1.5), energy_meter=Meter())
+    plain = SuspendedCrane(
+        bent, cable, PointLoad(MASSES[-1]), ForceHoist(1.5), energy_meter=Meter()
+    )
     if not sea:
         return plain
-    steady = Wind(hypot(*WIND), 10.0, None, (WIND[0] / hypot(*WIND), WIND[1] / hypot(*WIND)), 0.0, 1.2, NO_GUSTS)
+    steady = Wind(
+        hypot(*WIND),
+        10.0,
+        None,
+        (WIND[0] / hypot(*WIND), WIND[1] / hypot(*WIND)),
+        0.0,
+        1.2,
+        NO_GUSTS,
+    )
     return plain._replace(base=base(), wind=steady)
 
 
@@ -213,18 +262,30 @@ BENDING = [
 
 
 @pytest.mark.parametrize(("name", "which", "sea"), BENDING)
-def test_accelerations_are_those_of_point_masses(name: str, which: tuple[bool, bool], sea: bool) -> None:
+def test_accelerations_are_those_of_point_masses(
+    name: str, which: tuple[bool, bool], sea: bool
+) -> None:
     """All accelerations agree with virtual work of points and springs, at sea in wind too."""
     reference, t, (q, v) = Reference(name, which), 1.3, posture(name, which)
     own, at = reference.own, reference.own + sum(which)
-    drives, added, efforts = np.random.default_rng(7).uniform(-20.0, 20.0, own), np.zeros(len(q)), np.zeros(len(q))
+    drives, added, efforts = (
+        np.random.default_rng(7).uniform(-20.0, 20.0, own),
+        np.zeros(len(q)),
+        np.zeros(len(q)),
+    )
     added[at], efforts[:own], efforts[at] = 1.5, drives, -120.0
     damping = [c for c, bends in zip(DAMPING, which, strict=True) if bends]
     efforts[own:at] = -np.array(damping) * v[own:at]
-    extras = Extras(added, lambda t, q: reference.springs(q), **(wind_of(reference, t, q) if sea else {}))
+    extras = Extras(
+        added, lambda t, q: reference.springs(q), **(wind_of(reference, t, q) if sea else {})
+    )
 
     def places(t: Any, q: Any) -> list[tuple[Any, Point]]:
-        return [(m, on_base(SEA, t, r)) for m, r in reference.places(q)] if sea else reference.places(q)
+        return (
+            [(m, on_base(SEA, t, r)) for m, r in reference.places(q)]
+            if sea
+            else reference.places(q)
+        )
 
     joints, rates, second = mapped(reference, q, v, accelerations(places, t, q, v, efforts, extras))
     p = crane(name, which, sea)
@@ -233,7 +294,9 @@ def test_accelerations_are_those_of_point_masses(name: str, which: tuple[bool, b
     np.testing.assert_allclose(read[0], joints, rtol=0.0, atol=1e-15)
     np.testing.assert_allclose(read[1], rates, rtol=0.0, atol=1e-14)  # rounding of rates below 1
     got = system.acceleration(p, t, state, (*map(float, drives), -120.0))
-    np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))  # rounding, 50 terms
+    np.testing.assert_allclose(
+        got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max())
+    )  # rounding, 50 terms
 
 
 HELD = {
@@ -252,36 +315,59 @@ def rubbing(bent: FlexibleSupport) -> Support:
 
 
 @pytest.mark.parametrize(("case", "sea"), [*zip(HELD, (False, True, True), strict=True)])
-def test_friction_and_motors_act_on_the_drives_of_a_structure_that_bends(case: str, sea: bool) -> None:
+def test_friction_and_motors_act_on_the_drives_of_a_structure_that_bends(
+    case: str, sea: bool
+) -> None:
     """All accelerations agree with virtual work, with drives that slip or that friction holds.
 
-    The reference gives a drive that is held an inertia without bound, beside which that of its motor does not count.
+    The reference gives a drive that is held an inertia without bound, beside which that of its
+    motor does not count.
     """
     name, which, held = HELD[case]
-    reference, t, (q, v), rng = Reference(name, which), 1.3, posture(name, which), np.random.default_rng(7)
+    reference, t, (q, v), rng = (
+        Reference(name, which),
+        1.3,
+        posture(name, which),
+        np.random.default_rng(7),
+    )
     own, at = reference.own, reference.own + sum(which)
     v[list(held)] = 0.0
     drives, added, efforts = rng.uniform(-20.0, 20.0, own), np.zeros(len(q)), np.zeros(len(q))
     added[:own], added[at], efforts[at] = MOTORS[:own], 1.5, -120.0
     added[list(held)] = 1e40
     efforts[:own] = drives - 3.0 * np.sign(v[:own]) - 0.7 * v[:own]
-    efforts[own:at] = -np.array([c for c, bends in zip(DAMPING, which, strict=True) if bends]) * v[own:at]
+    efforts[own:at] = (
+        -np.array([c for c, bends in zip(DAMPING, which, strict=True) if bends]) * v[own:at]
+    )
 
     def places(t: Any, q: Any) -> list[tuple[Any, Point]]:
-        return [(m, on_base(SEA, t, r)) for m, r in reference.places(q)] if sea else reference.places(q)
+        return (
+            [(m, on_base(SEA, t, r)) for m, r in reference.places(q)]
+            if sea
+            else reference.places(q)
+        )
 
-    extras = Extras(added, lambda t, q: reference.springs(q), **(wind_of(reference, t, q) if sea else {}))
+    extras = Extras(
+        added, lambda t, q: reference.springs(q), **(wind_of(reference, t, q) if sea else {})
+    )
     joints, rates, second = mapped(reference, q, v, accelerations(places, t, q, v, efforts, extras))
     plain = crane(name, which, sea)
     p, u = plain._replace(support=rubbing(plain.support.structure)), (*map(float, drives), -120.0)
     state = system.state(p, t, joints, rates)
     got = system.acceleration(p, t, state, u)
-    np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))  # rounding, 50 terms
+    np.testing.assert_allclose(
+        got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max())
+    )  # rounding, 50 terms
     assert not got[list(held)].any()
     slope, h = system.rhs(p, t, state, u), 1e-6
-    low, high = (system.kinetic(p, y) + system.potential(p, y) for y in (state - h * slope, state + h * slope))
+    low, high = (
+        system.kinetic(p, y) + system.potential(p, y)
+        for y in (state - h * slope, state + h * slope)
+    )
     power = system.power(p, t, state, u)
-    assert (high - low) / (2 * h) == pytest.approx(power, abs=1e-8 * (abs(power) + abs(low)))  # h², rounding / h
+    assert (high - low) / (2 * h) == pytest.approx(
+        power, abs=1e-8 * (abs(power) + abs(low))
+    )  # h², rounding / h
 
 
 @pytest.mark.parametrize(("name", "sea"), [("tower", False), ("mobile", True)])
@@ -291,10 +377,14 @@ def test_the_meter_counts_all_power(name: str, sea: bool) -> None:
     It is that of drives, dampers, wind and base.
     """
     reference, p, t = Reference(name, (True, True)), crane(name, (True, True), sea), 1.3
-    joints, rates, _ = mapped(reference, *posture(name, (True, True)), np.zeros(len(posture(name, (True, True))[0])))
+    joints, rates, _ = mapped(
+        reference, *posture(name, (True, True)), np.zeros(len(posture(name, (True, True))[0]))
+    )
     x, u = system.state(p, t, joints, rates), (*(5.0, -7.0, 4.0)[: reference.own], -120.0)
     slope, h = system.rhs(p, t, x, u), 1e-6
-    low, high = (system.kinetic(p, y) + system.potential(p, y) for y in (x - h * slope, x + h * slope))
+    low, high = (
+        system.kinetic(p, y) + system.potential(p, y) for y in (x - h * slope, x + h * slope)
+    )
     assert slope[-1] == pytest.approx(system.power(p, t, x, u), rel=1e-15)
     scale = abs(slope[-1]) + abs(low)
     assert (high - low) / (2 * h) == pytest.approx(slope[-1], abs=1e-8 * scale)  # h², rounding / h
@@ -333,7 +423,14 @@ def test_jib_and_load_swing_sideways_at_the_frequencies_of_a_closed_form() -> No
     a, b = stiffness * (1.0 / inner + 1.0 / outer), mass * g * radius / outer
     c, d = radius * stiffness / outer / length, g / length + radius / length * b
     expected = np.sort(np.roots([1.0, -(a + d), a * d - b * c]))
-    q = [0.4, radius, length, 0.0, 0.0, 0.0]  # slew, trolley, rope, swing tangential and radial, deflection
+    q = [
+        0.4,
+        radius,
+        length,
+        0.0,
+        0.0,
+        0.0,
+    ]  # slew, trolley, rope, swing tangential and radial, deflection
     modes = np.sort(np.linalg.eigvals(-jacobian(p, q, (0.0, 0.0), [5, 3], [5, 3])).real)
     np.testing.assert_allclose(modes, expected, rtol=1e-7)  # h², rounding / h
 
@@ -343,7 +440,11 @@ def test_an_impact_passes_no_spring() -> None:
 
     The momentum is that about the tower's axis.
     """
-    events = [LoadEvent.model_validate({"at": 1.0, "set": {"payload": {"mass": 30.0}}, "velocity": [0.0, 0.0, 0.0]})]
+    events = [
+        LoadEvent.model_validate(
+            {"at": 1.0, "set": {"payload": {"mass": 30.0}}, "velocity": [0.0, 0.0, 0.0]}
+        )
+    ]
     load, exchange = exchange_of(Payload.model_validate({"mass": MASSES[1]}), events)
     p = crane("tower", (True, True), False)._replace(load=load, exchange=exchange, stops=Stops())
     reference, (q, v) = Reference("tower", (True, True)), posture("tower", (True, True))
@@ -372,7 +473,9 @@ def momentum(p: Any, x: Any, mass: float) -> float:
     total += 8.0 * (tip[0] * moves[1] - tip[1] * moves[0])
     for k, m in enumerate((MASSES[0], mass)):
         i, span = 5 + 3 * k, x[4] if k == 0 else LENGTHS[1]
-        moves = moves + span * x[nq + i : nq + i + 3] + (x[nq + 4] * x[i : i + 3] if k == 0 else 0.0)
+        moves = (
+            moves + span * x[nq + i : nq + i + 3] + (x[nq + 4] * x[i : i + 3] if k == 0 else 0.0)
+        )
         node = node + span * x[i : i + 3]
         total += m * (node[0] * moves[1] - node[1] * moves[0])
     return float(total)
@@ -388,5 +491,7 @@ def test_a_bent_jib_rolls_its_trolley() -> None:
     assert run.summary["energy_audit_max"] < 1e-9
     end = run.t[: len(run.u)] > 50.0
     slope = np.sin(run.q[: len(run.u)][end, -1]).mean()
-    assert run.u[end, 1].mean() == pytest.approx((550.0 + 4450.0) * 9.81 * slope, rel=0.02)  # it still swings a little
+    assert run.u[end, 1].mean() == pytest.approx(
+        (550.0 + 4450.0) * 9.81 * slope, rel=0.02
+    )  # it still swings a little
     assert slope < -1e-3 and run.summary["final_error"]["trolley"] > 0.1

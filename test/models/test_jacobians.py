@@ -11,13 +11,27 @@ from crane_sim import system
 from crane_sim.integrators.dop853 import DOP853
 from crane_sim.integrators.integration import scratch, step
 from crane_sim.integrators.rodas import Rodas
-from crane_sim.numerics.derivatives import directional_derivatives, directions_like, rows_of, state_and_time_jacobian
+from crane_sim.numerics.derivatives import (
+    directional_derivatives,
+    directions_like,
+    rows_of,
+    state_and_time_jacobian,
+)
 from crane_sim.numerics.jit import entry_point
 from crane_sim.numerics.states import dimension
 
-SCENES = sorted(file.stem for file in (Path(__file__).parents[2] / "config" / "scenes").glob("*.yaml"))
+SCENES = sorted(
+    file.stem for file in (Path(__file__).parents[2] / "config" / "scenes").glob("*.yaml")
+)
 EACH_KIND = [
-    *("knuckle_losses", "pendulum_sea", "overhead_energy", "overhead_spring", "overhead_long", "overhead_rods"),
+    *(
+        "knuckle_losses",
+        "pendulum_sea",
+        "overhead_energy",
+        "overhead_spring",
+        "overhead_long",
+        "overhead_rods",
+    ),
     *("overhead_elastic", "overhead_spatial", "port_sts_container", "tower_sway"),
 ]
 SHORT = ["overhead_energy", "port_sts_container"]
@@ -25,9 +39,15 @@ COLUMNS = 3  # directions of eight that are compared
 TIME = 0.3  # s
 ILL_CONDITIONED = {
     **{"overhead_heavy": 1e-7, "overhead_horizontal": 1e-10, "overhead_long_cable": 1e-10},
-    **{"overhead_kinked": 1e-11, "overhead_chain": 1e-11, "overhead_chain_50": 1e-11, "overhead_lqr_chain": 1e-11},
+    **{
+        "overhead_kinked": 1e-11,
+        "overhead_chain": 1e-11,
+        "overhead_chain_50": 1e-11,
+        "overhead_lqr_chain": 1e-11,
+    },
 }
-"""Tolerances of chains with light nodes: tensions are differences of much larger numbers (payload over node mass)."""
+"""Tolerances of chains with light nodes: tensions are differences of much larger numbers (payload
+over node mass)."""
 
 
 class Moving:
@@ -48,19 +68,24 @@ class Moving:
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.long] * (name not in EACH_KIND)) for name in SCENES]
+    "name",
+    [pytest.param(name, marks=[pytest.mark.long] * (name not in EACH_KIND)) for name in SCENES],
 )
 def test_the_derivative_of_the_state_is_exact(name: str) -> None:
     """Along random directions, derivatives are within 1e-12 of differences in 60 digits.
 
     They are those of state and time, row by row.
 
-    Relative to the sum of the products' sizes: about a thousand roundings, as an evaluation has them.
+    Relative to the sum of the products' sizes: about a thousand roundings, as an evaluation has
+    them.
     """
     crane, tolerance = Moving(name), ILL_CONDITIONED.get(name, 1e-12)
     _, derivative = directional_derivatives(system.rhs, crane.arguments, crane.directions)
     change = np.outer(crane.change, crane.of_time)
-    rows, scales = np.array(rows_of(derivative)), np.abs(crane.jacobian) @ np.abs(crane.seeds) + np.abs(change)
+    rows, scales = (
+        np.array(rows_of(derivative)),
+        np.abs(crane.jacobian) @ np.abs(crane.seeds) + np.abs(change),
+    )
     scales[scales == 0.0] = 1.0
     assert np.max(np.abs(crane.jacobian @ crane.seeds + change - rows) / scales) < tolerance
     for column in range(COLUMNS):
@@ -81,7 +106,8 @@ def test_the_derivative_of_a_step_is_exact(name: str) -> None:
 
     It includes its stages and its projection.
 
-    Relative to the largest row of the step's change over all directions, by the tolerances of a dozen evaluations.
+    Relative to the largest row of the step's change over all directions, by the tolerances of a
+    dozen evaluations.
     """
     crane = Moving(name)
     stiff = isinstance(crane_sim.load_scene(name).method, Rodas)

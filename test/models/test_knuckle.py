@@ -28,14 +28,20 @@ GROUPS: dict[str, dict[str, Any]] = {
     },
     "absolute jib spring": {"springs": {"jib": {"stiffness": 100.0, "rest": "-20 deg"}}},
     "drag": {"payload_drag": {"coefficient": 0.3}},
-    "quadratic friction": {"swing_friction": {"model": "quadratic", "tangential": 0.3, "radial": 0.2}},
+    "quadratic friction": {
+        "swing_friction": {"model": "quadratic", "tangential": 0.3, "radial": 0.2}
+    },
     "linear friction": {"swing_friction": {"model": "linear", "tangential": 0.3, "radial": 0.2}},
     "paper friction": {"swing_friction": {"model": "paper", "tangential": 0.3, "radial": 0.2}},
 }
-EQUATIONS = 1e-12  # relative: two derivations in doubles differ by rounding times the condition of the 6x6 matrix, ~1e3
+# relative: two derivations in doubles differ by rounding times the condition of the 6x6 matrix,
+# ~1e3
+EQUATIONS = 1e-12
 
 
-def scene_of(parameters: dict[str, float], changes: dict[str, Any] | None = None, **more: Any) -> crane_sim.Scene:
+def scene_of(
+    parameters: dict[str, float], changes: dict[str, Any] | None = None, **more: Any
+) -> crane_sim.Scene:
     """Return a scene with the reference file's parameters."""
     p = parameters
     document = {
@@ -51,7 +57,9 @@ def scene_of(parameters: dict[str, float], changes: dict[str, Any] | None = None
     return crane_sim.load_scene(document | more, changes)
 
 
-@pytest.mark.parametrize("state", REFERENCE["random_states"], ids=range(len(REFERENCE["random_states"])))
+@pytest.mark.parametrize(
+    "state", REFERENCE["random_states"], ids=range(len(REFERENCE["random_states"]))
+)
 def test_accelerations_equal_forty_digit_ones(state: dict[str, Any]) -> None:
     """Forward dynamics equal the published 40-digit accelerations.
 
@@ -84,7 +92,10 @@ def test_accelerations_equal_a_second_derivation(group: str) -> None:
     """
     scene = scene_of(REFERENCE["random_states"][0]["params"], GROUPS[group])
     for q, v, u in random_states(20):
-        assert relative(crane_sim.acceleration(scene, q, v, u), second_derivation(scene, q, v, u)) < EQUATIONS
+        assert (
+            relative(crane_sim.acceleration(scene, q, v, u), second_derivation(scene, q, v, u))
+            < EQUATIONS
+        )
 
 
 @entry_point
@@ -94,15 +105,23 @@ def balance(p, q, v, u, h):
     dx = system.rhs(p, 0.0, x, u)
     ahead, behind = add_scaled(x, h, dx), add_scaled(x, -h, dx)
     gained = (
-        system.kinetic(p, ahead) - system.kinetic(p, behind) + system.potential(p, ahead) - system.potential(p, behind)
+        system.kinetic(p, ahead)
+        - system.kinetic(p, behind)
+        + system.potential(p, ahead)
+        - system.potential(p, behind)
     )
     return gained / (2.0 * h), system.power(p, 0.0, x, u)
 
 
-DRIVES = {"rate": {"rope": {"drive": "rate"}}, "lagging rate": {"rope": {"drive": "rate", "time_constant": 0.2}}}
+DRIVES = {
+    "rate": {"rope": {"drive": "rate"}},
+    "lagging rate": {"rope": {"drive": "rate", "time_constant": 0.2}},
+}
 
 
-@pytest.mark.parametrize("group", [*GROUPS, *DRIVES, "locked"], ids=lambda name: name.replace(" ", "-"))
+@pytest.mark.parametrize(
+    "group", [*GROUPS, *DRIVES, "locked"], ids=lambda name: name.replace(" ", "-")
+)
 def test_power_balance(group: str) -> None:
     """The energy changes by the power of efforts, winch and losses and by nothing else.
 
@@ -112,8 +131,11 @@ def test_power_balance(group: str) -> None:
     scene = scene_of(REFERENCE["random_states"][0]["params"], changes)
     for q, v, u in random_states(10):
         v[3] = 0.0 if group == "locked" else v[3]
-        change, power = balance(scene.model, tuple(q), tuple(v), tuple(u[: len(scene.actuated)]), 1e-5)
-        # central differences: truncation h^2 times a third derivative ~1e3 W/s^2, rounding 1e-16 E / h
+        change, power = balance(
+            scene.model, tuple(q), tuple(v), tuple(u[: len(scene.actuated)]), 1e-5
+        )
+        # central differences: truncation h^2 times a third derivative ~1e3 W/s^2, rounding 1e-16 E
+        # / h
         assert change == pytest.approx(power, rel=1e-6, abs=1e-5)
 
 

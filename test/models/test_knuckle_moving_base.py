@@ -14,20 +14,26 @@ from ship_motion import SHIP
 
 import crane_sim
 
-PUSH = {axis: {"kind": "constant", "value": value} for axis, value in (("x", 4.0), ("y", -7.0), ("z", 2.0))}  # N
+PUSH = {
+    axis: {"kind": "constant", "value": value}
+    for axis, value in (("x", 4.0), ("y", -7.0), ("z", 2.0))
+}  # N
 TURNING = {
     "boom.axial_inertia": 0.3,
     "jib.axial_inertia": 0.1,
     "payload_drag.coefficient": 0.3,
     "payload_force": PUSH,
 }
-STEP = mp.mpf(10) ** -14  # of differences with forty digits: their error is 1e-28 of a derivative, or rounding, 1e-12
+STEP = (
+    mp.mpf(10) ** -14
+)  # of differences with forty digits: their error is 1e-28 of a derivative, or rounding, 1e-12
 
 
 def place(t: Any) -> list[Any]:
     """Return (surge, sway, heave, roll, pitch, yaw) of SHIP at time t."""
     return [
-        wave.get("offset", 0) + wave["amplitude"] * mp.sin(wave["frequency"] * t + wave.get("phase", 0))
+        wave.get("offset", 0)
+        + wave["amplitude"] * mp.sin(wave["frequency"] * t + wave.get("phase", 0))
         for wave in SHIP.values()
     ]
 
@@ -43,19 +49,24 @@ def about(axis: int, angle: Any) -> np.ndarray:
 def masses(scene: crane_sim.Scene) -> tuple[np.ndarray, np.ndarray]:
     """Return (masses (12,) of the vectors that `vectors` lists, which of them gravity pulls).
 
-    A body's kinetic energy is that of its mass at its centre, plus ½ Σ jₖ |ėₖ|² over unit vectors eₖ fixed in it, with
-    jₖ its second moments along them: half the sum of all moments of inertia, less the one about eₖ. A rod without an
-    axial inertia has one moment only, about the luffing axis; so has the tower, about the vertical.
+    A body's kinetic energy is that of its mass at its centre, plus ½ Σ jₖ |ėₖ|² over unit vectors
+    eₖ fixed in it, with jₖ its second moments along them: half the sum of all moments of inertia,
+    less the one about eₖ. A rod without an axial inertia has one moment only, about the luffing
+    axis; so has the tower, about the vertical.
     """
     support = scene.model.support
     rows = []
     for rod in (support.boom, support.jib):
         axial = rod.axial_inertia
-        about_axes = (axial, rod.inertia, rod.inertia) if axial is not None else (0.0, rod.inertia, 0.0)
+        about_axes = (
+            (axial, rod.inertia, rod.inertia) if axial is not None else (0.0, rod.inertia, 0.0)
+        )
         rows += [0.5 * sum(about_axes) - moment for moment in about_axes]
     tower = support.tower.inertia
     rows += [0.5 * tower, 0.5 * tower, -0.5 * tower]
-    return np.array([support.boom.mass, support.jib.mass, scene.model.load.mass, *rows]), np.arange(12) < 3
+    return np.array([support.boom.mass, support.jib.mass, scene.model.load.mass, *rows]), np.arange(
+        12
+    ) < 3
 
 
 def vectors(scene: crane_sim.Scene, q: Any, t: Any) -> np.ndarray:
@@ -68,19 +79,26 @@ def vectors(scene: crane_sim.Scene, q: Any, t: Any) -> np.ndarray:
     rope = slewed @ about(0, q[4]) @ about(1, -q[5])
     elbow = np.array(x[:3], dtype=object) + boom * raised[0][:, 0]
     tip = elbow + jib * raised[1][:, 0]
-    centres = [elbow - 0.5 * boom * raised[0][:, 0], elbow + 0.5 * jib * raised[1][:, 0], tip - q[3] * rope[:, 2]]
+    centres = [
+        elbow - 0.5 * boom * raised[0][:, 0],
+        elbow + 0.5 * jib * raised[1][:, 0],
+        tip - q[3] * rope[:, 2],
+    ]
     return np.array([*centres, *raised[0].T, *raised[1].T, *slewed.T])
 
 
 def newton(scene: crane_sim.Scene, q: Any, v: Any, u: Any, t: float) -> np.ndarray:
     """Return the joint accelerations by which the masses obey d'Alembert's principle in the world.
 
-    The fourth of the efforts u is the rope's force where the winch is driven by force, else the rope's acceleration.
+    The fourth of the efforts u is the rope's force where the winch is driven by force, else the
+    rope's acceleration.
     """
     at, moves = ([mp.mpf(x) for x in given] for given in (q, v))
 
     def along(s: Any, ways: Any, then: Any) -> np.ndarray:
-        return vectors(scene, [x + s * way for x, way in zip(at, ways, strict=True)], mp.mpf(t) + then)
+        return vectors(
+            scene, [x + s * way for x, way in zip(at, ways, strict=True)], mp.mpf(t) + then
+        )
 
     unit = np.eye(6)
     slopes = [(along(STEP, unit[k], 0) - along(-STEP, unit[k], 0)) / (2 * STEP) for k in range(6)]
@@ -100,7 +118,9 @@ def newton(scene: crane_sim.Scene, q: Any, v: Any, u: Any, t: float) -> np.ndarr
     return _with_winch(scene, mass, known, u[3])
 
 
-def _with_winch(scene: crane_sim.Scene, mass: np.ndarray, known: np.ndarray, winch: float) -> np.ndarray:
+def _with_winch(
+    scene: crane_sim.Scene, mass: np.ndarray, known: np.ndarray, winch: float
+) -> np.ndarray:
     if scene.effort_units[3] == "N":
         return np.linalg.solve(mass, known + winch * np.eye(6)[3])
     system = mass.copy()
@@ -110,7 +130,9 @@ def _with_winch(scene: crane_sim.Scene, mass: np.ndarray, known: np.ndarray, win
     return accelerations
 
 
-@pytest.mark.parametrize("changes", [{"rope.drive": "rate"}, TURNING], ids=["plain", "turning rods in air"])
+@pytest.mark.parametrize(
+    "changes", [{"rope.drive": "rate"}, TURNING], ids=["plain", "turning rods in air"]
+)
 def test_accelerations_are_those_of_masses_in_the_world(changes: dict[str, Any]) -> None:
     """Forward dynamics on a base that moves in six ways equal those of masses in the world.
 
@@ -121,9 +143,15 @@ def test_accelerations_are_those_of_masses_in_the_world(changes: dict[str, Any])
     low, high = np.array([-3, -1.2, -1.2, 0.5, -1.4, -1.4]), np.array([3, 1.2, 1.2, 4.0, 1.4, 1.4])
     with mp.workdps(40):
         for _ in range(12):
-            q, v, u, t = rng.uniform(low, high), rng.normal(0, 1, 6), rng.normal(0, 50, 4), rng.uniform(0, 9)
+            q, v, u, t = (
+                rng.uniform(low, high),
+                rng.normal(0, 1, 6),
+                rng.normal(0, 50, 4),
+                rng.uniform(0, 9),
+            )
             actual = crane_sim.acceleration(scene, tuple(q), tuple(v), tuple(u), t)
-            # two derivations in doubles differ by rounding times the condition of the 6x6 matrix, ~1e3
+            # two derivations in doubles differ by rounding times the condition of the 6x6 matrix,
+            # ~1e3
             assert relative(actual, newton(scene, q, v, u, t)) < 1e-11
 
 
@@ -137,4 +165,6 @@ def test_a_run_on_a_ship_accounts_for_its_energy_and_is_shown_in_the_world() -> 
     last = len(run.t) - 1
     with mp.workdps(20):
         for k in (0, last // 2, last):
-            assert run.payload[k] == pytest.approx(vectors(run.scene, run.q[k], run.t[k])[2].astype(float), abs=1e-13)
+            assert run.payload[k] == pytest.approx(
+                vectors(run.scene, run.q[k], run.t[k])[2].astype(float), abs=1e-13
+            )

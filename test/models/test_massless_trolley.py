@@ -24,13 +24,15 @@ IN_SPACE = {"dimensions": 3, "bridge": {"mass": 0}, "initial": {"directions": [I
 def test_a_load_below_a_massless_trolley_falls_and_bounces(groups: dict[str, Any]) -> None:
     """Nothing pulls a massless trolley aside: the link carries nothing, and the load falls.
 
-    Until the link is upright; there its end cannot go down further, and without loss the load goes up as fast.
+    Until the link is upright; there its end cannot go down further, and without loss the load goes
+    up as fast.
     """
     run = crane_sim.simulate(SCENE | groups)
     period = 2.0 * np.sqrt(2.0 * LENGTH * (1.0 - np.cos(ANGLE)) / GRAVITY)
     since_top = (run.t + 0.5 * period) % period - 0.5 * period
     height = -LENGTH * np.cos(ANGLE) - 0.5 * GRAVITY * since_top**2
-    # a trolley of 1e-10 of the load: it delays each bounce by about 1e-5 of its own time, and takes 1e-10 of the way
+    # a trolley of 1e-10 of the load: it delays each bounce by about 1e-5 of its own time, and takes
+    # 1e-10 of the way
     assert np.abs(run.payload[:, 2] - height).max() < 1e-6 * LENGTH
     assert np.abs(run.payload[:, :2] - run.payload[0, :2]).max() < 1e-9 * LENGTH
     assert run.summary["rounded"][0] == "trolley.mass: 0 kg is taken as 1e-08 kg"
@@ -41,5 +43,9 @@ def test_a_pushed_massless_trolley_pulls_the_load() -> None:
 
     m is the load's mass.
     """
-    run = crane_sim.simulate(SCENE | {"initial": {}, "inputs": {"trolley": {"kind": "constant", "value": 50.0}}})
-    assert np.abs(run.payload[:, 0] - 0.25 * run.t**2).max() < 1e-8  # 1e-10 of the force moves the trolley
+    run = crane_sim.simulate(
+        SCENE | {"initial": {}, "inputs": {"trolley": {"kind": "constant", "value": 50.0}}}
+    )
+    assert (
+        np.abs(run.payload[:, 0] - 0.25 * run.t**2).max() < 1e-8
+    )  # 1e-10 of the force moves the trolley

@@ -23,7 +23,12 @@ MOTION = {
 }
 MOUNT = {"position": [12.0, -3.5, 4.0], "roll": "3 deg", "pitch": "-2 deg", "yaw": "90 deg"}
 SEA = {
-    "sea": {"significant_height": 2.0, "peak_period": 7.0, "components": 5, "response": {"heave": 1.0, "roll": 0.05}}
+    "sea": {
+        "significant_height": 2.0,
+        "peak_period": 7.0,
+        "components": 5,
+        "response": {"heave": 1.0, "roll": 0.05},
+    }
 }
 
 
@@ -45,7 +50,10 @@ def axes_at(base: Any, t: Any) -> list[Any]:
     rows = zip(base.offsets, base.amplitudes, base.frequencies, base.phases, strict=True)
     return [
         mpmath.mpf(o)
-        + sum(mpmath.mpf(a) * mpmath.sin(mpmath.mpf(w) * t + mpmath.mpf(p)) for a, w, p in zip(*r, strict=True))
+        + sum(
+            mpmath.mpf(a) * mpmath.sin(mpmath.mpf(w) * t + mpmath.mpf(p))
+            for a, w, p in zip(*r, strict=True)
+        )
         for o, *r in rows
     ]
 
@@ -68,7 +76,10 @@ def differentiated(base: Any, gravity: float, t: float) -> list[np.ndarray]:
 
     def derivative(f: Any, n: int) -> Any:
         size = (f(t).rows, f(t).cols)
-        parts = [[mpmath.diff(lambda s, i=i, j=j: f(s)[i, j], t, n) for j in range(size[1])] for i in range(size[0])]
+        parts = [
+            [mpmath.diff(lambda s, i=i, j=j: f(s)[i, j], t, n) for j in range(size[1])]
+            for i in range(size[0])
+        ]
         return mpmath.matrix(parts)
 
     def vector(skew: Any) -> Any:
@@ -84,8 +95,12 @@ def differentiated(base: Any, gravity: float, t: float) -> list[np.ndarray]:
         return [np.array(field.tolist(), dtype=float) for field in (rotation, *fields)]
 
 
-@pytest.mark.parametrize("motion", [MOTION, MOTION | {"mount": MOUNT}, SEA | {"mount": MOUNT}], ids=str)
-def test_velocities_and_accelerations_are_the_derivatives_of_the_place(motion: dict[str, Any]) -> None:
+@pytest.mark.parametrize(
+    "motion", [MOTION, MOTION | {"mount": MOUNT}, SEA | {"mount": MOUNT}], ids=str
+)
+def test_velocities_and_accelerations_are_the_derivatives_of_the_place(
+    motion: dict[str, Any],
+) -> None:
     """Velocity, turning and specific force, also on a mount, are derivatives in 40 digits.
 
     They are the derivatives of the base's place and axes.
@@ -93,13 +108,20 @@ def test_velocities_and_accelerations_are_the_derivatives_of_the_place(motion: d
     scene = on_ship("knuckle_setpoint", motion)
     for t in (0.0, 0.7, 13.1):
         state = base_state(scene, t)
-        for actual, expected in zip(state, differentiated(scene.model.base, scene.model.gravity, t), strict=True):
-            assert actual == pytest.approx(expected.reshape(actual.shape), abs=1e-13)  # rounding at up to 25 m, 10 m/s²
+        for actual, expected in zip(
+            state, differentiated(scene.model.base, scene.model.gravity, t), strict=True
+        ):
+            assert actual == pytest.approx(
+                expected.reshape(actual.shape), abs=1e-13
+            )  # rounding at up to 25 m, 10 m/s²
 
 
 def test_a_mount_at_the_reference_point_changes_nothing() -> None:
     """A mount without lever arm and turn is the vessel's own motion."""
-    plain, mounted = (crane_sim.simulate(on_ship("knuckle_setpoint", MOTION | more)) for more in ({}, {"mount": {}}))
+    plain, mounted = (
+        crane_sim.simulate(on_ship("knuckle_setpoint", MOTION | more))
+        for more in ({}, {"mount": {}})
+    )
     assert mounted.q == pytest.approx(plain.q, abs=1e-12)  # rounding of sums in another order
 
 
@@ -130,10 +152,14 @@ def test_the_mean_of_a_mounted_base_keeps_its_mount() -> None:
     base = on_ship("knuckle_setpoint", MOTION | {"mount": MOUNT}).model.base
     mean = average(base)
     assert (mean.position, mean.rows) == (base.position, base.rows)
-    assert base_positions(mean.vessel, np.zeros(1))[0] == pytest.approx([0, 0, 0, 0, 0, np.radians(20.0)])
+    assert base_positions(mean.vessel, np.zeros(1))[0] == pytest.approx(
+        [0, 0, 0, 0, 0, np.radians(20.0)]
+    )
 
 
-@pytest.mark.parametrize("mount", [{"position": [1.0, 0.5, 0.0]}, {"roll": 0.1}, {"yaw": "5 deg"}], ids=str)
+@pytest.mark.parametrize(
+    "mount", [{"position": [1.0, 0.5, 0.0]}, {"roll": 0.1}, {"yaw": "5 deg"}], ids=str
+)
 def test_a_mount_out_of_the_plane_of_a_crane_is_refused(mount: dict[str, Any]) -> None:
     """A crane in the plane stands in its plane."""
     with pytest.raises(SceneError, match=r"base_motion.mount: leaves the plane"):

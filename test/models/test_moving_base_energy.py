@@ -60,7 +60,9 @@ def knuckle_points(q: Array) -> tuple[Array, Array]:
     boom, jib = BOOM[0] * unit_vectors(q[1:2])[0], JIB[0] * unit_vectors(q[2:3])[0]
     (s1, c1), (s2, c2) = ((np.sin(a), np.cos(a)) for a in q[4:6])
     rope = q[3] * np.array([s2, c2 * s1, -c1 * c2])
-    local = np.array([*(a * boom for a in GAUSS), *(boom + a * jib for a in GAUSS), boom + jib + rope])
+    local = np.array(
+        [*(a * boom for a in GAUSS), *(boom + a * jib for a in GAUSS), boom + jib + rope]
+    )
     halves = [0.5 * BOOM[1]] * 2 + [0.5 * JIB[1]] * 2
     return np.array([*halves, LOAD]), local @ slewed.T
 
@@ -71,7 +73,12 @@ def knuckle() -> tuple[crane_sim.Scene, Array, Array, float]:
     document = {
         "crane": "knuckle",
         "duration": 1.0,
-        "boom": {"length": boom, "mass": heavy, "inertia": heavy * boom**2 / 12, "axial_inertia": 0.0},
+        "boom": {
+            "length": boom,
+            "mass": heavy,
+            "inertia": heavy * boom**2 / 12,
+            "axial_inertia": 0.0,
+        },
         "jib": {"length": jib, "mass": light, "inertia": light * jib**2 / 12, "axial_inertia": 0.0},
         "tower": {"inertia": TOWER},
         "payload": {"mass": LOAD},
@@ -82,7 +89,9 @@ def knuckle() -> tuple[crane_sim.Scene, Array, Array, float]:
     masses = knuckle_points(q)[0]
     actual = energy_of(masses, lambda s: knuckle_points(q + s * v)[1])
 
-    def axes(s: float) -> Array:  # the tower's first two, in the world: its inertia is about its third one
+    def axes(
+        s: float,
+    ) -> Array:  # the tower's first two, in the world: its inertia is about its third one
         a = q[0] + s * v[0]
         rotate = pose(SHIP, TIME + s)[0][0]
         return np.array([[np.cos(a), np.sin(a), 0.0], [-np.sin(a), np.cos(a), 0.0]]) @ rotate.T
@@ -94,18 +103,39 @@ def knuckle() -> tuple[crane_sim.Scene, Array, Array, float]:
 def pendulum() -> tuple[crane_sim.Scene, Array, Array, float]:
     """Return a pendulum at a state q, v, and the energy of its payload in the world."""
     length, mass = 1.3, 10.0
-    document = {"crane": "pendulum", "duration": 0.1, "rope": {"length": length}, "payload": {"mass": mass}}
-    scene = crane_sim.load_scene(document | {"base_motion": SHIP, "initial": {"tip": [1.0, -0.4, 0.7]}})
+    document = {
+        "crane": "pendulum",
+        "duration": 0.1,
+        "rope": {"length": length},
+        "payload": {"mass": mass},
+    }
+    scene = crane_sim.load_scene(
+        document | {"base_motion": SHIP, "initial": {"tip": [1.0, -0.4, 0.7]}}
+    )
     q, v = np.array([1.0, -0.4, 0.7, 0.6, 0.0, -0.8]), np.array([0.3, 0.2, -0.1, 0.4, 0.5, 0.3])
-    return scene, q, v, energy_of(np.array([mass]), lambda s: (q + s * v)[None, :3] + length * (q + s * v)[None, 3:])
+    return (
+        scene,
+        q,
+        v,
+        energy_of(
+            np.array([mass]), lambda s: (q + s * v)[None, :3] + length * (q + s * v)[None, 3:]
+        ),
+    )
 
 
 def overhead_plane() -> tuple[crane_sim.Scene, Array, Array, float]:
     """Return a chain of links that turn as rods at a state q, v, and its energy in the world."""
     inertia, trolley = 0.2, 5.0
     cable = {"lengths": LENGTHS, "node_masses": MASSES, "inertia": inertia}
-    document = {"crane": "overhead", "duration": 1.0, "trolley": {"drive": "force", "mass": trolley}, "cable": cable}
-    scene = crane_sim.load_scene(document | {"initial": {"angles": [0.4, -0.2, 0.1]}, "base_motion": PLANE})
+    document = {
+        "crane": "overhead",
+        "duration": 1.0,
+        "trolley": {"drive": "force", "mass": trolley},
+        "cable": cable,
+    }
+    scene = crane_sim.load_scene(
+        document | {"initial": {"angles": [0.4, -0.2, 0.1]}, "base_motion": PLANE}
+    )
     q, v = np.array([0.3, 0.4, -0.2, 0.1]), np.array([0.8, 0.3, 0.6, -0.5])
 
     def links(s: float) -> Array:
@@ -113,7 +143,9 @@ def overhead_plane() -> tuple[crane_sim.Scene, Array, Array, float]:
 
     def points_in_base(s: float) -> Array:
         start = np.array([q[0] + s * v[0], 0.0, 0.0])
-        return start + np.cumsum(np.vstack([np.zeros(3), np.array(LENGTHS)[:, None] * links(s)]), axis=0)
+        return start + np.cumsum(
+            np.vstack([np.zeros(3), np.array(LENGTHS)[:, None] * links(s)]), axis=0
+        )
 
     def rotate(s: float) -> Array:
         return links(s) @ pose(PLANE, TIME + s)[0][0].T
@@ -164,14 +196,23 @@ def test_energy_in_the_world_is_that_of_its_masses(crane: Callable[[], Any]) -> 
     """
     scene, q, v, expected = crane()
     actual = crane_sim.energy(scene, q, v, TIME)
-    assert actual == pytest.approx(expected, rel=1e-10, abs=1e-8)  # differences leave 1e-11, energies are some 100 J
-    assert abs(actual - crane_sim.energy(scene, q, v, TIME, frame="base")) > 1.0  # J: the base matters
+    assert actual == pytest.approx(
+        expected, rel=1e-10, abs=1e-8
+    )  # differences leave 1e-11, energies are some 100 J
+    assert (
+        abs(actual - crane_sim.energy(scene, q, v, TIME, frame="base")) > 1.0
+    )  # J: the base matters
 
 
 def test_a_run_gives_both_energies() -> None:
     """A payload of 10 kg still on a heaving base has ½ m ż² + m g z more energy in the world."""
     heave = {"amplitude": 0.5, "frequency": 2.0, "phase": 0.3}
-    document = {"crane": "pendulum", "duration": 0.1, "rope": {"length": 1.0}, "payload": {"mass": 10.0}}
+    document = {
+        "crane": "pendulum",
+        "duration": 0.1,
+        "rope": {"length": 1.0},
+        "payload": {"mass": 10.0},
+    }
     run = crane_sim.simulate(document | {"base_motion": {"heave": heave}})
     axes = np.array([motion({"heave": heave}, t)[:, 2] for t in run.t])
     more = 10.0 * (G * axes[:, 0] + 0.5 * axes[:, 1] ** 2)

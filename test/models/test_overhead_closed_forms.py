@@ -20,9 +20,21 @@ SEA = {
     "heave": {"amplitude": 0.7, "frequency": 0.6, "phase": 0.4},
     "pitch": {"amplitude": "5 deg", "frequency": 0.9, "phase": 1.0},
 }
-PUSH = [{"node": 2, "axis": "x", "force": WAVE}, {"node": 4, "axis": "z", "force": {"kind": "constant", "value": 7.0}}]
+PUSH = [
+    {"node": 2, "axis": "x", "force": WAVE},
+    {"node": 4, "axis": "z", "force": {"kind": "constant", "value": 7.0}},
+]
 DRY = {"trolley": {"coulomb": 3.0, "static": 5.0, "viscous": 0.7, "stribeck": 0.2}}
-BRISTLES = {"trolley": {"coulomb": 3, "static": 5, "stribeck": 0.1, "stiffness": 1e4, "damping": 9, "viscous": 0.4}}
+BRISTLES = {
+    "trolley": {
+        "coulomb": 3,
+        "static": 5,
+        "stribeck": 0.1,
+        "stiffness": 1e4,
+        "damping": 9,
+        "viscous": 0.4,
+    }
+}
 EVENTS = [{"at": 0.1, "set": {"payload": {"mass": 7.0}}}]
 WINDY = {
     "wind": {"speed": 12.0, "direction": "20 deg"},
@@ -32,34 +44,69 @@ FORCE = {"x": WAVE, "z": {"kind": "constant", "value": -6.0}}
 CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "rod": ("RodCrane", {"cable": ONE}),
     "rod, fixed": ("RodCrane", {"cable": ONE, "trolley": {"drive": "fixed"}}),
-    "rod, prescribed": ("RodCrane", {"cable": ONE, "trolley": {"drive": "prescribed", "motion": WAVE}}),
-    "rod, drum": ("RodCrane", {"cable": ONE, "hoist": {"drive": "force", "inertia": 3.0}, "friction": DRY}),
+    "rod, prescribed": (
+        "RodCrane",
+        {"cable": ONE, "trolley": {"drive": "prescribed", "motion": WAVE}},
+    ),
+    "rod, drum": (
+        "RodCrane",
+        {"cable": ONE, "hoist": {"drive": "force", "inertia": 3.0}, "friction": DRY},
+    ),
     "rod, winch": ("RodCrane", {"cable": ONE, "hoist": {"drive": "force"}}),
-    "rod, profile": ("RodCrane", {"cable": ONE, "hoist": {"drive": "prescribed", "profile": WAVE | {"offset": 1.2}}}),
+    "rod, profile": (
+        "RodCrane",
+        {"cable": ONE, "hoist": {"drive": "prescribed", "profile": WAVE | {"offset": 1.2}}},
+    ),
     "rod, events": ("RodCrane", {"cable": ONE, "events": EVENTS, "lugre": BRISTLES}),
     "double": ("DoubleCrane", {"cable": TWO}),
     "planar": ("PlanarCrane", {"cable": MANY}),
-    "planar, drum": ("PlanarCrane", {"cable": MANY, "hoist": {"drive": "force", "inertia": 3.0}, "friction": DRY}),
-    "planar, winch": ("PlanarCrane", {"cable": MANY, "hoist": {"drive": "force"}, "lugre": BRISTLES}),
+    "planar, drum": (
+        "PlanarCrane",
+        {"cable": MANY, "hoist": {"drive": "force", "inertia": 3.0}, "friction": DRY},
+    ),
+    "planar, winch": (
+        "PlanarCrane",
+        {"cable": MANY, "hoist": {"drive": "force"}, "lugre": BRISTLES},
+    ),
     "planar, events": ("PlanarCrane", {"cable": MANY, "events": EVENTS}),
     "planar, pushed": ("PlanarCrane", {"cable": MANY, "forces": PUSH}),
-    "planar, at sea": ("PlanarCrane", {"cable": MANY, "base_motion": SEA, "hoist": {"drive": "force", "inertia": 3.0}}),
-    "planar, in air": ("PlanarCrane", {"cable": ONE, "payload_drag": {"coefficient": 2.0}, "payload_force": FORCE}),
-    "planar, in wind": ("PlanarCrane", {"cable": MANY, "base_motion": SEA, "wind": WINDY["wind"]} | WINDY),
+    "planar, at sea": (
+        "PlanarCrane",
+        {"cable": MANY, "base_motion": SEA, "hoist": {"drive": "force", "inertia": 3.0}},
+    ),
+    "planar, in air": (
+        "PlanarCrane",
+        {"cable": ONE, "payload_drag": {"coefficient": 2.0}, "payload_force": FORCE},
+    ),
+    "planar, in wind": (
+        "PlanarCrane",
+        {"cable": MANY, "base_motion": SEA, "wind": WINDY["wind"]} | WINDY,
+    ),
 }
 
 
 def scene_of(groups: dict[str, Any]) -> crane_sim.Scene:
     """Return the scene of a trolley of 8 kg, unless groups say otherwise."""
-    return crane_sim.load_scene({"crane": "overhead", "duration": 1.0, "trolley": {"mass": 8.0}} | groups)
+    return crane_sim.load_scene(
+        {"crane": "overhead", "duration": 1.0, "trolley": {"mass": 8.0}} | groups
+    )
 
 
 def answers(scene: crane_sim.Scene, q: Any, v: Any, efforts: Any) -> tuple[Any, ...]:
     """Return accelerations, tensions and (energies, those of a base, power) in a state."""
     p = scene.model
-    x, u, tensions = system.state(p, T, q, v), system.efforts_from_row(p, efforts), np.empty((1, system.link_count(p)))
+    x, u, tensions = (
+        system.state(p, T, q, v),
+        system.efforts_from_row(p, efforts),
+        np.empty((1, system.link_count(p))),
+    )
     system.tensions(p, T, x, u, tensions, 0, 0)
-    whole = system.kinetic(p, x), system.potential(p, x), *system.base_energy(p, T, x), system.power(p, T, x, u)
+    whole = (
+        system.kinetic(p, x),
+        system.potential(p, x),
+        *system.base_energy(p, T, x),
+        system.power(p, T, x, u),
+    )
     return np.array(system.acceleration(p, T, x, u)), tensions[0], np.array(whole)
 
 
@@ -101,7 +148,9 @@ def test_links_in_the_plane_are_those_of_the_tree(case: str) -> None:
         accelerations = np.concatenate([np.delete(theirs[0][: -3 * n], 1), turning])
         for got, expected in zip(mine, (accelerations, *theirs[1:]), strict=True):
             # rounding of some hundred terms, which the largest of them bounds
-            np.testing.assert_allclose(got, expected, rtol=1e-12, atol=1e-12 * np.abs(expected).max())
+            np.testing.assert_allclose(
+                got, expected, rtol=1e-12, atol=1e-12 * np.abs(expected).max()
+            )
 
 
 def test_one_spring_is_the_elastic_cable() -> None:
@@ -111,12 +160,27 @@ def test_one_spring_is_the_elastic_cable() -> None:
     """
     cable = ONE | {"model": "elastic", "stiffness": 2e3, "damping": 7.0}
     none = [{"node": 1, "axis": "x", "force": {"kind": "constant", "value": 0.0}}]
-    alone, chain, rng = scene_of({"cable": cable}), scene_of({"cable": cable, "forces": none}), np.random.default_rng(3)
-    assert (type(alone.model).__name__, type(chain.model).__name__) == ("SpringCrane", "ElasticCrane")
+    alone, chain, rng = (
+        scene_of({"cable": cable}),
+        scene_of({"cable": cable, "forces": none}),
+        np.random.default_rng(3),
+    )
+    assert (type(alone.model).__name__, type(chain.model).__name__) == (
+        "SpringCrane",
+        "ElasticCrane",
+    )
     for _ in range(3):
-        q, v, efforts = np.array(alone.initial_q) + rng.normal(0, 0.3, 3), rng.normal(0.0, 1.0, 3), rng.normal(0, 20, 1)
-        for got, expected in zip(answers(alone, q, v, efforts), answers(chain, q, v, efforts), strict=True):
-            np.testing.assert_allclose(got, expected, rtol=1e-12, atol=1e-12 * np.abs(expected).max())  # rounding
+        q, v, efforts = (
+            np.array(alone.initial_q) + rng.normal(0, 0.3, 3),
+            rng.normal(0.0, 1.0, 3),
+            rng.normal(0, 20, 1),
+        )
+        for got, expected in zip(
+            answers(alone, q, v, efforts), answers(chain, q, v, efforts), strict=True
+        ):
+            np.testing.assert_allclose(
+                got, expected, rtol=1e-12, atol=1e-12 * np.abs(expected).max()
+            )  # rounding
 
 
 def test_what_is_taken_up_at_rest_jerks_an_elastic_cable() -> None:
@@ -126,11 +190,22 @@ def test_what_is_taken_up_at_rest_jerks_an_elastic_cable() -> None:
     """
     spring = ONE | {"model": "elastic", "stiffness": 5e3}
     event = {"at": 0.1, "velocity": [0.0, 0.0, 0.0], "set": {"payload": {"mass": 7.0}}}
-    groups = {"cable": spring, "duration": 0.2, "initial": {"angles": [0.4], "rates": [1.5]}, "events": [event]}
-    run = crane_sim.simulate(scene_of(groups | {"integrator": {"method": "dop853", "rtol": 1e-11, "atol": 1e-13}}))
+    groups = {
+        "cable": spring,
+        "duration": 0.2,
+        "initial": {"angles": [0.4], "rates": [1.5]},
+        "events": [event],
+    }
+    run = crane_sim.simulate(
+        scene_of(groups | {"integrator": {"method": "dop853", "rtol": 1e-11, "atol": 1e-13}})
+    )
     p, q, v = run.scene.model, np.array(run.scene.initial_q), np.array([0.3, 1.0, -2.0])
-    y, _, _ = system.apply_reset_map(p, 0.1, system.state(p, 0.0, q, v), (0.0,), encode(Guard.PAYLOAD, 0))
+    y, _, _ = system.apply_reset_map(
+        p, 0.1, system.state(p, 0.0, q, v), (0.0,), encode(Guard.PAYLOAD, 0)
+    )
     np.testing.assert_allclose(system.joints(p, y)[1], [0.3, 5.0 / 7.0, -10.0 / 7.0], rtol=1e-15)
     assert run.summary["energy_audit_max"] < 1e-9
-    with pytest.raises(SceneError, match=r"events\[0\].velocity: takes 3 dimensions or an elastic cable"):
+    with pytest.raises(
+        SceneError, match=r"events\[0\].velocity: takes 3 dimensions or an elastic cable"
+    ):
         scene_of({"cable": ONE, "events": [event]})

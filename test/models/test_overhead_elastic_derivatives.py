@@ -11,12 +11,19 @@ from crane_sim.models.energy_meter import Meter
 from crane_sim.numerics.jit import entry_point
 
 
-def scene_of(masses: Any, lengths: Any, stiffness: float, initial: Any, **groups: Any) -> crane_sim.Scene:
+def scene_of(
+    masses: Any, lengths: Any, stiffness: float, initial: Any, **groups: Any
+) -> crane_sim.Scene:
     """Return the scene of an elastic cable below a force-driven trolley; groups add to it.
 
     `cable` is one of the groups.
     """
-    cable = {"model": "elastic", "lengths": list(lengths), "node_masses": list(masses), "stiffness": stiffness}
+    cable = {
+        "model": "elastic",
+        "lengths": list(lengths),
+        "node_masses": list(masses),
+        "stiffness": stiffness,
+    }
     document = {
         "crane": "overhead",
         "duration": 1.0,
@@ -54,7 +61,9 @@ SPACE = WINDY | {
 IMPOSED = WINDY | {
     "trolley": {"drive": "prescribed", "motion": WAVE},
     "hoist": {"drive": "prescribed", "profile": {**WAVE, "offset": 1.0}},
-    "forces": [{"node": 1, "axis": "z", "force": {"kind": "sine", "amplitude": 3.0, "frequency": 5.0}}],
+    "forces": [
+        {"node": 1, "axis": "z", "force": {"kind": "sine", "amplitude": 3.0, "frequency": 5.0}}
+    ],
     "cable": {"damping": 40.0},
 }
 
@@ -76,7 +85,9 @@ def derivative(p, x, u):
 @entry_point
 def solve_shifted_system(p, x, u, shift, b):
     """Overwrite b with the solution of (shift I - J) y = b at t = 0.37 s."""
-    system.solve_shifted(p, system.factor_shifted(p, system.compute_jacobian(p, 0.37, x, u)[0], shift), b)
+    system.solve_shifted(
+        p, system.factor_shifted(p, system.compute_jacobian(p, 0.37, x, u)[0], shift), b
+    )
 
 
 @pytest.mark.parametrize("groups", [SPACE, IMPOSED], ids=["space", "imposed"])
@@ -87,18 +98,24 @@ def test_derivatives_are_exact(groups: Any) -> None:
     """
     rng, spatial = np.random.default_rng(3), "bridge" in groups
     shape = (3, 3 if spatial else 2)
-    down = np.cumsum([[0.2, 0.1, -0.9][:: 1 if spatial else 2]] * 3, axis=0) + 0.1 * rng.normal(size=shape)
+    down = np.cumsum([[0.2, 0.1, -0.9][:: 1 if spatial else 2]] * 3, axis=0) + 0.1 * rng.normal(
+        size=shape
+    )
     start = {"positions": down.tolist(), "velocities": rng.normal(size=shape).tolist()}
     scene = scene_of([1.0, 2.0, 5.0], [1.0, 0.7, 0.9], 2e3, start, **groups)
     p, u = scene.model._replace(energy_meter=Meter()), tuple(rng.normal(0, 20, len(scene.actuated)))
-    v = np.array(scene.initial_v) + np.append([0.7, 0.4][: 1 + spatial], np.zeros(len(scene.initial_v) - 1 - spatial))
+    v = np.array(scene.initial_v) + np.append(
+        [0.7, 0.4][: 1 + spatial], np.zeros(len(scene.initial_v) - 1 - spatial)
+    )
     x = state_of(p, np.array(scene.initial_q), v)
     n, h = 2 * len(v) + 1, 1e-5
     jacobian, slope, power = np.zeros((n, n)), *derivative(p, x, u)[:2]
     for j in range(n):
         ahead, behind = x.copy(), x.copy()
         ahead[j], behind[j] = x[j] + h, x[j] - h
-        jacobian[:, j] = (derivative(p, ahead, u)[0][:n] - derivative(p, behind, u)[0][:n]) / (2.0 * h)
+        jacobian[:, j] = (derivative(p, ahead, u)[0][:n] - derivative(p, behind, u)[0][:n]) / (
+            2.0 * h
+        )
     for shift in (3.0, 300.0):
         b = np.append(rng.normal(size=n), np.zeros(len(x) - n))
         expected = np.linalg.solve(shift * np.eye(n) - jacobian, b[:n])
@@ -131,7 +148,11 @@ def test_links_start_where_axes_and_hoist_are() -> None:
         ({"joints": {}}, {}, "joints: belongs to rigid links"),
         ({"slack": "stop"}, {}, "cable.slack = 'stop': belongs to rigid links"),
         ({"model": "rigid"}, {}, "cable.stiffness: belongs to cable.model: elastic"),
-        ({}, {"hoist": {"drive": "force"}}, "hoist.inertia = 0: the massless winch needs rigid links"),
+        (
+            {},
+            {"hoist": {"drive": "force"}},
+            "hoist.inertia = 0: the massless winch needs rigid links",
+        ),
         ({"stiffness": [1.0, 2.0]}, {}, "cable.stiffness: has 2 values, the cable has 1 links"),
     ],
     ids=lambda case: str(case)[:30],

@@ -28,7 +28,9 @@ def test_a_chain_in_space_obeys_newton_in_the_world() -> None:
     run = crane_sim.simulate(spatial(base_motion=SHIP))
     crane = moving_base.Crane(5.0, 3.0, tuple(MASSES), tuple(LENGTHS))
     expected = moving_base.nodes(crane, SHIP, *start_of(LENGTHS, DIRECTIONS, RATES), run.t)
-    assert np.max(np.abs(run.nodes - expected)) < 1e-9  # both integrate with 1e-12 a step, a few hundred steps
+    assert (
+        np.max(np.abs(run.nodes - expected)) < 1e-9
+    )  # both integrate with 1e-12 a step, a few hundred steps
     assert run.summary["energy_audit_error"] < 1e-11  # the imposed power is integrated as tightly
 
 
@@ -44,7 +46,11 @@ def planar(viscous: float, static: float, **groups: Any) -> crane_sim.Scene:
         "cable": {"lengths": LENGTHS, "node_masses": MASSES, "inertia": 0.2},
         "hoist": {"drive": "prescribed", "profile": HOIST},
         "friction": {"trolley": {"coulomb": static, "static": static, "viscous": viscous}},
-        "initial": {"v": 0.0 if static else 2.0, "angles": [0.4, -0.2, 0.1], "rates": [0.3, 0.0, -0.5]},
+        "initial": {
+            "v": 0.0 if static else 2.0,
+            "angles": [0.4, -0.2, 0.1],
+            "rates": [0.3, 0.0, -0.5],
+        },
         "integrator": TIGHT,
     }
     return crane_sim.load_scene(document | groups)
@@ -64,7 +70,9 @@ def test_a_chain_in_the_plane_obeys_dalembert_in_the_world() -> None:
     run = crane_sim.simulate(planar(1.5, 0.0, base_motion=PLANE))
     crane = moving_base.Plane(5.0, 1.5, tuple(MASSES), tuple(LENGTHS), 0.2, hoist)
     start = np.array([0.0, 0.4, -0.2, 0.1, 2.0, 0.3, 0.0, -0.5])
-    assert np.max(np.abs(run.nodes - moving_base.plane_nodes(crane, PLANE, start, run.t))) < 1e-9  # as in space
+    assert (
+        np.max(np.abs(run.nodes - moving_base.plane_nodes(crane, PLANE, start, run.t))) < 1e-9
+    )  # as in space
     assert run.summary["energy_audit_error"] < 1e-11
 
 
@@ -72,7 +80,9 @@ def test_a_chain_in_the_plane_obeys_dalembert_in_the_world() -> None:
 def test_friction_holds_a_trolley_until_the_base_shakes_it_loose() -> None:
     """A trolley that sticks stays on a base that shakes gently, and slips on a strong shake."""
     gentle, hard = (
-        crane_sim.simulate(planar(0.0, 200.0, base_motion={"surge": {"amplitude": a, "frequency": 5.0}}))
+        crane_sim.simulate(
+            planar(0.0, 200.0, base_motion={"surge": {"amplitude": a, "frequency": 5.0}})
+        )
         for a in (0.1, 2.0)
     )
     assert np.all(gentle.q[:, 0] == 0.0)
@@ -86,16 +96,23 @@ def test_an_elastic_cable_obeys_newton_in_the_world() -> None:
     positions, velocities = start_of(LENGTHS, DIRECTIONS, RATES)
     cable = {"model": "elastic", "lengths": LENGTHS, "node_masses": MASSES, "stiffness": 2e3}
     start = {"positions": positions[1:].tolist(), "velocities": velocities[1:].tolist()}
-    scene = scene_of(MASSES, LENGTHS, None, cable=cable, initial=start, duration=2.0, base_motion=SHIP)
+    scene = scene_of(
+        MASSES, LENGTHS, None, cable=cable, initial=start, duration=2.0, base_motion=SHIP
+    )
     run = crane_sim.simulate(scene)
     crane = moving_base.Crane(5.0, 3.0, tuple(MASSES), tuple(LENGTHS), 2e3)
-    assert np.max(np.abs(run.nodes - moving_base.nodes(crane, SHIP, positions, velocities, run.t))) < 1e-9
+    assert (
+        np.max(np.abs(run.nodes - moving_base.nodes(crane, SHIP, positions, velocities, run.t)))
+        < 1e-9
+    )
     assert run.summary["energy_audit_error"] < 1e-11
 
 
 def test_an_accelerated_heave_is_gravity() -> None:
     """A base that accelerates upwards acts as more gravity, a tilted one as leaning gravity."""
-    rising = {"heave": {"amplitude": 2.0, "frequency": 1.0, "phase": -np.pi / 2}}  # 2 m/s² upwards at t = 0
+    rising = {
+        "heave": {"amplitude": 2.0, "frequency": 1.0, "phase": -np.pi / 2}
+    }  # 2 m/s² upwards at t = 0
     heavy = spatial(gravity=11.81)
     actual, expected = (
         crane_sim.acceleration(scene, scene.initial_q, scene.initial_v, [3.0, -2.0])
@@ -105,7 +122,8 @@ def test_an_accelerated_heave_is_gravity() -> None:
     tilted = spatial(base_motion={"roll": {"amplitude": 0.0, "frequency": 0.0, "offset": 0.3}})
     down = np.array([0.0, -np.sin(0.3), -np.cos(0.3)])
     q = np.concatenate([np.zeros(2), np.tile(down, 3)])
-    # the chain hangs along the leaning gravity, held against the rail by the force that the bridge takes
+    # the chain hangs along the leaning gravity, held against the rail by the force that the bridge
+    # takes
     pull = np.array([0.0, 9.81 * np.sin(0.3) * (sum(MASSES) + 8.0)])
     assert np.max(np.abs(crane_sim.acceleration(tilted, q, np.zeros(11), pull))) < 1e-13
 
@@ -114,7 +132,13 @@ def test_an_accelerated_heave_is_gravity() -> None:
     ("groups", "message"),
     [
         ({"base_motion": {"sway": {"amplitude": 1.0, "frequency": 1.0}}}, "sway leaves the plane"),
-        ({"base_motion": {}, "cable": {"model": "straight", "lengths": [1.0, 1.0], "node_masses": 1.0}}, "straight"),
+        (
+            {
+                "base_motion": {},
+                "cable": {"model": "straight", "lengths": [1.0, 1.0], "node_masses": 1.0},
+            },
+            "straight",
+        ),
     ],
     ids=["plane", "straight"],
 )

@@ -18,7 +18,9 @@ from crane_sim.simulation.rollout import simulate
 G = 9.81
 
 
-def scene_of(masses: Any, lengths: Any, angles: Any, rates: Any = (), **groups: Any) -> crane_sim.Scene:
+def scene_of(
+    masses: Any, lengths: Any, angles: Any, rates: Any = (), **groups: Any
+) -> crane_sim.Scene:
     """Return the scene of a chain below a force-driven trolley of 5 kg; groups change it."""
     document = {
         "crane": "overhead",
@@ -102,7 +104,9 @@ def test_power_balance(kind: str, n: int) -> None:
         groups = {"trolley": groups["trolley"]}
     if n == 1 and kind == "force hoist, joints":
         groups = {"hoist": {"drive": "prescribed", "profile": {**WAVE, "offset": 1.0}}}
-    cable = {"lengths": [1.0, 0.7, 0.4][:n], "node_masses": [1.0, 2.0, 5.0][:n]} | groups.get("cable", {})
+    cable = {"lengths": [1.0, 0.7, 0.4][:n], "node_masses": [1.0, 2.0, 5.0][:n]} | groups.get(
+        "cable", {}
+    )
     scene = scene_of([1.0], [1.0], [0.3, -0.5, 0.9][:n], **{**groups, "cable": cable})
     rng = np.random.default_rng(5)
     for _ in range(3):
@@ -110,7 +114,9 @@ def test_power_balance(kind: str, n: int) -> None:
         v[0] = 0.0 if "fixed" in kind else v[0]
         u = tuple(rng.normal(0, 20, len(scene.actuated)))
         change, power = balance(scene.model, 0.37, q, v, u, 1e-5)
-        assert change == pytest.approx(power, rel=1e-6, abs=1e-5)  # as for the knuckle crane: h^2, and rounding / h
+        assert change == pytest.approx(
+            power, rel=1e-6, abs=1e-5
+        )  # as for the knuckle crane: h^2, and rounding / h
 
 
 def test_an_imposed_motion_is_followed() -> None:
@@ -119,9 +125,14 @@ def test_an_imposed_motion_is_followed() -> None:
     The functions are of time.
     """
     profile = {"kind": "table", "times": [0.2, 0.4, 0.7], "values": [1.0, 0.9, 0.6]}
-    groups = {"trolley": {"drive": "prescribed", "motion": WAVE}, "hoist": {"drive": "prescribed", "profile": profile}}
+    groups = {
+        "trolley": {"drive": "prescribed", "motion": WAVE},
+        "hoist": {"drive": "prescribed", "profile": profile},
+    }
     run = simulate(scene_of([5.0], [1.0], [0.2], **groups))
-    assert np.allclose(run.q[:, 0], 0.3 * np.sin(2.0 * run.t), rtol=0, atol=1e-10)  # integrated to 1e-11
+    assert np.allclose(
+        run.q[:, 0], 0.3 * np.sin(2.0 * run.t), rtol=0, atol=1e-10
+    )  # integrated to 1e-11
     for t, length in zip([0.0, 0.2, 0.4, 0.7, 1.0], [1.0, 1.0, 0.9, 0.6, 0.6], strict=True):
         assert run.q[round(t * 100), 1] == pytest.approx(length, abs=1e-10)
     assert run.summary["energy_audit_error"] < 1e-10
@@ -136,5 +147,7 @@ def test_massless_nodes_merge() -> None:
     plain = scene_of([1.0, 5.0], [1.0, 0.7], [0.2, 0.3])
     assert merged.joint_names == plain.joint_names
     still = [0.0, 0.0, 0.0]
-    actual, expected = (crane_sim.acceleration(scene, [0.0, 0.2, 0.3], still, [1.0]) for scene in (merged, plain))
+    actual, expected = (
+        crane_sim.acceleration(scene, [0.0, 0.2, 0.3], still, [1.0]) for scene in (merged, plain)
+    )
     assert np.array_equal(actual, expected)

@@ -38,10 +38,18 @@ def test_planar_motion_stays_planar() -> None:
     y = 0 throughout.
     """
     angles, rates = np.array([0.3, -0.5, 0.9]), np.array([0.5, 1.0, -0.7])
-    m, lengths, force = [1.0, 2.0, 5.0], [1.0, 0.7, 0.4], sine({"amplitude": 20.0, "frequency": 2.0})
+    m, lengths, force = (
+        [1.0, 2.0, 5.0],
+        [1.0, 0.7, 0.4],
+        sine({"amplitude": 20.0, "frequency": 2.0}),
+    )
     directions = np.stack([np.sin(angles), 0 * angles, -np.cos(angles)], axis=1).tolist()
-    turning = (rates[:, None] * np.stack([np.cos(angles), 0 * angles, np.sin(angles)], axis=1)).tolist()
-    space = simulate(scene_of(m, lengths, directions, turning, inputs={"trolley": force, "bridge": sine()}))
+    turning = (
+        rates[:, None] * np.stack([np.cos(angles), 0 * angles, np.sin(angles)], axis=1)
+    ).tolist()
+    space = simulate(
+        scene_of(m, lengths, directions, turning, inputs={"trolley": force, "bridge": sine()})
+    )
     document = {
         "dimensions": 2,
         "bridge": None,
@@ -66,7 +74,9 @@ def throw_round(duration: float) -> Rollout:
     """Return a run of three links that are thrown round below a fixed trolley."""
     directions = [[0.6, 0.0, -0.8], [0.0, 1.0, 0.0], [0.0, 0.6, 0.8]]
     rates = [[0.0, 3.0, 0.0], [0.0, 0.0, 2.0], [1.0, 0.0, 0.0]]
-    return simulate(scene_of([1.0, 0.5, 2.0], [1.0, 0.7, 0.4], directions, rates, duration=duration, **FIXED))
+    return simulate(
+        scene_of([1.0, 0.5, 2.0], [1.0, 0.7, 0.4], directions, rates, duration=duration, **FIXED)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -101,18 +111,29 @@ def check_sphere(run: Rollout) -> None:
     """Check lengths and rates of three links."""
     directions, rates = (part[:, 2:].reshape(-1, 3, 3) for part in (run.q, run.v))
     assert np.max(np.abs(np.linalg.norm(directions, axis=2) - 1.0)) < 1e-15
-    assert np.max(np.abs(np.sum(directions * rates, axis=2))) < 1e-15 * np.max(np.abs(rates)) * 4.0  # four roundings
+    assert (
+        np.max(np.abs(np.sum(directions * rates, axis=2))) < 1e-15 * np.max(np.abs(rates)) * 4.0
+    )  # four roundings
 
 
 @pytest.mark.parametrize(
     ("groups", "message"),
     [
         ({"joints": {"stiffness": 1.0}}, "joints: belongs to 2 dimensions"),
-        ({"cable": {"lengths": [1.0], "node_masses": [1.0], "inertia": [0.1]}}, "cable.inertia: belongs to 2 dim"),
-        ({"cable": {"lengths": [1.0], "node_masses": [1.0], "model": "straight"}}, "cable.model = 'straight'"),
+        (
+            {"cable": {"lengths": [1.0], "node_masses": [1.0], "inertia": [0.1]}},
+            "cable.inertia: belongs to 2 dim",
+        ),
+        (
+            {"cable": {"lengths": [1.0], "node_masses": [1.0], "model": "straight"}},
+            "cable.model = 'straight'",
+        ),
         ({"bridge": {"drive": "force"}}, "bridge.mass = None"),
         ({"friction": {"bridge": {"coulomb": 2.0, "static": 1.0}}}, "friction.bridge.static = 1.0"),
-        ({"initial": {"directions": [[0.0, 0.0, -2.0]]}}, "initial.directions[0] = [0.0, 0.0, -2.0]"),
+        (
+            {"initial": {"directions": [[0.0, 0.0, -2.0]]}},
+            "initial.directions[0] = [0.0, 0.0, -2.0]",
+        ),
         ({"initial": {"angles": [0.1]}}, "initial.angles: belong to 2 dimensions"),
     ],
     ids=lambda case: str(case)[:40],

@@ -45,7 +45,9 @@ def state_of(rng: np.random.Generator, scene: crane_sim.Scene, n: int) -> tuple[
 def normalise_links(q: Array, v: Array, n: int) -> tuple[Array, Array]:
     """Return unit vectors and rates (n, 3) in many digits, without the given ones' rounding."""
     units, rates = (exactly(part[-3 * n :]).reshape(n, 3) for part in (q, v))
-    units = units / exactly([mpmath.sqrt(square) for square in np.sum(units * units, axis=1)])[:, None]
+    units = (
+        units / exactly([mpmath.sqrt(square) for square in np.sum(units * units, axis=1)])[:, None]
+    )
     return units, rates - np.sum(units * rates, axis=1)[:, None] * units
 
 
@@ -57,7 +59,8 @@ def exact(m: Any, lengths: Any, q: Array, v: Array, axes: Any, hoist: Any) -> Ar
     Args:
         m, lengths: masses [kg] and lengths [m] of the links.
         q, v: joint positions and velocities.
-        axes: of x and y: (mass [kg], force [N]), or (None, acceleration [m/s²]) of an imposed motion.
+        axes: of x and y: (mass [kg], force [N]), or (None, acceleration [m/s²]) of an imposed
+            motion.
         hoist: the same of the first length, a mass 0 allowed; None where there is none.
     """
     with mpmath.workdps(60):
@@ -65,24 +68,37 @@ def exact(m: Any, lengths: Any, q: Array, v: Array, axes: Any, hoist: Any) -> Ar
         length, length_rate = exactly(lengths), exactly(np.zeros(n))
         if hoist is not None:
             length[0], length_rate[0] = mpmath.mpf(q[2]), mpmath.mpf(v[2])
-        nodes, last = 3 * n + 3, 4 * n + 3  # unknown: accelerations of nodes, tensions, acceleration of the length
+        nodes, last = (
+            3 * n + 3,
+            4 * n + 3,
+        )  # unknown: accelerations of nodes, tensions, acceleration of the length
         a, b = exactly(np.zeros((last + 1, last + 1))), exactly(np.zeros(last + 1))
         for k in range(n):
             low, link = 3 * k + 3, nodes + k
             for c in range(3):
-                a[low + c, low + c], b[low + c] = mpmath.mpf(m[k]), -mpmath.mpf(m[k]) * G if c == 2 else 0
+                a[low + c, low + c], b[low + c] = (
+                    mpmath.mpf(m[k]),
+                    -mpmath.mpf(m[k]) * G if c == 2 else 0,
+                )
                 a[low + c, link], a[low - 3 + c, link] = units[k, c], -units[k, c]
                 a[link, low + c], a[link, low - 3 + c] = units[k, c], -units[k, c]
             b[link] = -length[k] * np.sum(rates[k] * rates[k])
         a[nodes, last], a[last, nodes] = mpmath.mpf(-1), mpmath.mpf(-1)
-        for row, (mass, rhs) in ((0, axes[0]), (1, axes[1]), (2, (None, 0.0)), (last, hoist or (None, 0.0))):
+        for row, (mass, rhs) in (
+            (0, axes[0]),
+            (1, axes[1]),
+            (2, (None, 0.0)),
+            (last, hoist or (None, 0.0)),
+        ):
             a[row] = a[row] if mass is not None else 0 * a[row]
             a[row, row], b[row] = mpmath.mpf(1.0 if mass is None else mass), mpmath.mpf(rhs)
         x = exactly(list(mpmath.lu_solve(mpmath.matrix(a.tolist()), mpmath.matrix(b.tolist()))))
         length_acc = np.append(x[last], exactly(np.zeros(n - 1)))[:, None]
         apart = np.diff(x[:nodes].reshape(n + 1, 3), axis=0)
         turning = (apart - length_acc * units - 2 * length_rate[:, None] * rates) / length[:, None]
-        return np.concatenate([x[:2], x[last:] if hoist is not None else [], turning.ravel()]).astype(float)
+        return np.concatenate(
+            [x[:2], x[last:] if hoist is not None else [], turning.ravel()]
+        ).astype(float)
 
 
 def error(actual: Any, expected: Array) -> float:
@@ -118,7 +134,12 @@ def balance(p, t, q, v, row, h):
     ahead, behind = add_scaled(x, h, dx), add_scaled(x, -h, dx)
     gained = system.kinetic(p, ahead) - system.kinetic(p, behind)
     gained += system.potential(p, ahead) - system.potential(p, behind)
-    return system.acceleration(p, t, x, u), gained / (2.0 * h), system.power(p, t, x, u), system.actuated_joints(p, x)
+    return (
+        system.acceleration(p, t, x, u),
+        gained / (2.0 * h),
+        system.power(p, t, x, u),
+        system.actuated_joints(p, x),
+    )
 
 
 WAVE = {"kind": "sine", "amplitude": 0.3, "frequency": 2.0}
@@ -134,10 +155,17 @@ DRIVES: dict[str, tuple[dict[str, Any], Any, Any]] = {
         (IMPOSED, (5.0, 11.0)),
         None,
     ),
-    "hoist": ({"hoist": {"drive": "force", "inertia": 2.0}}, ((5.0, 11.0), (8.0, -4.0)), (2.0, 9.0)),
+    "hoist": (
+        {"hoist": {"drive": "force", "inertia": 2.0}},
+        ((5.0, 11.0), (8.0, -4.0)),
+        (2.0, 9.0),
+    ),
     "massless hoist": ({"hoist": {"drive": "force"}}, ((5.0, 11.0), (8.0, -4.0)), (0.0, 9.0)),
     "imposed hoist": (
-        {"hoist": {"drive": "prescribed", "profile": WAVE | {"offset": 1.0}}, "trolley": {"drive": "fixed"}},
+        {
+            "hoist": {"drive": "prescribed", "profile": WAVE | {"offset": 1.0}},
+            "trolley": {"drive": "fixed"},
+        },
         (STILL, (3.0, 11.0)),
         IMPOSED,
     ),
@@ -156,8 +184,12 @@ def test_every_drive(drive: str) -> None:
         q, v = state_of(rng, scene, 3)
         v[:2] = [0.0 if axis is STILL else rate for axis, rate in zip(axes, v[:2], strict=True)]
         actual, change, power, actuated = balance(scene.model, 0.37, q, v, u, 1e-5)
-        assert error(actual, exact(m, lengths, q, v, axes, hoist)) < 1e-13  # nothing heavy: rounding only
-        assert change == pytest.approx(power, rel=1e-6, abs=1e-5)  # the step's square, and rounding over the step
+        assert (
+            error(actual, exact(m, lengths, q, v, axes, hoist)) < 1e-13
+        )  # nothing heavy: rounding only
+        assert change == pytest.approx(
+            power, rel=1e-6, abs=1e-5
+        )  # the step's square, and rounding over the step
         assert np.array_equal(actuated, [q[driven], v[driven]])
 
 
@@ -167,12 +199,16 @@ def test_forces_on_nodes() -> None:
     Its power is what the energy gains.
     """
     pushes = [("x", 2.0), ("y", -3.0), ("z", 50.0)]
-    forces = [{"node": 1, "axis": axis, "force": {"kind": "constant", "value": f}} for axis, f in pushes]
+    forces = [
+        {"node": 1, "axis": axis, "force": {"kind": "constant", "value": f}} for axis, f in pushes
+    ]
     scene = scene_of([2.0], [1.0], forces=forces, trolley={"drive": "fixed"}, bridge=None)
     q, v = state_of(np.random.default_rng(3), scene, 1)
     v[:2] = 0.0
     unit, rate = q[2:], v[2:]
     actual, change, power, _ = balance(scene.model, 0.0, q, v, np.zeros(0), 1e-5)
     pull = np.array([2.0, -3.0, 50.0 - 2.0 * G]) / 2.0
-    assert np.allclose(actual[2:], pull - (pull @ unit) * unit - (rate @ rate) * unit, rtol=0, atol=1e-13)
+    assert np.allclose(
+        actual[2:], pull - (pull @ unit) * unit - (rate @ rate) * unit, rtol=0, atol=1e-13
+    )
     assert change == pytest.approx(power, rel=1e-6, abs=1e-5)

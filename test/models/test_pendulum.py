@@ -35,7 +35,8 @@ def scene_of(**groups: Any) -> crane_sim.Scene:
 def ship(t: Any, only: tuple[str, ...] = AXES) -> list[Any]:
     """Return (surge, sway, heave, roll, pitch, yaw) of SHIP at the symbol t, as defined."""
     return [
-        wave.get("offset", 0) + wave["amplitude"] * sp.sin(wave["frequency"] * t + wave.get("phase", 0))
+        wave.get("offset", 0)
+        + wave["amplitude"] * sp.sin(wave["frequency"] * t + wave.get("phase", 0))
         if name in only
         else sp.Integer(0)
         for name, wave in SHIP.items()
@@ -63,8 +64,16 @@ def spherical(angles: Any, rates: Any, drive: Any, gravity: float, force: Any) -
     """Return the swing angles' second derivatives, eqs. (34) and (35) of the offshore paper."""
     (sx, cx), (sy, cy) = ((sin(a), cos(a)) for a in angles)
     x = -drive[1] * cx / LENGTH + 2.0 * rates[0] * rates[1] * sy - gravity / LENGTH * sx
-    y = drive[0] * cy / LENGTH + drive[1] * sx * sy / LENGTH - rates[0] ** 2 * sy * cy - gravity / LENGTH * cx * sy
-    x, y = x + cx * force[1] / (MASS * LENGTH), y - (cy * force[0] + sx * sy * force[1]) / (MASS * LENGTH)
+    y = (
+        drive[0] * cy / LENGTH
+        + drive[1] * sx * sy / LENGTH
+        - rates[0] ** 2 * sy * cy
+        - gravity / LENGTH * cx * sy
+    )
+    x, y = (
+        x + cx * force[1] / (MASS * LENGTH),
+        y - (cy * force[0] + sx * sy * force[1]) / (MASS * LENGTH),
+    )
     return np.array([x / cy, y])
 
 
@@ -72,7 +81,9 @@ def direction(angles: Any, rates: Any, seconds: Any) -> tuple[np.ndarray, np.nda
     """Return the rope's direction, eq. (36), n = (-sy, sx cy, -cx cy), and two derivatives."""
     (sx, cx), (sy, cy) = ((sin(a), cos(a)) for a in angles)
     (a, b), (c, d) = rates, seconds
-    n, by_x, by_y = np.array([[-sy, sx * cy, -cx * cy], [0.0, cx * cy, sx * cy], [-cy, -sx * sy, cx * sy]])
+    n, by_x, by_y = np.array(
+        [[-sy, sx * cy, -cx * cy], [0.0, cx * cy, sx * cy], [-cy, -sx * sy, cx * sy]]
+    )
     xx, xy = np.array([[0.0, -sx * cy, cx * cy], [0.0, -cx * sy, -sx * sy]])
     return n, by_x * a + by_y * b, by_x * c + by_y * d + xx * a * a + 2.0 * xy * a * b - n * b * b
 
@@ -84,21 +95,29 @@ def test_accelerations_are_those_of_the_paper(moving: bool) -> None:
     A swaying base adds to y0'' and g.
     """
     only, force, t = AXES[:3], (3.0, -5.0, 2.0), sp.Symbol("t")
-    push = {axis: {"kind": "constant", "value": value} for axis, value in zip("xyz", force, strict=True)}
+    push = {
+        axis: {"kind": "constant", "value": value} for axis, value in zip("xyz", force, strict=True)
+    }
     groups = {"base_motion": {name: SHIP[name] for name in only}, "payload_force": push}
     scene = scene_of(**(groups if moving else {}))
     base = sp.lambdify(t, [x.diff(t, 2) for x in ship(t, only)])
     rng = np.random.default_rng(2)
     for _ in range(20):
         now = rng.uniform(0.0, 10.0)
-        angles, rates, drive = rng.uniform(-1.2, 1.2, 2), rng.normal(size=2), rng.normal(size=2) * 3.0
+        angles, rates, drive = (
+            rng.uniform(-1.2, 1.2, 2),
+            rng.normal(size=2),
+            rng.normal(size=2) * 3.0,
+        )
         x, y, z = base(now)[:3] if moving else (0.0, 0.0, 0.0)
         given = force if moving else (0.0, 0.0, 0.0)
         seconds = spherical(angles, rates, drive + (x, y), GRAVITY + z - given[2] / MASS, given)
         n, n1, n2 = direction(angles, rates, seconds)
         q, v = (*rng.normal(size=3), *n), (*rng.normal(size=2), 0.0, *n1)
         actual = crane_sim.acceleration(scene, q, v, drive, now)
-        assert actual == pytest.approx([*drive, 0.0, *n2], rel=1e-12, abs=1e-11)  # rounding, at accelerations of 1e1
+        assert actual == pytest.approx(
+            [*drive, 0.0, *n2], rel=1e-12, abs=1e-11
+        )  # rounding, at accelerations of 1e1
 
 
 def test_swings_take_as_long_as_elliptic_integrals_say() -> None:
@@ -111,10 +130,14 @@ def test_swings_take_as_long_as_elliptic_integrals_say() -> None:
         initial = {"direction": [sin(angle), 0.0, -cos(angle)], "direction_rate": [spin, 0.0, 0.0]}
         scene = scene_of(initial=initial)
         period = (
-            4.0 * small * ellipk(sin(0.5 * angle) ** 2) if angle else 4.0 / spin * ellipk((2.0 / small / spin) ** 2)
+            4.0 * small * ellipk(sin(0.5 * angle) ** 2)
+            if angle
+            else 4.0 / spin * ellipk((2.0 / small / spin) ** 2)
         )
         run = crane_sim.simulate(scene, duration=period + 0.1, sample_times=[0.5 * period, period])
-        assert run.q[1] == pytest.approx(scene.initial_q, abs=1e-9)  # ten steps' tolerance, grown near the top
+        assert run.q[1] == pytest.approx(
+            scene.initial_q, abs=1e-9
+        )  # ten steps' tolerance, grown near the top
         assert run.q[0, 5] == pytest.approx(1.0 if spin else -cos(angle), abs=1e-9)
         assert run.summary["energy_audit_error"] < 1e-10  # what 1e-12 a step allows
 
@@ -143,13 +166,23 @@ def test_a_ship_is_what_newton_sees_from_the_world() -> None:
 
     place, rate, _ = in_world(np.array(TIP) + LENGTH * start)(0.0)
     solved = solve_ivp(
-        lambda t, y: [*y[3:], *newton(t, y)[0]], (0.0, 5.0), [*place, *rate], "DOP853", run.t, rtol=1e-12, atol=1e-12
+        lambda t, y: [*y[3:], *newton(t, y)[0]],
+        (0.0, 5.0),
+        [*place, *rate],
+        "DOP853",
+        run.t,
+        rtol=1e-12,
+        atol=1e-12,
     )
-    assert np.max(np.abs(run.payload - solved.y[:3].T)) < 1e-9  # both keep 1e-12 a step, over hundreds of steps
+    assert (
+        np.max(np.abs(run.payload - solved.y[:3].T)) < 1e-9
+    )  # both keep 1e-12 a step, over hundreds of steps
     pulls = [MASS * LENGTH * newton(t, y)[1] for t, y in zip(run.t, solved.y.T, strict=True)]
     assert run.tension == pytest.approx(pulls, rel=1e-9)  # as above
     assert run.summary["energy_audit_error"] < 1e-10  # what 1e-12 a step allows
-    assert np.ptp(run.tip, axis=0).min() > 0.2  # m: the tip, which stands still on the base, is shown in the world
+    assert (
+        np.ptp(run.tip, axis=0).min() > 0.2
+    )  # m: the tip, which stands still on the base, is shown in the world
 
 
 def still(scene: crane_sim.Scene, drift: tuple[float, ...]) -> crane_sim.Scene:
@@ -167,14 +200,19 @@ def test_the_servo_is_a_second_order_lag() -> None:
     demanded, start = (0.5, -0.3, 0.2), (0.1, 0.0, 0.0)
     servo = {"drive": "servo", "kp": kp, "kd": kd, "height": "driven"}
     names = ("tip_x", "tip_y", "tip_z")
-    inputs = {name: {"kind": "constant", "value": value} for name, value in zip(names, demanded, strict=True)}
+    inputs = {
+        name: {"kind": "constant", "value": value}
+        for name, value in zip(names, demanded, strict=True)
+    }
     scene = scene_of(suspension=servo, initial={"tip": start}, inputs=inputs)
     run = crane_sim.simulate(scene, sample_times=t)
     w = sqrt(kp - 0.25 * kd * kd)
     left = np.exp(-0.5 * kd * t) * (np.cos(w * t) + 0.5 * kd / w * np.sin(w * t))
     for axis in range(3):
         way = start[axis] - demanded[axis]
-        assert run.q[:, axis] == pytest.approx(demanded[axis] + way * left, abs=1e-10)  # 1e-12 a step
+        assert run.q[:, axis] == pytest.approx(
+            demanded[axis] + way * left, abs=1e-10
+        )  # 1e-12 a step
     assert run.summary["energy_audit_error"] < 1e-10  # what the servo gives is metered
 
 
@@ -183,14 +221,25 @@ def test_the_servo_is_a_second_order_lag() -> None:
     [
         ({"suspension": {"drive": "servo", "kp": 10.0}}, "suspension.kd: is missing"),
         ({"suspension": {"kp": 10.0}}, "suspension.kp: only a servo has one"),
-        ({"initial": {"direction": [0.0, 0.0, -2.0]}}, "initial.direction = [0.0, 0.0, -2.0]: must be a unit vector"),
-        ({"initial": {"direction_rate": [0.0, 0.0, 1.0]}}, "initial.direction_rate = [0.0, 0.0, 1.0]: must be across"),
-        ({"initial": {"tip_velocity": [0.0, 0.0, 1.0]}}, "initial.tip_velocity[2] = 1.0: must be 0"),
+        (
+            {"initial": {"direction": [0.0, 0.0, -2.0]}},
+            "initial.direction = [0.0, 0.0, -2.0]: must be a unit vector",
+        ),
+        (
+            {"initial": {"direction_rate": [0.0, 0.0, 1.0]}},
+            "initial.direction_rate = [0.0, 0.0, 1.0]: must be across",
+        ),
+        (
+            {"initial": {"tip_velocity": [0.0, 0.0, 1.0]}},
+            "initial.tip_velocity[2] = 1.0: must be 0",
+        ),
         ({"inputs": {"tip_z": {"kind": "constant"}}}, "inputs.tip_z: the height is fixed"),
         ({"reference": {"q": [1.0, 2.0, 3.0]}}, "reference.q: has 3 values"),
     ],
 )
-def test_a_scene_that_is_not_possible_is_a_single_line_error(group: dict[str, Any], message: str) -> None:
+def test_a_scene_that_is_not_possible_is_a_single_line_error(
+    group: dict[str, Any], message: str
+) -> None:
     """Every setting that contradicts another is named with its value."""
     with pytest.raises(SceneError) as caught:
         scene_of(**group)

@@ -37,7 +37,11 @@ WEIGHT = MASS * G
 
 def table(*points: tuple[float, float]) -> dict[str, Any]:
     """Return an input of a scene, (time [s], value) by corners."""
-    return {"kind": "table", "times": [t for t, _ in points], "values": [value for _, value in points]}
+    return {
+        "kind": "table",
+        "times": [t for t, _ in points],
+        "values": [value for _, value in points],
+    }
 
 
 def crane(hoist: Any) -> FallsCrane:
@@ -45,7 +49,9 @@ def crane(hoist: Any) -> FallsCrane:
     inertia = ((4e3, 0.0, 0.0), (0.0, 4e3, 0.0), (0.0, 0.0, 6e3))
     inverse = tuple(tuple(1.0 / v if v else 0.0 for v in row) for row in inertia)
     top = np.array(ENDS)
-    falls = Falls(top, 0.8 * top + [0.0, 0.0, 1.0], 4.0, np.zeros(4), np.full(4, 8e6), np.full(4, 0.02))
+    falls = Falls(
+        top, 0.8 * top + [0.0, 0.0, 1.0], 4.0, np.zeros(4), np.full(4, 8e6), np.full(4, 0.02)
+    )
     bridge = Support(Bridge(BridgeAxis(100.0), BridgeAxis(200.0)))
     return FallsCrane(bridge, falls, RigidLoad(MASS, inertia, inverse, (0.0, 0.0, 1.0)), hoist)
 
@@ -66,9 +72,14 @@ def answers(hoist: Any, rate: float, u: tuple[float, ...]) -> np.ndarray:
 
 def test_a_reeving_without_strength_is_none() -> None:
     """A reeving changes no imposed motion, and zero friction no winch of a mass, bit for bit."""
-    rates = [answers(MotionHoist(0.4, reeving), 0.3, (10.0, -20.0, 0.1)) for reeving in (None, LOSSY)]
+    rates = [
+        answers(MotionHoist(0.4, reeving), 0.3, (10.0, -20.0, 0.1)) for reeving in (None, LOSSY)
+    ]
     assert rates[0].tobytes() == rates[1].tobytes()
-    plain = SCENE | {"hoist": {"drive": "force", "mass": 5e3}, "inputs": {"hoist": table((0, -WEIGHT), (1, -9e4))}}
+    plain = SCENE | {
+        "hoist": {"drive": "force", "mass": 5e3},
+        "inputs": {"hoist": table((0, -WEIGHT), (1, -9e4))},
+    }
     none = {"hoist.friction": {"coulomb": 0.0, "static": 0.0}}
     hashes = {crane_sim.simulate(plain, overrides=o).summary["state_sha256"] for o in (None, none)}
     assert len(hashes) == 1
@@ -84,16 +95,22 @@ def test_power_is_what_the_drive_gives_and_friction_takes(direction: float) -> N
     ends = [x + s * h * derivative for s in (-2.0, -1.0, 1.0, 2.0)]
     low, before, after, high = (system.kinetic(p, y) + system.potential(p, y) for y in ends)
     change = (8.0 * (after - before) - (high - low)) / (12.0 * h)
-    assert change == pytest.approx(system.power(p, 0.0, x, u), rel=1e-7)  # rounding of energies of 4e5 J over h
+    assert change == pytest.approx(
+        system.power(p, 0.0, x, u), rel=1e-7
+    )  # rounding of energies of 4e5 J over h
 
 
 def test_a_winch_holds_until_its_pull_exceeds_friction() -> None:
     """Hauling in begins where the drive exceeds what sheaves and winch hold, not before."""
     high, static, rise = 0.98 * (1 - 0.98**4) / (4 * 0.02), 900.0, 1e4
     hoist = SCENE["hoist"] | {"friction": {"coulomb": 500.0, "static": static}}
-    run = crane_sim.simulate(SCENE | {"hoist": hoist, "inputs": {"hoist": table((0, -WEIGHT), (1, -WEIGHT - rise))}})
+    run = crane_sim.simulate(
+        SCENE | {"hoist": hoist, "inputs": {"hoist": table((0, -WEIGHT), (1, -WEIGHT - rise))}}
+    )
     (instant, what), *_ = run.events
-    pull = 4 * (tension := WEIGHT / 4) + 4 * tension**2 / (2 * 4 * STIFFNESS)  # with the strain that goes with the rope
+    pull = 4 * (tension := WEIGHT / 4) + 4 * tension**2 / (
+        2 * 4 * STIFFNESS
+    )  # with the strain that goes with the rope
     assert what == "the winch slips backwards"
     assert WEIGHT + rise * instant == pytest.approx(pull / high + static, rel=1e-9)
     assert np.all(run.q[run.t < instant, 2] == 4.0)
@@ -118,7 +135,9 @@ def test_a_load_is_set_down_and_picked_up_by_the_torque_of_a_drum() -> None:
     run = crane_sim.simulate(SCENE | changes)
     what = [text for _, text in run.events]
     assert "the winch slips forwards" in what and "the winch slips backwards" in what
-    assert any(text.endswith("touches the surface") for text in what) and "fall 1 went slack" in what
+    assert (
+        any(text.endswith("touches the surface") for text in what) and "fall 1 went slack" in what
+    )
     assert what.index("fall 1 went slack") < len(what) - 1 - what[::-1].index("fall 1 pulls")
     assert run.tensions.min() >= 0.0 and run.q[-1, 5] > -5.2  # lifted off again
     assert run.summary["energy_audit_max"] < 1e-9
@@ -131,21 +150,43 @@ BAD = [
         | {"hoist.reeving.falls": 1},
         "hoist.reeving.drum.inertia: is missing",
     ),
-    ({"hoist.reeving.falls": 2}, "hoist.reeving.falls = 2: each fall has falls.parts = 4 parts of rope; make them"),
-    ({"hoist.mass": 3.0}, "hoist.mass: is what hoist.reeving says of sheaves and drum; leave out one of the two"),
-    ({"hoist.reeving": None}, "hoist.mass: is missing; a force drive needs it, or a hoist.reeving with a drum"),
-    ({"hoist.drive": "torque", "hoist.reeving.drum": None}, "hoist.drive = 'torque': is that of a drum; give hoist."),
+    (
+        {"hoist.reeving.falls": 2},
+        "hoist.reeving.falls = 2: each fall has falls.parts = 4 parts of rope; make them",
+    ),
+    (
+        {"hoist.mass": 3.0},
+        "hoist.mass: is what hoist.reeving says of sheaves and drum; leave out one of the two",
+    ),
+    (
+        {"hoist.reeving": None},
+        "hoist.mass: is missing; a force drive needs it, or a hoist.reeving with a drum",
+    ),
+    (
+        {"hoist.drive": "torque", "hoist.reeving.drum": None},
+        "hoist.drive = 'torque': is that of a drum; give hoist.",
+    ),
     (
         {"hoist.drive": "rate", "hoist.friction": {"coulomb": 1, "static": 1}},
         "hoist.friction: belongs to a winch driven",
     ),
-    ({"hoist.reeving.mass_per_length": 1.0}, "hoist.reeving.mass_per_length: the rope of elastic falls weighs nothing"),
-    ({"hoist.reeving.length": 12.0}, "hoist.reeving.length = 12: too short, 4 falls of 4 m take 16 m"),
+    (
+        {"hoist.reeving.mass_per_length": 1.0},
+        "hoist.reeving.mass_per_length: the rope of elastic falls weighs nothing",
+    ),
+    (
+        {"hoist.reeving.length": 12.0},
+        "hoist.reeving.length = 12: too short, 4 falls of 4 m take 16 m",
+    ),
     (
         {"hoist.reeving.drum": None, "hoist.reeving.sheaves.inertia": 0.0},
-        "hoist.reeving.drum.inertia: is missing; elastic falls would turn a winch driven by 'force' without inertia",
+        "hoist.reeving.drum.inertia: is missing; elastic falls would turn a winch driven by "
+        "'force' without inertia",
     ),
-    ({"hoist.friction": {"coulomb": 2, "static": 1}}, "hoist.friction.static = 1.0: must be at least coulomb = 2.0"),
+    (
+        {"hoist.friction": {"coulomb": 2, "static": 1}},
+        "hoist.friction.static = 1.0: must be at least coulomb = 2.0",
+    ),
 ]
 
 

@@ -55,7 +55,11 @@ REEVED: dict[str, Any] = {
 
 def table(*points: tuple[float, float]) -> dict[str, Any]:
     """Return a piecewise linear input of a scene, through points (time [s], value)."""
-    return {"kind": "table", "times": [t for t, _ in points], "values": [value for _, value in points]}
+    return {
+        "kind": "table",
+        "times": [t for t, _ in points],
+        "values": [value for _, value in points],
+    }
 
 
 SHEAVES = {"radius": 0.2, "inertia": 0.05, "loss": {"kind": "efficiency", "efficiency": 0.97}}
@@ -73,7 +77,9 @@ LOWERED_LOAD: dict[str, Any] = {
 def crane(hoist: Any) -> SuspendedCrane:
     """Return a bridge crane with hook and sling under this hoist."""
     cable = Chain(np.array([50.0, 1000.0]), np.array([5.0, 2.0]))
-    return SuspendedCrane(Support(Bridge(BridgeAxis(100.0), BridgeAxis(200.0))), cable, PointLoad(1000.0), hoist)
+    return SuspendedCrane(
+        Support(Bridge(BridgeAxis(100.0), BridgeAxis(200.0))), cable, PointLoad(1000.0), hoist
+    )
 
 
 def posture(rate: float) -> tuple[list[float], list[float]]:
@@ -97,7 +103,9 @@ def compute_responses(hoist: Any, rate: float, u: tuple[float, ...]) -> np.ndarr
 def test_falls_without_friction_share_the_load(falls: int) -> None:
     """Each of n falls carries what the lead line does, however many sheaves lead it to the drum."""
     for lead_sheaves in (0, 1, 3):
-        pull, lead, smallest, lost = follow_rope(Reeving(falls, lead_sheaves), 1.0, 700.0, AT_REST, G)
+        pull, lead, smallest, lost = follow_rope(
+            Reeving(falls, lead_sheaves), 1.0, 700.0, AT_REST, G
+        )
         assert pull == pytest.approx(falls * lead, rel=1e-12)  # rounding of twelve sums
         assert (lead, smallest, lost) == (700.0, 700.0, 0.0)
 
@@ -111,23 +119,33 @@ def test_a_rope_that_slips_over_fixed_sheaves_follows_euler(falls: int) -> None:
     friction, wrap = 0.12, 0.8 * pi
     ratio = RopeSlip(friction, wrap).ratio(0.2)
     expected = exp(friction * wrap * (falls - 1 + 2))
-    assert follow_rope(Reeving(falls, 2), ratio, 1.0, AT_REST, G)[1] == pytest.approx(expected, rel=1e-9)
-    assert follow_rope(Reeving(falls, 2), 1.0 / ratio, 1.0, AT_REST, G)[1] == pytest.approx(1.0 / expected, rel=1e-9)
+    assert follow_rope(Reeving(falls, 2), ratio, 1.0, AT_REST, G)[1] == pytest.approx(
+        expected, rel=1e-9
+    )
+    assert follow_rope(Reeving(falls, 2), 1.0 / ratio, 1.0, AT_REST, G)[1] == pytest.approx(
+        1.0 / expected, rel=1e-9
+    )
 
 
 @pytest.mark.parametrize("falls", [5])
 def test_a_block_has_the_efficiency_of_the_standard(falls: int) -> None:
     """Load over n times the lead line is η_lead (1 - η^n) / (n (1 - η)), as in DIN 15020-1."""
     eta = 0.97
-    pull, lead, _, _ = follow_rope(Reeving(falls, 0), SheaveEfficiency(eta).ratio(0.2), 1.0, AT_REST, G)
-    assert pull / (falls * lead) == pytest.approx((1 - eta**falls) / (falls * (1 - eta)), rel=1e-12)  # rounding
+    pull, lead, _, _ = follow_rope(
+        Reeving(falls, 0), SheaveEfficiency(eta).ratio(0.2), 1.0, AT_REST, G
+    )
+    assert pull / (falls * lead) == pytest.approx(
+        (1 - eta**falls) / (falls * (1 - eta)), rel=1e-12
+    )  # rounding
 
 
 def test_a_bearing_takes_the_moment_of_the_resultant() -> None:
     """The ratio by a plain bearing is that of the moments on a sheave under two parallel falls."""
     friction, pin, radius, low = 0.15, 0.03, 0.2, 500.0
     high = SheaveBearing(friction, pin).ratio(radius) * low
-    assert (high - low) * radius == pytest.approx(friction * (high + low) * pin, rel=1e-12)  # rounding
+    assert (high - low) * radius == pytest.approx(
+        friction * (high + low) * pin, rel=1e-12
+    )  # rounding
 
 
 def rope_point_depth(s: float, length: float) -> float:
@@ -149,13 +167,26 @@ def explicit_energy(length: float, rate: float) -> tuple[float, float]:
     for fall in range(n):
         for node, weight in zip(nodes, weights, strict=True):
             s, mass = (fall + 0.5 + 0.5 * node) * length, density * 0.5 * weight * length
-            speed = rate * (rope_point_depth(s, length + step) - rope_point_depth(s, length - step)) / (2.0 * step)
-            kinetic, potential = kinetic + 0.5 * mass * speed**2, potential - mass * G * rope_point_depth(s, length)
+            speed = (
+                rate
+                * (rope_point_depth(s, length + step) - rope_point_depth(s, length - step))
+                / (2.0 * step)
+            )
+            kinetic, potential = (
+                kinetic + 0.5 * mass * speed**2,
+                potential - mass * G * rope_point_depth(s, length),
+            )
     wound = FULL_REEVING.length - n * length
     kinetic += 0.5 * density * wound * (n * rate) ** 2
-    for speed in [*range(1, n), n]:  # of sheaves of the blocks and of the lead sheave, over the rate of the length
+    for speed in [
+        *range(1, n),
+        n,
+    ]:  # of sheaves of the blocks and of the lead sheave, over the rate of the length
         kinetic += 0.5 * FULL_REEVING.sheave_mass * (speed * rate) ** 2
-    radius = 0.4 + sum(0.05 * smootherstep((wound - full) / turn + 0.5) for full, turn in ((30.0, 3.0), (66.0, 3.6)))
+    radius = 0.4 + sum(
+        0.05 * smootherstep((wound - full) / turn + 0.5)
+        for full, turn in ((30.0, 3.0), (66.0, 3.6))
+    )
     return kinetic + 0.5 * 35.0 * (n * rate / radius) ** 2, potential
 
 
@@ -177,16 +208,24 @@ def test_the_length_obeys_lagranges_equation(length: float) -> None:
     At 6.1 m the rope climbs onto a layer, where the drum's inertia changes with the length.
     """
     rate, force, pull, h = -1.3, -700.0, 3.1e4, 1e-3
-    assert explicit_energy(length, rate) == pytest.approx(reeving_energy(FULL_REEVING, length, rate, G), rel=1e-10)
+    assert explicit_energy(length, rate) == pytest.approx(
+        reeving_energy(FULL_REEVING, length, rate, G), rel=1e-10
+    )
     kinetic = {i: explicit_energy(length + i * h, 1.0)[0] for i in range(-3, 4)}
     potential = {i: explicit_energy(length + i * h, 1.0)[1] for i in range(-3, 4)}
 
-    def slope(f: dict[int, float]) -> float:  # of sixth order: its error and the rounding are below 1e-10
+    def slope(
+        f: dict[int, float],
+    ) -> float:  # of sixth order: its error and the rounding are below 1e-10
         return float((45.0 * (f[1] - f[-1]) - 9.0 * (f[2] - f[-2]) + (f[3] - f[-3])) / (60.0 * h))
 
     mass = 2.0 * kinetic[0]
-    expected = (FULL_REEVING.falls * force + pull - slope(potential) - slope(kinetic) * rate**2) / mass
-    inv_mass, bias = reeved_acceleration(FULL_REEVING._replace(loss=None), 1.0, force, length, rate, G)
+    expected = (
+        FULL_REEVING.falls * force + pull - slope(potential) - slope(kinetic) * rate**2
+    ) / mass
+    inv_mass, bias = reeved_acceleration(
+        FULL_REEVING._replace(loss=None), 1.0, force, length, rate, G
+    )
     assert inv_mass == pytest.approx(1.0 / mass, rel=1e-9)
     assert bias + inv_mass * pull == pytest.approx(expected, rel=1e-9)
 
@@ -198,11 +237,21 @@ def test_friction_of_every_sheave_is_in_the_equations(direction: float) -> None:
     All sheaves have bearings.
     """
     n, lead, mass, loss_share, inertia, radius = 5, 2, 40.0, 0.02, 60.0, 0.4
-    speeds = [*[n] * lead, *range(n - 1, 0, -1)]  # of the sheaves from the drum on, over the length's rate
+    speeds = [
+        *[n] * lead,
+        *range(n - 1, 0, -1),
+    ]  # of the sheaves from the drum on, over the length's rate
     force, pull, size = -900.0, 5200.0, len(speeds) + 2
-    a, b = np.zeros((size, size)), np.zeros(size)  # unknown: tensions from the drum on, acceleration
+    a, b = (
+        np.zeros((size, size)),
+        np.zeros(size),
+    )  # unknown: tensions from the drum on, acceleration
     for i, speed in enumerate(speeds):
-        a[i, i], a[i, i + 1], a[i, -1] = -1 - direction * loss_share, 1 - direction * loss_share, -mass * speed
+        a[i, i], a[i, i + 1], a[i, -1] = (
+            -1 - direction * loss_share,
+            1 - direction * loss_share,
+            -mass * speed,
+        )
     a[-2, 0], a[-2, -1], b[-2] = 1.0, -inertia / radius**2 * n, -force
     a[-1, lead:-1], b[-1] = 1.0, pull
     solved = np.linalg.solve(a, b)
@@ -213,7 +262,10 @@ def test_friction_of_every_sheave_is_in_the_equations(direction: float) -> None:
     assert bias + inv_mass * pull == pytest.approx(solved[-1], rel=1e-9)
     found = follow_rope(reeving, factor, solved[-2], (5.0, 0.7 * direction, solved[-1]), G)
     assert found[:2] == pytest.approx((pull, solved[0]), rel=1e-9)
-    moments = [direction * loss_share * (x + y) * s for x, y, s in zip(solved, solved[1:], speeds, strict=False)]
+    moments = [
+        direction * loss_share * (x + y) * s
+        for x, y, s in zip(solved, solved[1:], speeds, strict=False)
+    ]
     assert found[3] == pytest.approx(sum(moments), rel=1e-9)
 
 
@@ -222,8 +274,12 @@ def test_a_reeving_without_inertia_and_loss_changes_nothing() -> None:
     u = (10.0, -20.0, -9000.0)
     plain = compute_responses(MasslessHoist(), 0.3, u)
     assert compute_responses(ReevedHoist(Reeving(1, 1)), 0.3, u).tobytes() == plain.tobytes()
-    np.testing.assert_allclose(compute_responses(ReevedHoist(Reeving(12, 1)), 0.3, u), plain, rtol=1e-12)
-    rates = [compute_responses(MotionHoist(0.4, reeving), 0.3, u) for reeving in (None, FULL_REEVING)]
+    np.testing.assert_allclose(
+        compute_responses(ReevedHoist(Reeving(12, 1)), 0.3, u), plain, rtol=1e-12
+    )
+    rates = [
+        compute_responses(MotionHoist(0.4, reeving), 0.3, u) for reeving in (None, FULL_REEVING)
+    ]
     assert rates[0].tobytes() == rates[1].tobytes()
 
 
@@ -244,9 +300,9 @@ def test_power_is_what_the_drive_gives_and_friction_takes(direction: float) -> N
     tensions, share, taken = rows[0, :5], 0.03 / 2.03, 0.0  # of the ratio 1.03
     for k, speed in enumerate([4, 3, 2, 1]):
         taken += share * (tensions[k] + tensions[k + 1]) * speed * abs(rate)
-        assert (tensions[k + 1] - tensions[k] - 12.0 * speed * acceleration) * direction == pytest.approx(
-            share * (tensions[k] + tensions[k + 1]), rel=1e-9
-        )
+        assert (
+            tensions[k + 1] - tensions[k] - 12.0 * speed * acceleration
+        ) * direction == pytest.approx(share * (tensions[k] + tensions[k + 1]), rel=1e-9)
     winch = 80.0 + 40.0 * exp(-((0.3 / 0.2) ** 2)) + 30.0 * abs(rate)
     assert work == pytest.approx(driven - taken - winch * abs(rate), rel=1e-9)
 
@@ -261,9 +317,13 @@ def test_energy_balances_over_layers_stick_and_slip() -> None:
     rope = SCENE["rope"] | {"reeving": reeving, "friction": friction}
     run = crane_sim.simulate(SCENE | {"rope": rope, "inputs": inputs})
     assert [what.split()[-1] for _, what in run.events] == ["backwards", "sticks", "forwards"]
-    assert run.summary["energy_audit_max"] < 1e-9  # ten times the method's tolerance over the run's steps
+    assert (
+        run.summary["energy_audit_max"] < 1e-9
+    )  # ten times the method's tolerance over the run's steps
     wound = 85.8 - 4.0 * run.q[:, 2]
-    full = 2 * pi * 10 * (0.25 + 0.27 + 0.29 + 0.31)  # m, in four layers; it climbs half a turn to either side of it
+    full = (
+        2 * pi * 10 * (0.25 + 0.27 + 0.29 + 0.31)
+    )  # m, in four layers; it climbs half a turn to either side of it
     assert wound[0] < full - pi * 0.31 / 2 and wound.max() > full + pi * 0.31
 
 
@@ -280,7 +340,9 @@ def test_a_load_at_rest_neither_creeps_nor_breaks_loose_early() -> None:
     still = run.t < instant
     assert np.all(run.q[still, 2] == 4.0) and np.all(run.v[still, 2] == 0.0)
     assert run.lead_line[0] == pytest.approx(WEIGHT / 4, rel=1e-9)
-    assert run.falls[0] == pytest.approx(WEIGHT / 4 * np.ones(4), rel=1e-9)  # at the drum's pull no friction is used
+    assert run.falls[0] == pytest.approx(
+        WEIGHT / 4 * np.ones(4), rel=1e-9
+    )  # at the drum's pull no friction is used
 
 
 def test_a_run_ends_where_a_fall_goes_slack() -> None:
@@ -290,7 +352,9 @@ def test_a_run_ends_where_a_fall_goes_slack() -> None:
     """
     rope = SCENE["rope"] | {"reeving": REEVED}
     inputs = {"rope": table((0, -WEIGHT), (1, 4 * WEIGHT))}
-    with pytest.raises(crane_sim.SimulationError, match="a fall of the reeving went slack") as error:
+    with pytest.raises(
+        crane_sim.SimulationError, match="a fall of the reeving went slack"
+    ) as error:
         crane_sim.simulate(SCENE | {"rope": rope, "inputs": inputs})
     run = error.value.run
     assert run.lead_line.min() > 0.0 and run.tension[-1] > run.lead_line[-1]
@@ -301,7 +365,10 @@ def test_no_reeved_rope_pushes() -> None:
     falling = {"base_motion": {"heave": {"amplitude": 2.0, "frequency": 3.0}}}
     with pytest.raises(crane_sim.SimulationError) as error:
         crane_sim.simulate(crane_sim.load_scene(LOWERED_LOAD, falling))
-    line = "the rope over the sheaves went slack; change what moves rope or base, or take elastic `falls`"
+    line = (
+        "the rope over the sheaves went slack; change what moves rope or base, or take elastic "
+        "`falls`"
+    )
     assert line in str(error.value)
 
 
@@ -318,7 +385,9 @@ def test_a_winch_by_rate_has_tensions_and_torque() -> None:
     lead, *falls, torque = rows[0].tolist()
     pull, share = 8000.0 * (G - acceleration), 0.02 / 1.98
     assert sum(falls) == pytest.approx(pull, rel=1e-9)
-    taken = sum(share * (a + b) * s for a, b, s in zip([lead, *falls], falls, [4, 3, 2, 1], strict=False))
+    taken = sum(
+        share * (a + b) * s for a, b, s in zip([lead, *falls], falls, [4, 3, 2, 1], strict=False)
+    )
     inertia = 0.4 / 0.2**2 * (1 + 4 + 9 + 16) + 30.0 * (4 / 0.25) ** 2
     expected = -pull * rate - taken * rate + inertia * rate * acceleration
     assert torque * 4 * rate / 0.25 == pytest.approx(expected, rel=1e-9)
@@ -336,31 +405,53 @@ def test_a_torque_drives_the_drum_over_its_layers() -> None:
         radii.append(p.hoist.reeving.drum.winding_radius(90.0 - 4 * length)[0])
     assert rows[:, -1] == pytest.approx(-5000.0, rel=1e-9)
     full = np.cumsum(2 * pi * 10 * (0.25 + 0.02 * np.arange(8)))
-    assert radii == pytest.approx([0.25 + 0.02 * np.searchsorted(full, w) for w in (78.0, 26.0)], rel=1e-12)
+    assert radii == pytest.approx(
+        [0.25 + 0.02 * np.searchsorted(full, w) for w in (78.0, 26.0)], rel=1e-12
+    )
 
 
 BAD = [
     ({"rope.slack": "allow"}, "rope.slack = 'allow': falls of a reeving cannot push; take 'stop'"),
     ({"rope.drive": "locked"}, "rope.reeving: belongs to a winch that moves the rope"),
-    ({"rope.drive": "torque", "rope.reeving.drum": None}, "rope.drive = 'torque': is that of a drum"),
-    ({"rope.drive": "rate", "rope.friction": {"coulomb": 1, "static": 1}}, "rope.friction: belongs to a winch driven"),
-    ({"rope.reeving.mass_per_length": 2.0}, "rope.reeving.length: is missing; a rope with a mass_per_length"),
-    ({"rope.reeving.drum.layers": 2}, "rope.reeving.drum.turns: is missing; a drum with 2 layers needs it"),
+    (
+        {"rope.drive": "torque", "rope.reeving.drum": None},
+        "rope.drive = 'torque': is that of a drum",
+    ),
+    (
+        {"rope.drive": "rate", "rope.friction": {"coulomb": 1, "static": 1}},
+        "rope.friction: belongs to a winch driven",
+    ),
+    (
+        {"rope.reeving.mass_per_length": 2.0},
+        "rope.reeving.length: is missing; a rope with a mass_per_length",
+    ),
+    (
+        {"rope.reeving.drum.layers": 2},
+        "rope.reeving.drum.turns: is missing; a drum with 2 layers needs it",
+    ),
     (
         {"rope.reeving.drum.turns": 10, "rope.reeving.length": 90.0},
-        "rope.reeving.drum: its layers hold 15.708 m of rope, and falls of 0.001 m leave 89.996 m to it",
+        "rope.reeving.drum: its layers hold 15.708 m of rope, and falls of 0.001 m leave 89.996 m "
+        "to it",
     ),
-    ({"rope.reeving.sheaves.loss": {"kind": "efficiency", "efficiency": 1.2}}, "efficiency = 1.2: must be at most 1"),
+    (
+        {"rope.reeving.sheaves.loss": {"kind": "efficiency", "efficiency": 1.2}},
+        "efficiency = 1.2: must be at most 1",
+    ),
     (
         {"rope.reeving.sheaves.loss": {"kind": "bearing", "friction": 1.0, "pin_radius": 0.3}},
         "rope.reeving.sheaves.loss: one sheave holds inf times what pulls it; at most 1000",
     ),
     (
         {"rope.reeving.sheaves.loss": {"kind": "capstan", "friction": 0.1}},
-        "rope.reeving.sheaves.inertia = 0.4: sheaves with the loss 'capstan' stand still; must be 0",
+        "rope.reeving.sheaves.inertia = 0.4: sheaves with the loss 'capstan' stand still; must be "
+        "0",
     ),
     (
-        {"actuators": {"rope": {"motor": {"ratio": 40.0, "inertia": 1.0}}}, "rope.reeving.drum": None},
+        {
+            "actuators": {"rope": {"motor": {"ratio": 40.0, "inertia": 1.0}}},
+            "rope.reeving.drum": None,
+        },
         "actuators.rope.motor.inertia: belongs to a rope.reeving.drum with one layer",
     ),
     (

@@ -26,7 +26,12 @@ PUSHED: dict[str, Any] = {  # the point reaches its limit after one second: x = 
     "inputs": {"tip_x": {"kind": "constant", "value": 1.0}},
     "suspension.limits": {"x": [-1.0, 0.5]},
 }
-ROCKED = {"base_motion": {"surge": {"amplitude": 0.3, "frequency": 2.0}, "roll": {"amplitude": 0.1, "frequency": 1.0}}}
+ROCKED = {
+    "base_motion": {
+        "surge": {"amplitude": 0.3, "frequency": 2.0},
+        "roll": {"amplitude": 0.1, "frequency": 1.0},
+    }
+}
 LIFTED = {
     "suspension": {"height": "driven", "limits": {"z": [-0.5, 1.0]}},
     "inputs": {"tip_z": {"kind": "constant", "value": -1.0}},
@@ -38,11 +43,34 @@ POINT: dict[str, tuple[dict[str, Any], str]] = {
     "drives": ({"actuators": {"all": {"rate_limit": 100.0}}}, "x"),
 }
 FALLING = {"control": None, "reference": None, "integrator": FIXED, "duration": 1.5}
-DRAWN = {"integrator": FIXED, "duration": 0.3, "boom.limits": ["29 deg", "46 deg"], "initial.v": [0, -0.5, 0, 0, 0, 0]}
+DRAWN = {
+    "integrator": FIXED,
+    "duration": 0.3,
+    "boom.limits": ["29 deg", "46 deg"],
+    "initial.v": [0, -0.5, 0, 0, 0, 0],
+}
 KNUCKLE: dict[str, tuple[str, dict[str, Any], int, tuple[float, float], str]] = {
-    "boom": ("knuckle_setpoint", FALLING | {"boom.limits": [0.0, 1.0]}, 1, (0.0, 1.0), "boom reached its travel limit"),
-    "rope": ("knuckle_setpoint", FALLING | {"rope.limits": [1, 3]}, 3, (1, 3), "rope reached its longest length"),
-    "continuous law": ("knuckle_continuous", DRAWN, 1, (np.radians(29.0), 1.0), "boom reached its travel limit"),
+    "boom": (
+        "knuckle_setpoint",
+        FALLING | {"boom.limits": [0.0, 1.0]},
+        1,
+        (0.0, 1.0),
+        "boom reached its travel limit",
+    ),
+    "rope": (
+        "knuckle_setpoint",
+        FALLING | {"rope.limits": [1, 3]},
+        3,
+        (1, 3),
+        "rope reached its longest length",
+    ),
+    "continuous law": (
+        "knuckle_continuous",
+        DRAWN,
+        1,
+        (np.radians(29.0), 1.0),
+        "boom reached its travel limit",
+    ),
     "drives": (
         "knuckle_setpoint",
         DRAWN | {"actuators": {"all": {"lag": 0.02}}, "duration": 1.0},
@@ -51,7 +79,11 @@ KNUCKLE: dict[str, tuple[str, dict[str, Any], int, tuple[float, float], str]] = 
         "boom reached its travel limit",
     ),
 }
-WOUND = {"integrator": FIXED, "duration": 4.0, "inputs": {"rope": {"kind": "constant", "value": -0.5}}}
+WOUND = {
+    "integrator": FIXED,
+    "duration": 4.0,
+    "inputs": {"rope": {"kind": "constant", "value": -0.5}},
+}
 HANGING = {"initial.q": [0, "45 deg", "-15 deg", 2.0, 0, 0]}
 HAULED = WOUND | HANGING | {"inputs": {"rope": {"kind": "constant", "value": -15.0}}}
 ROD: dict[str, Any] = {
@@ -67,23 +99,34 @@ DROPPED = ROD | {"hoist": {"drive": "prescribed", "profile": DROP}}
 
 def hoist_scene(effort: float, **hoist: Any) -> dict[str, Any]:
     """Return a scene whose hoist is driven by a force."""
-    return ROD | {"hoist": {"drive": "force"} | hoist, "inputs": {"hoist": {"kind": "constant", "value": effort}}}
+    return ROD | {
+        "hoist": {"drive": "force"} | hoist,
+        "inputs": {"hoist": {"kind": "constant", "value": effort}},
+    }
 
 
 WINDING: dict[str, tuple[Any, dict[str, Any]]] = {
     "rate": ("knuckle_winch", WOUND | {"rope": {"drive": "rate"}}),
-    "rate, long steps": ("knuckle_winch", WOUND | {"rope": {"drive": "rate"}, "integrator": {"method": "dop853"}}),
+    "rate, long steps": (
+        "knuckle_winch",
+        WOUND | {"rope": {"drive": "rate"}, "integrator": {"method": "dop853"}},
+    ),
     "force": ("knuckle_winch", HAULED | {"rope": {"drive": "force", "limits": [0.0, 5.0]}}),
     "massless winch": (hoist_scene(-300.0), {}),
 }
 SWUNG = {"integrator": FIXED, "initial": {"direction_rate": [4.0, 0.0, 0.0]}, "duration": 1.0}
-RUNNING_OUT = {"integrator": FIXED, "duration": 0.5, "inputs": {"rope": {"kind": "constant", "value": 12.0}}}
+RUNNING_OUT = {
+    "integrator": FIXED,
+    "duration": 0.5,
+    "inputs": {"rope": {"kind": "constant", "value": 12.0}},
+}
 PUSHING: dict[str, tuple[Any, dict[str, Any], str]] = {
     "pendulum": ("pendulum_free", SWUNG, "rope.slack"),
     "rate": ("knuckle_winch", RUNNING_OUT | {"rope": {"drive": "rate"}}, "rope.slack"),
     "overhead": (DROPPED, {}, "cable.slack"),
     "straight": (
-        DROPPED | {"cable": {"model": "straight", "lengths": [2.0, 1.0], "node_masses": [0.01, 10.0]}},
+        DROPPED
+        | {"cable": {"model": "straight", "lengths": [2.0, 1.0], "node_masses": [0.01, 10.0]}},
         {},
         "cable.slack",
     ),
@@ -91,8 +134,14 @@ PUSHING: dict[str, tuple[Any, dict[str, Any], str]] = {
 FAR_DOWN = {"integrator": FIXED, "duration": 0.3}
 LQR = {"law": "lqr", "period": "continuous"}
 WINCH = FAR_DOWN | {"hoist": {"drive": "force"}}
-LAWS: dict[str, tuple[Any, dict[str, Any], int]] = {  # laws in the equations that want the rope to push, and its joint
-    "knuckle": ("knuckle_continuous", FAR_DOWN | {"reference.q": [0, "30 deg", "-10 deg", 40.0]}, 3),
+LAWS: dict[
+    str, tuple[Any, dict[str, Any], int]
+] = {  # laws in the equations that want the rope to push, and its joint
+    "knuckle": (
+        "knuckle_continuous",
+        FAR_DOWN | {"reference.q": [0, "30 deg", "-10 deg", 40.0]},
+        3,
+    ),
     "lqr": ("overhead_hoist_energy", WINCH | {"reference.q": [0.0, 80.0], "control": LQR}, 1),
 }
 
@@ -134,12 +183,16 @@ def pushing_run(name: str, slack: str) -> Run:
 def test_the_suspension_point_stops_at_its_limits(name: str) -> None:
     """A point that accelerates by 1 m/s² to a limit half a metre away ends the run at 1 s.
 
-    A drive whose effort rises by 100 1/s from 0 reaches that acceleration after 10 ms, which costs half of that time.
+    A drive whose effort rises by 100 1/s from 0 reaches that acceleration after 10 ms, which costs
+    half of that time.
     """
     changes, axis = POINT[name]
     run = run_to_end("pendulum_free", PUSHED | changes)
     assert run.end == pytest.approx(1.005 if name == "drives" else 1.0, abs=DIGITS)
-    assert f"the suspension point along {axis} reached its travel limit; change suspension.limits.{axis}" in run.error
+    assert (
+        f"the suspension point along {axis} reached its travel limit; change "
+        f"suspension.limits.{axis}" in run.error
+    )
 
 
 @pytest.mark.parametrize("name", KNUCKLE)
@@ -154,7 +207,9 @@ def test_joints_of_a_knuckle_crane_stop_at_their_limits(name: str) -> None:
     q, v = run.q[:, joint], run.v[:, joint]
     assert np.all((q >= low) & (q <= high))
     way = min(q[-1] - low, high - q[-1])
-    assert way < 0.012 * abs(v[-1])  # what is left of a period of 10 ms, some acceleration allowed for
+    assert way < 0.012 * abs(
+        v[-1]
+    )  # what is left of a period of 10 ms, some acceleration allowed for
 
 
 @pytest.mark.parametrize("name", WINDING)
@@ -180,7 +235,9 @@ def test_a_rigid_rope_pushes_only_where_it_may(name: str) -> None:
     assert "went slack, and a rigid" in stopped.error
     first = int(np.argmax(allowed.tension < 0.0))
     assert stopped.end <= 0.01 * first and np.all(stopped.tension[:-1] >= 0.0)
-    assert np.array_equal(stopped.q, allowed.q[: len(stopped.q)])  # the guard changes nothing before it fails
+    assert np.array_equal(
+        stopped.q, allowed.q[: len(stopped.q)]
+    )  # the guard changes nothing before it fails
 
 
 def test_a_rope_goes_slack_when_mechanics_say_so() -> None:
@@ -190,7 +247,9 @@ def test_a_rope_goes_slack_when_mechanics_say_so() -> None:
     """
     g, length, rate = 9.81, 1.255, 4.0  # tension 0: cos = (2 - rate² l / g) / 3
     top = np.arccos((2.0 - rate**2 * length / g) / 3.0)
-    expected = quad(lambda a: 1.0 / np.sqrt(rate**2 - 2.0 * g / length * (1.0 - np.cos(a))), 0.0, top)[0]
+    expected = quad(
+        lambda a: 1.0 / np.sqrt(rate**2 - 2.0 * g / length * (1.0 - np.cos(a))), 0.0, top
+    )[0]
     assert pushing_run("pendulum", "stop").end == pytest.approx(expected, abs=1e-4)  # steps of 5 ms
     drop = brentq(lambda t: 18.0 * (60.0 * t - 180.0 * t**2 + 120.0 * t**3) - g, 0.0, 0.1)
     assert pushing_run("overhead", "stop").end == pytest.approx(drop, abs=DIGITS)
@@ -216,10 +275,14 @@ def test_a_drum_pays_out_by_its_motor() -> None:
     """
     cable = {"model": "straight", "lengths": [2.0, 2.0], "node_masses": [4.0, 6.0]}
     scene = hoist_scene(30.0, inertia=20.0) | {"trolley": {"drive": "fixed"}, "cable": cable}
-    run = crane_sim.simulate(load_scene(scene, {"friction.hoist": {"coulomb": 0.0, "static": 0.0, "viscous": 2.0}}))
+    run = crane_sim.simulate(
+        load_scene(scene, {"friction.hoist": {"coulomb": 0.0, "static": 0.0, "viscous": 2.0}})
+    )
     rate, end = 2.0 / 30.0, (30.0 + 98.1) / 2.0  # 1/s, m/s: l' = end (1 - exp(-rate t))
     paid = end * (1.0 - (1.0 - np.exp(-rate)) / rate)
-    assert run.q[-1, run.scene.joint_names.index("hoist")] == pytest.approx(2.0 + paid, abs=1e-8)  # of steps of 5 ms
+    assert run.q[-1, run.scene.joint_names.index("hoist")] == pytest.approx(
+        2.0 + paid, abs=1e-8
+    )  # of steps of 5 ms
     assert run.summary["min_rope_tension"] > 30.0 and run.summary["saturated_steps"] == 0
     assert np.all(run.u == 30.0)
 
@@ -244,7 +307,11 @@ def test_inputs_that_push_are_counted_in_every_kind_of_run() -> None:
     for _ in range(100):
         plant.advance()
     (batched,), _ = run_with_metrics([scene])
-    counts = [plant.saturated, batched.metrics["saturated_steps"], crane_sim.simulate(scene).summary["saturated_steps"]]
+    counts = [
+        plant.saturated,
+        batched.metrics["saturated_steps"],
+        crane_sim.simulate(scene).summary["saturated_steps"],
+    ]
     assert counts == [np.sum(demands > 0.0)] * 3
 
 
@@ -272,7 +339,9 @@ def test_chains_see_every_link(name: str, hoist: str) -> None:
     scene = load_scene(ROD | {"cable": cable, "hoist": drive} | groups)
     plant = Plant(scene)
     top = [0.0, 2.0] if name == "planar" else [0.0, 0.0, 2.0]
-    with pytest.raises(SceneError, match="positions: link 2 went slack, and a rigid link must be taut there"):
+    with pytest.raises(
+        SceneError, match="positions: link 2 went slack, and a rigid link must be taut there"
+    ):
         plant.reset((*top, *links))
     plant.reset(scene.initial_q)
 
@@ -284,7 +353,9 @@ def test_batches_end_at_stops() -> None:
     errors = batch.errors
     assert errors[0] is None
     for t, error in zip((1.0, 0.5), errors[1:], strict=True):
-        match = re.match("stopped at t = ([.0-9]+) s: the suspension point along x reached", error or "")
+        match = re.match(
+            "stopped at t = ([.0-9]+) s: the suspension point along x reached", error or ""
+        )
         assert match and float(match[1]) == pytest.approx(t, abs=DIGITS)
     with pytest.raises(SimulationError) as run_to_end:
         crane_sim.simulate(scene)
@@ -304,22 +375,42 @@ def test_a_run_over_ros_ends_at_a_stop(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "changes", "message"),
     [
-        ("knuckle_setpoint", {"boom.limits": [1, 0]}, "boom.limits = [1, 0]: must be [low, high] with low < high"),
+        (
+            "knuckle_setpoint",
+            {"boom.limits": [1, 0]},
+            "boom.limits = [1, 0]: must be [low, high] with low < high",
+        ),
         (
             "knuckle_setpoint",
             {"jib.limits": [0, 1]},
             "jib.limits = [0.0, 1.0]: the jib starts outside of them, at -0",
         ),
-        ("knuckle_setpoint", {"tower.limits": [0, 0.1]}, "reference: the slew should end at 0.785398 rad, outside of"),
-        ("knuckle_pole", {"rope.limits": [0, 3]}, "rope.limits: belong to a rope that a winch moves, this drive is"),
+        (
+            "knuckle_setpoint",
+            {"tower.limits": [0, 0.1]},
+            "reference: the slew should end at 0.785398 rad, outside of",
+        ),
+        (
+            "knuckle_pole",
+            {"rope.limits": [0, 3]},
+            "rope.limits: belong to a rope that a winch moves, this drive is",
+        ),
         (
             "knuckle_winch",
             {"initial.q": [0, 0, 0, 1e-4, 0, 0]},
             "initial.q[3] = 0.0001: a rope of drive: rate is at least",
         ),
-        ("pendulum_free", {"suspension.limits": {"z": [-1, 1]}}, "suspension.limits.z: the height is fixed; take susp"),
+        (
+            "pendulum_free",
+            {"suspension.limits": {"z": [-1, 1]}},
+            "suspension.limits.z: the height is fixed; take susp",
+        ),
         ("overhead_lqr", {"trolley.limits": [-50, 0.01]}, "reference: the trolley should end at"),
-        ("overhead_hoist", {"hoist.push": True}, "hoist.push = True: belongs to a drive by force, here it is 'prescri"),
+        (
+            "overhead_hoist",
+            {"hoist.push": True},
+            "hoist.push = True: belongs to a drive by force, here it is 'prescri",
+        ),
     ],
 )
 def test_bad_limits_are_rejected_by_name(name: str, changes: dict[str, Any], message: str) -> None:

@@ -35,7 +35,12 @@ from crane_sim.models.supports.hoist import ForceHoist, MasslessHoist, MotionHoi
 from crane_sim.models.supports.knuckle_boom import Knuckle, Rod, Tower
 from crane_sim.models.supports.support import Support
 from crane_sim.models.supports.support_dynamics import constraint_effort as constraint_effort_of
-from crane_sim.models.supports.telescopic_boom import BaseSection, Superstructure, TelescopedSection, TelescopicBoom
+from crane_sim.models.supports.telescopic_boom import (
+    BaseSection,
+    Superstructure,
+    TelescopedSection,
+    TelescopicBoom,
+)
 from crane_sim.models.supports.tower_crane import JibTrolley, Slew, TowerCrane
 from crane_sim.models.suspended.crane import SuspendedCrane, solve_dynamics
 from crane_sim.models.wind_load import Windage
@@ -56,7 +61,9 @@ LENGTHS, MASSES = (2.5, 1.2, 0.8), (2.0, 1.5, 10.0)
 SUPPORTS = {
     "tower": TowerCrane(Slew(50.0), JibTrolley(8.0)),
     "mobile": TelescopicBoom(
-        Superstructure(30.0, (0.5, 1.2)), BaseSection(5.0, 2.0, 4.0), TelescopedSection(3.0, 1.5, 2.0)
+        Superstructure(30.0, (0.5, 1.2)),
+        BaseSection(5.0, 2.0, 4.0),
+        TelescopedSection(3.0, 1.5, 2.0),
     ),
     "knuckle": Knuckle(Rod(5.0, 2.0, 4.2, 0.0), Rod(4.0, 3.0, 4.0, 0.0), Tower(8.0)),
 }
@@ -108,14 +115,20 @@ def knuckle_places(q: Any) -> tuple[list[tuple[Any, Point]], Point]:
     return points, plus(elbow, along(q[2], mpf(4)))
 
 
-PLACES = {"tower": (50.0, tower_places), "mobile": (30.0, mobile_places), "knuckle": (8.0, knuckle_places)}
+PLACES = {
+    "tower": (50.0, tower_places),
+    "mobile": (30.0, mobile_places),
+    "knuckle": (8.0, knuckle_places),
+}
 
 
 def support_places(name: str, q: Any) -> tuple[list[tuple[Any, Point]], Point]:
     """Return (points of the support, its tip), relative to the base."""
     inertia, places = PLACES[name]
     points, tip = places(q)
-    return [*ring_points(inertia, q[0]), *((m, rotate(2, q[0], r)) for m, r in points)], rotate(2, q[0], tip)
+    return [*ring_points(inertia, q[0]), *((m, rotate(2, q[0], r)) for m, r in points)], rotate(
+        2, q[0], tip
+    )
 
 
 def direction(angles: Any) -> Point:
@@ -147,7 +160,10 @@ def crane_places(name: str, rigid: bool, sea: bool) -> Any:
     def places(t: Any, q: Any) -> list[tuple[Any, Point]]:
         points, node = support_places(name, q)
         for k in range(3):
-            n, length = direction(q[ns + 1 + 2 * k : ns + 3 + 2 * k]), q[ns] if k == 0 else mpf(LENGTHS[k])
+            n, length = (
+                direction(q[ns + 1 + 2 * k : ns + 3 + 2 * k]),
+                q[ns] if k == 0 else mpf(LENGTHS[k]),
+            )
             node = plus(node, tuple(length * a for a in n))
             if k < 2 or not rigid:
                 points.append((mpf(MASSES[k]), node))
@@ -192,7 +208,8 @@ def mapped(name: str, q: Any, v: Any, a: Any) -> tuple[Any, Any, Any]:
     with mp.workdps(60):
         h, (q, v, a) = mpf(10) ** -18, ([mpf(float(x)) for x in row] for row in (q, v, a))
         low, middle, high = (
-            joints_of(name, [x + s * y + s * s * z / 2 for x, y, z in zip(q, v, a, strict=True)]) for s in (-h, 0, h)
+            joints_of(name, [x + s * y + s * s * z / 2 for x, y, z in zip(q, v, a, strict=True)])
+            for s in (-h, 0, h)
         )
         first = [(x - y) / (2 * h) for x, y in zip(high, low, strict=True)]
         second = [(x - 2 * y + z) / h**2 for x, y, z in zip(high, middle, low, strict=True)]
@@ -210,20 +227,46 @@ def test_accelerations_are_those_of_point_masses(name: str, rigid: bool, sea: bo
     The tower crane at sea has a body in the wind, which presses beside its centre.
     """
     rng, ns, t = np.random.default_rng(5), len(START[name]), 1.3
-    q = np.array([*START[name], LENGTHS[0], 0.7, 0.4, -1.1, 0.5, 2.0, 0.3, *([0.5, -0.4, 0.8] if rigid else [])])
+    q = np.array(
+        [
+            *START[name],
+            LENGTHS[0],
+            0.7,
+            0.4,
+            -1.1,
+            0.5,
+            2.0,
+            0.3,
+            *([0.5, -0.4, 0.8] if rigid else []),
+        ]
+    )
     v = rng.uniform(-0.6, 0.6, len(q))
     drives = rng.uniform(-20.0, 20.0, ns)
     winch, added = -120.0, np.zeros(len(q))
     added[ns] = 1.5
     efforts = np.concatenate([drives, [winch], np.zeros(len(q) - ns - 1)])
-    extras = Extras(added, None, pressure_point, press) if rigid and sea and name == "tower" else Extras(added)
+    extras = (
+        Extras(added, None, pressure_point, press)
+        if rigid and sea and name == "tower"
+        else Extras(added)
+    )
     expected = accelerations(crane_places(name, rigid, sea), t, q, v, efforts, extras)
     load = body() if rigid else PointLoad(MASSES[-1])
     cable = Chain(np.array(MASSES), np.array(LENGTHS))
-    crane = SuspendedCrane(Support(SUPPORTS[name]), cable, load, ForceHoist(1.5), base=base() if sea else None)
+    crane = SuspendedCrane(
+        Support(SUPPORTS[name]), cable, load, ForceHoist(1.5), base=base() if sea else None
+    )
     if extras.pushed is not None:
         load = body()._replace(windage=Windage(3.0, 1.3), pressure_centre=PRESSED)
-        steady = Wind(hypot(*WIND), 10.0, None, (WIND[0] / hypot(*WIND), WIND[1] / hypot(*WIND)), 0.0, 1.2, NO_GUSTS)
+        steady = Wind(
+            hypot(*WIND),
+            10.0,
+            None,
+            (WIND[0] / hypot(*WIND), WIND[1] / hypot(*WIND)),
+            0.0,
+            1.2,
+            NO_GUSTS,
+        )
         crane = crane._replace(load=load, wind=steady)
     joints, rates, second = mapped(name, q, v, expected)
     state = system.state(crane, t, joints, rates)
@@ -231,21 +274,32 @@ def test_accelerations_are_those_of_point_masses(name: str, rigid: bool, sea: bo
     np.testing.assert_allclose(read[0], joints, rtol=0.0, atol=1e-15)
     np.testing.assert_allclose(read[1], rates, rtol=0.0, atol=1e-14)  # rounding of rates below 1
     got = system.acceleration(crane, t, state, (*map(float, drives), winch))
-    np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))  # rounding, 50 terms
+    np.testing.assert_allclose(
+        got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max())
+    )  # rounding, 50 terms
 
 
-@pytest.mark.parametrize("swing", [None, LinearFriction(3.0, 2.0), QuadraticFriction(3.0, 2.0)], ids=str)
+@pytest.mark.parametrize(
+    "swing", [None, LinearFriction(3.0, 2.0), QuadraticFriction(3.0, 2.0)], ids=str
+)
 def test_one_link_and_a_point_mass_are_the_crane_with_one_rope(swing: Any) -> None:
     """Below a boom, both models have the same accelerations and tension.
 
     This holds by a winch's force and by imposed motion.
     """
     q, v = (0.3, 0.6, -0.2, 2.5, 0.4, -0.3), (0.2, -0.1, 0.3, 0.2, -0.5, 0.4)
-    for rope, hoist, winch in ((ForceRope(), MasslessHoist(), -14.0), (MotionRope(0.4), MotionHoist(0.4), 0.3)):
-        simple = Crane(SUPPORTS["knuckle"], rope, PointLoad(1.4), drag=PayloadDrag(0.3), base=base())
+    for rope, hoist, winch in (
+        (ForceRope(), MasslessHoist(), -14.0),
+        (MotionRope(0.4), MotionHoist(0.4), 0.3),
+    ):
+        simple = Crane(
+            SUPPORTS["knuckle"], rope, PointLoad(1.4), drag=PayloadDrag(0.3), base=base()
+        )
         simple = simple._replace(swing_friction=swing)
         cable = Chain(np.array([1.4]), np.array([2.5]))
-        crane = SuspendedCrane(Support(simple.support), cable, simple.load, hoist, drag=simple.drag, base=simple.base)
+        crane = SuspendedCrane(
+            Support(simple.support), cable, simple.load, hoist, drag=simple.drag, base=simple.base
+        )
         crane = crane._replace(swing_friction=swing)
         u, results = (3.0, 40.0, 15.0, winch), []
         for p in (simple, crane):
@@ -253,8 +307,12 @@ def test_one_link_and_a_point_mass_are_the_crane_with_one_rope(swing: Any) -> No
             system.tensions(p, 0.7, x, u, tensions, 0, 0)
             energies = system.kinetic(p, x), system.potential(p, x), *system.base_energy(p, 0.7, x)
             powers = (system.power(p, 0.7, x, u),)
-            results.append(np.array([*system.acceleration(p, 0.7, x, u), tensions[0, 0], *energies, *powers]))
-        np.testing.assert_allclose(results[1], results[0], rtol=1e-12, atol=1e-12)  # rounding of some 50 terms
+            results.append(
+                np.array([*system.acceleration(p, 0.7, x, u), tensions[0, 0], *energies, *powers])
+            )
+        np.testing.assert_allclose(
+            results[1], results[0], rtol=1e-12, atol=1e-12
+        )  # rounding of some 50 terms
 
 
 DRY = Friction(3.0, 5.0, 0.7)
@@ -273,8 +331,8 @@ def test_joints_that_stick_are_constraints_of_virtual_work(case: str, sea: bool)
 
     Friction holds some joints; the others have motors and friction.
 
-    The reference leaves the coordinates of the joints that stick out. What these hold is the effort that keeps them
-    from accelerating where nothing holds them.
+    The reference leaves the coordinates of the joints that stick out. What these hold is the effort
+    that keeps them from accelerating where nothing holds them.
     """
     (name, held), t, rng = STUCK[case], 1.3, np.random.default_rng(8)
     ns = len(START[name])
@@ -302,12 +360,19 @@ def test_joints_that_stick_are_constraints_of_virtual_work(case: str, sea: bool)
     x, u = system.state(crane, t, joints, rates), (*map(float, drives), winch)
     assert list(x[-ns:]) == list(slips)
     got = system.acceleration(crane, t, x, u)
-    np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))  # rounding, 50 terms
+    np.testing.assert_allclose(
+        got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max())
+    )  # rounding, 50 terms
     assert not got[list(held)].any()
-    loose, forces = crane._replace(support=support._replace(frictions=None)), np.array([*efforts[:ns], winch])
+    loose, forces = (
+        crane._replace(support=support._replace(frictions=None)),
+        np.array([*efforts[:ns], winch]),
+    )
     forces[list(held)] -= [constraint_effort(crane, t, x, u, i) for i in held]
     freed = system.acceleration(loose, t, x[:-ns], tuple(map(float, forces)))
-    np.testing.assert_allclose(freed, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))  # as above
+    np.testing.assert_allclose(
+        freed, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max())
+    )  # as above
 
 
 def constraint_effort(crane: SuspendedCrane, t: float, x: Any, u: Any, joint: int) -> float:
@@ -333,7 +398,9 @@ def test_a_knuckle_boom_held_in_line_is_a_telescopic_boom() -> None:
     for support, posture in cases.values():
         held = Support(support, None, (None, DRY, DRY))
         crane = SuspendedCrane(held, cable, PointLoad(14.0), ForceHoist(1.5), base=base())
-        x = system.state(crane, 0.7, np.array([q[0], *posture, *q[1:]]), np.array([v[0], 0.0, 0.0, *v[1:]]))
+        x = system.state(
+            crane, 0.7, np.array([q[0], *posture, *q[1:]]), np.array([v[0], 0.0, 0.0, *v[1:]])
+        )
         results.append(system.acceleration(crane, 0.7, x, (3.0, 0.0, 0.0, -110.0)))
     np.testing.assert_allclose(*results, rtol=0.0, atol=1e-12)  # rounding of some 50 terms
 
@@ -349,7 +416,8 @@ def test_cables_below_a_driven_point_are_those_of_point_masses(rigid: bool, driv
 
     The accelerations are compared.
 
-    The reference has the point's place as a function of time, with the velocity and acceleration of this instant.
+    The reference has the point's place as a function of time, with the velocity and acceleration of
+    this instant.
     """
     rng, now, tip = np.random.default_rng(5), 1.3, (0.4, 6.0, 1.0)
     q = np.array([0.7, 0.4, -1.1, 0.5, 2.0, 0.3, *([0.5, -0.4, 0.8] if rigid else [])])
@@ -357,7 +425,9 @@ def test_cables_below_a_driven_point_are_those_of_point_masses(rigid: bool, driv
 
     def places(t: Any, q: Any) -> list[tuple[Any, Point]]:
         s, points = t - mpf(now), []
-        node = tuple(mpf(x) + s * mpf(u) + s * s / 2 * mpf(a) for x, u, a in zip(tip, *MOVES, strict=True))
+        node = tuple(
+            mpf(x) + s * mpf(u) + s * s / 2 * mpf(a) for x, u, a in zip(tip, *MOVES, strict=True)
+        )
         for k in range(3):
             node = plus(node, tuple(mpf(LENGTHS[k]) * a for a in direction(q[2 * k : 2 * k + 2])))
             if k < 2 or not rigid:
@@ -369,7 +439,10 @@ def test_cables_below_a_driven_point_are_those_of_point_masses(rigid: bool, driv
     expected = accelerations(places, now, q, v, np.zeros(len(q)))
     joints, rates, second = directed(q, v, expected)
     servo = DRIVES[drive]
-    u = [a if servo is None else x + (a + servo.kd * w) / servo.kp for x, w, a in zip(tip, *MOVES, strict=True)]
+    u = [
+        a if servo is None else x + (a + servo.kd * w) / servo.kp
+        for x, w, a in zip(tip, *MOVES, strict=True)
+    ]
     load = body() if rigid else PointLoad(MASSES[-1])
     cable = Chain(np.array(MASSES), np.array(LENGTHS))
     crane = SuspendedCrane(Support(DrivenPoint(servo, Lift())), cable, load, base=base())
@@ -386,7 +459,9 @@ def directed(q: Any, v: Any, a: Any) -> Any:
         rows = []
         for s in (-h, 0, h):
             angles = [x + s * y + s * s * z / 2 for x, y, z in zip(q, v, a, strict=True)]
-            links = [component for k in range(3) for component in direction(angles[2 * k : 2 * k + 2])]
+            links = [
+                component for k in range(3) for component in direction(angles[2 * k : 2 * k + 2])
+            ]
             rows.append([*links, *(attitude(angles[6:]) if len(angles) > 6 else [])])
         low, middle, high = rows
         first = [(x - y) / (2 * h) for x, y in zip(high, low, strict=True)]
@@ -400,7 +475,12 @@ def test_one_link_and_a_point_mass_below_a_driven_point_are_the_simple_pendulum(
     They have the same accelerations, tension, energies and power.
     """
     q, v = (0.3, 0.6, -0.2, 0.36, 0.48, -0.8), (0.2, -0.1, 0.3, 0.8, -0.6, 0.0)
-    support, load, u, results = DrivenPoint(Servo(4.0, 3.0), Lift()), PointLoad(1.4), (0.5, 0.2, 0.1), []
+    support, load, u, results = (
+        DrivenPoint(Servo(4.0, 3.0), Lift()),
+        PointLoad(1.4),
+        (0.5, 0.2, 0.1),
+        [],
+    )
     cable = Chain(np.array([1.4]), np.array([2.5]))
     for p in (
         Crane(support, LockedRope(2.5), load, drag=PayloadDrag(0.3), base=base()),
@@ -410,21 +490,31 @@ def test_one_link_and_a_point_mass_below_a_driven_point_are_the_simple_pendulum(
         system.tensions(p, 0.7, x, u, tensions, 0, 0)
         energies = system.kinetic(p, x), system.potential(p, x), *system.base_energy(p, 0.7, x)
         power = system.power(p, 0.7, x, u)
-        results.append(np.array([*system.acceleration(p, 0.7, x, u), tensions[0, 0], *energies, power]))
-    np.testing.assert_allclose(results[1], results[0], rtol=1e-12, atol=1e-12)  # rounding of some 50 terms
+        results.append(
+            np.array([*system.acceleration(p, 0.7, x, u), tensions[0, 0], *energies, power])
+        )
+    np.testing.assert_allclose(
+        results[1], results[0], rtol=1e-12, atol=1e-12
+    )  # rounding of some 50 terms
 
 
 def test_hook_and_load_below_a_driven_point_have_two_modes() -> None:
     """The frequencies of a hanging double pendulum are those of its characteristic equation.
 
-    With R the ratio of load to hook: ω⁴ - g (1 + R)(1/a + 1/b) ω² + g² (1 + R) / (a b) = 0 for lengths a, b.
+    With R the ratio of load to hook: ω⁴ - g (1 + R)(1/a + 1/b) ω² + g² (1 + R) / (a b) = 0 for
+    lengths a, b.
     """
     hook, load, a, b, g = 60.0, 180.0, 4.0, 1.5, 9.81
-    p = SuspendedCrane(Support(DrivenPoint()), Chain(np.array([hook, load]), np.array([a, b])), PointLoad(load))
+    p = SuspendedCrane(
+        Support(DrivenPoint()), Chain(np.array([hook, load]), np.array([a, b])), PointLoad(load)
+    )
     q = np.array([0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, -1.0])
     jacobian, _ = system.compute_jacobian(p, 0.0, system.state(p, 0.0, q, np.zeros(9)), (0.0, 0.0))
     stiffness = -jacobian[np.ix_([12, 15], [3, 6])]  # of the links along x; rates begin at 9
-    half, product = 0.5 * g * (1 + load / hook) * (1 / a + 1 / b), g * g * (1 + load / hook) / (a * b)
+    half, product = (
+        0.5 * g * (1 + load / hook) * (1 / a + 1 / b),
+        g * g * (1 + load / hook) / (a * b),
+    )
     squares = half + np.array([-1.0, 1.0]) * np.sqrt(half * half - product)
     found = np.sort(np.linalg.eigvals(stiffness).real)
     np.testing.assert_allclose(found, squares, rtol=1e-12)  # some thousand roundings

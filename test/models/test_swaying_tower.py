@@ -5,7 +5,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from point_masses import Extras, Point, accelerations, mp, mpf, mpmath, on_base, plus, rod_points, rotate
+from point_masses import (
+    Extras,
+    Point,
+    accelerations,
+    mp,
+    mpf,
+    mpmath,
+    on_base,
+    plus,
+    rod_points,
+    rotate,
+)
 
 from crane_sim import system
 from crane_sim.models.cables.chain import Chain
@@ -27,7 +38,11 @@ SEA = {
 }
 LENGTHS, MASSES = (2.5, 1.2), (2.0, 10.0)
 TROLLEY, HEIGHT, STIFFNESS, DAMPING = 8.0, 5.0, 4e3, 30.0
-JIB, BEHIND, HEAD = (4.0, 3.0, 12.0), (6.0, -2.0), 5.0  # mass, centre, inertia; mass and place of ballast; mast's head
+JIB, BEHIND, HEAD = (
+    (4.0, 3.0, 12.0),
+    (6.0, -2.0),
+    5.0,
+)  # mass, centre, inertia; mass and place of ballast; mast's head
 Q = np.array([0.4, 6.0, 0.07, -0.11, LENGTHS[0], 0.7, 0.4, -1.1, 0.5])
 V = np.random.default_rng(5).uniform(-0.6, 0.6, len(Q))
 
@@ -43,17 +58,25 @@ def support(stiffness: float = STIFFNESS) -> SwayingTower:
     """Return the support."""
     masses, places = structure()
     inertia = sum(m * x * x for m, x in zip(masses, places, strict=True))
-    return SwayingTower(TowerCrane(Slew(inertia), JibTrolley(TROLLEY)), masses, places, HEIGHT, stiffness, DAMPING)
+    return SwayingTower(
+        TowerCrane(Slew(inertia), JibTrolley(TROLLEY)), masses, places, HEIGHT, stiffness, DAMPING
+    )
 
 
 def crane(sea: bool, stiffness: float = STIFFNESS) -> SuspendedCrane:
     """Return the crane, at sea on a moving base."""
     keys = ("amplitude", "frequency", "phase")
     terms = np.array([[SEA.get(axis, {}).get(key, 0.0) for key in keys] for axis in AXES])
-    base = Base(np.zeros(6), *(np.ascontiguousarray(part[:, None]) for part in terms.T)) if sea else None
+    base = (
+        Base(np.zeros(6), *(np.ascontiguousarray(part[:, None]) for part in terms.T))
+        if sea
+        else None
+    )
     cable = Chain(np.array(MASSES), np.array(LENGTHS))
     load, winch = PointLoad(MASSES[-1]), ForceHoist(1.5)
-    return SuspendedCrane(Support(support(stiffness)), cable, load, winch, energy_meter=Meter(), base=base)
+    return SuspendedCrane(
+        Support(support(stiffness)), cable, load, winch, energy_meter=Meter(), base=base
+    )
 
 
 def on_mast(q: Any, x: Any) -> Point:
@@ -95,7 +118,8 @@ def mapped(q: Any, v: Any, a: Any) -> Any:
     with mp.workdps(60):
         h, (q, v, a) = mpf(10) ** -18, ([mpf(float(x)) for x in row] for row in (q, v, a))
         low, middle, high = (
-            joints([x + s * y + s * s * z / 2 for x, y, z in zip(q, v, a, strict=True)]) for s in (-h, 0, h)
+            joints([x + s * y + s * s * z / 2 for x, y, z in zip(q, v, a, strict=True)])
+            for s in (-h, 0, h)
         )
         first = [(x - y) / (2 * h) for x, y in zip(high, low, strict=True)]
         second = [(x - 2 * y + z) / h**2 for x, y, z in zip(high, middle, low, strict=True)]
@@ -106,7 +130,10 @@ def mapped(q: Any, v: Any, a: Any) -> Any:
 def test_accelerations_are_those_of_point_masses(sea: bool) -> None:
     """All accelerations agree with virtual work of point masses and springs, at sea too."""
     t, drives, winch = 1.3, np.random.default_rng(7).uniform(-20.0, 20.0, 2), -120.0
-    added, efforts = np.zeros(9), np.array([*drives, *(-DAMPING * V[2:4]), winch, 0.0, 0.0, 0.0, 0.0])
+    added, efforts = (
+        np.zeros(9),
+        np.array([*drives, *(-DAMPING * V[2:4]), winch, 0.0, 0.0, 0.0, 0.0]),
+    )
     added[4] = 1.5
 
     def at(t: Any, q: Any) -> list[tuple[Any, Point]]:
@@ -120,7 +147,9 @@ def test_accelerations_are_those_of_point_masses(sea: bool) -> None:
     np.testing.assert_allclose(read[0], position, rtol=0.0, atol=1e-15)
     np.testing.assert_allclose(read[1], rates, rtol=0.0, atol=1e-14)  # rounding of rates below 1
     got = system.acceleration(p, t, x, (*map(float, drives), winch))
-    np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-12 * abs(second).max())  # rounding, 50 terms
+    np.testing.assert_allclose(
+        got, second, rtol=0.0, atol=1e-12 * abs(second).max()
+    )  # rounding, 50 terms
 
 
 @pytest.mark.parametrize("sea", [False, True], ids=["at rest", "at sea"])
@@ -129,7 +158,9 @@ def test_the_meter_counts_all_power(sea: bool) -> None:
     p, t = crane(sea), 1.3
     x, u = system.state(p, t, *mapped(Q, V, 0.0 * V)[:2]), (5.0, -7.0, -120.0)
     slope, h = system.rhs(p, t, x, u), 1e-6
-    low, high = (system.kinetic(p, y) + system.potential(p, y) for y in (x - h * slope, x + h * slope))
+    low, high = (
+        system.kinetic(p, y) + system.potential(p, y) for y in (x - h * slope, x + h * slope)
+    )
     assert slope[-1] == pytest.approx(system.power(p, t, x, u), rel=1e-15)
     assert (high - low) / (2 * h) == pytest.approx(
         slope[-1], abs=1e-8 * (abs(slope[-1]) + abs(low))
@@ -141,14 +172,21 @@ def test_a_mast_sways_at_the_frequency_of_a_closed_form() -> None:
 
     M is the mass of all on its head.
 
-    The jib is symmetric and the load weighs nothing; the weight at height h lowers the frequency (Rayleigh).
+    The jib is symmetric and the load weighs nothing; the weight at height h lowers the frequency
+    (Rayleigh).
     """
     masses, places_of = (50.0, 50.0, 30.0), (1e3, -1e3, 0.0)
-    tower = SwayingTower(TowerCrane(Slew(1e8), JibTrolley(1e-9)), masses, places_of, HEIGHT, STIFFNESS, 0.0)
+    tower = SwayingTower(
+        TowerCrane(Slew(1e8), JibTrolley(1e-9)), masses, places_of, HEIGHT, STIFFNESS, 0.0
+    )
     light = Chain(np.array([1e-9]), np.array([1.0]))
     p = SuspendedCrane(Support(tower), light, PointLoad(1e-9))
     small = 1e-6
-    q = np.array([0.0, 1.0, 1.0, 0.0, 0.0, small, 0.0])  # about the base's x axis: the head goes to -y
+    q = np.array(
+        [0.0, 1.0, 1.0, 0.0, 0.0, small, 0.0]
+    )  # about the base's x axis: the head goes to -y
     x = system.state(p, 0.0, q, np.zeros(7))
     got = -system.acceleration(p, 0.0, x, (0.0, 0.0))[5] / small
-    assert got == pytest.approx(STIFFNESS / (130.0 * HEIGHT**2) - 9.81 / HEIGHT, rel=1e-6)  # the light load, small²
+    assert got == pytest.approx(
+        STIFFNESS / (130.0 * HEIGHT**2) - 9.81 / HEIGHT, rel=1e-6
+    )  # the light load, small²

@@ -32,14 +32,20 @@ def weights(masses: Any) -> Any:
     return G * np.cumsum(np.array(masses)[::-1])[::-1]
 
 
-STRETCHED = [[0.0, -z] for z in np.cumsum(np.array(NODES["lengths"]) + weights(NODES["node_masses"]) / 1e5).tolist()]
+STRETCHED = [
+    [0.0, -z]
+    for z in np.cumsum(np.array(NODES["lengths"]) + weights(NODES["node_masses"]) / 1e5).tolist()
+]
 HANGING: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "rigid": ({"model": "rigid"}, {}),
     "straight": ({"model": "straight"}, {}),
     "auto": ({"model": "auto"}, {}),
     "space": ({"model": "rigid"}, {"dimensions": 3, "bridge": {"drive": "fixed"}}),
     "turning rods": ({"model": "rigid", "inertia": 0.1}, {}),
-    "moving base": ({"model": "rigid"}, {"base_motion": {"heave": {"amplitude": 0.0, "frequency": 1.0}}}),
+    "moving base": (
+        {"model": "rigid"},
+        {"base_motion": {"heave": {"amplitude": 0.0, "frequency": 1.0}}},
+    ),
     "elastic": ({"model": "elastic", "stiffness": 1e5}, {"initial": {"positions": STRETCHED}}),
 }
 
@@ -62,7 +68,9 @@ def test_a_straight_cable_pulls_as_its_chain_does(lengths: list[float]) -> None:
     rod, chain = (scene_of(cable | {"model": model}, **trolley) for model in ("straight", "rigid"))
     actual = tensions(rod, [0.0, 0.5], [0.4, 1.2])
     expected = tensions(chain, [0.0, *[0.5] * len(lengths)], [0.4, *[1.2] * len(lengths)])
-    assert actual == pytest.approx(expected, abs=2e-3)  # N of 68: the rod's error is some multiple of the light masses'
+    assert actual == pytest.approx(
+        expected, abs=2e-3
+    )  # N of 68: the rod's error is some multiple of the light masses'
     assert np.ptp(actual) > 5e-4  # each link carries another load
 
 
@@ -86,7 +94,9 @@ def test_a_run_has_the_tensions_of_its_loop() -> None:
     cable = {"model": "straight", "lengths": [1.0, 0.5], "node_masses": [1e-3, 10.0]}
     run = crane_sim.simulate(scene_of(cable, initial={"angles": 1.0}))
     assert run.tensions.shape == (len(run.t), 2) and np.array_equal(run.tension, run.tensions[:, 0])
-    assert run.tensions == pytest.approx(run.derived.tensions, rel=1e-12)  # rounding of angles to states
+    assert run.tensions == pytest.approx(
+        run.derived.tensions, rel=1e-12
+    )  # rounding of angles to states
     assert np.all(run.tensions[:, 1] < run.tension)
     periods = run.tensions[:-1]
     assert run.summary["min_rope_tension"] == np.min(periods) == np.min(periods[:, 1])
@@ -95,17 +105,29 @@ def test_a_run_has_the_tensions_of_its_loop() -> None:
     assert layout_of_scene(run.scene, "run").ropes.tensions == ("link 1", "link 2")
 
 
-def test_periods_with_a_cable_that_pushes_are_counted_and_named(capsys: pytest.CaptureFixture[str]) -> None:
+def test_periods_with_a_cable_that_pushes_are_counted_and_named(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     """A point that falls faster than its payload pushes it: every such period is counted.
 
     The terminal says so.
     """
-    document = {"crane": "pendulum", "duration": 0.2, "rope": {"length": 1.0}, "payload": {"mass": 2.0}}
-    scene = crane_sim.load_scene(document | {"suspension": {"drive": "acceleration", "height": "driven"}})
+    document = {
+        "crane": "pendulum",
+        "duration": 0.2,
+        "rope": {"length": 1.0},
+        "payload": {"mass": 2.0},
+    }
+    scene = crane_sim.load_scene(
+        document | {"suspension": {"drive": "acceleration", "height": "driven"}}
+    )
     run = crane_sim.simulate(scene, law=lambda t, q, v: (0.0, 0.0, -3.0 * G if t < 0.0499 else 0.0))
     assert run.summary["negative_tension_steps"] == np.count_nonzero(run.tension < 0.0) == 5
     assert run.summary["min_rope_tension"] == pytest.approx(-4.0 * G)
     print_summary(run.summary, scene)
-    assert "the cable was under compression of up to 39.24 N in 5 of 20 periods" in capsys.readouterr().out
+    assert (
+        "the cable was under compression of up to 39.24 N in 5 of 20 periods"
+        in capsys.readouterr().out
+    )
     print_summary(run.summary | {"negative_tension_steps": 0}, scene)
     assert "pushed" not in capsys.readouterr().out

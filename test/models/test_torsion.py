@@ -9,7 +9,18 @@ from typing import Any
 import numpy as np
 import pytest
 from point_masses import DIGITS, STEP, Extras, accelerations, mp, mpf, mpmath, rotate
-from test_suspended import LENGTHS, MASSES, START, SUPPORTS, base, body, crane_places, direction, mapped, turn
+from test_suspended import (
+    LENGTHS,
+    MASSES,
+    START,
+    SUPPORTS,
+    base,
+    body,
+    crane_places,
+    direction,
+    mapped,
+    turn,
+)
 
 import crane_sim
 from crane_sim import system
@@ -40,7 +51,10 @@ def twist(name: str, q: Any) -> Any:
     axes = [(1, 0, 0), (0, 1, 0), (0, 0, 1)]
     frame = matrix([rotate(2, q[0], tuple(map(mpf, axis))) for axis in axes])
     load = matrix([turn(q[ns + 7 :], tuple(map(mpf, axis))) for axis in axes])
-    path = [(mpf(0), mpf(0), mpf(-1)), *(direction(q[ns + 1 + 2 * k : ns + 3 + 2 * k]) for k in range(3))]
+    path = [
+        (mpf(0), mpf(0), mpf(-1)),
+        *(direction(q[ns + 1 + 2 * k : ns + 3 + 2 * k]) for k in range(3)),
+    ]
     for a, b in zip(path, [*path[1:], tuple(-load[i, 2] for i in range(3))], strict=True):
         frame = bend_matrix(a, b) * frame
     turned = frame.T * load
@@ -49,7 +63,9 @@ def twist(name: str, q: Any) -> Any:
 
 def gradient(name: str, q: Any) -> Any:
     """Return the derivatives of the twist by all coordinates."""
-    moved = [[[a + s * STEP * (i == k) for k, a in enumerate(q)] for s in (1, -1)] for i in range(len(q))]
+    moved = [
+        [[a + s * STEP * (i == k) for k, a in enumerate(q)] for s in (1, -1)] for i in range(len(q))
+    ]
     return [(twist(name, up) - twist(name, down)) / (2 * STEP) for up, down in moved]
 
 
@@ -73,13 +89,22 @@ def test_accelerations_are_those_of_virtual_work(name: str, sea: bool) -> None:
     expected = accelerations(crane_places(name, True, sea), t, q, v, damped, extras)
     joints, rates, second = mapped(name, q, v, expected)
     cable = Chain(np.array(MASSES), np.array(LENGTHS))
-    p = SuspendedCrane(Support(SUPPORTS[name]), cable, body(), ForceHoist(1.5), base=base() if sea else None)
+    p = SuspendedCrane(
+        Support(SUPPORTS[name]), cable, body(), ForceHoist(1.5), base=base() if sea else None
+    )
     p = p._replace(torsion=Torsion(STIFFNESS, DAMPING))
     state = system.state(p, t, joints, rates)
     got = system.acceleration(p, t, state, tuple(map(float, efforts[: ns + 1])))
-    np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))  # rounding, 60 terms
-    for sign, turned in ((1.0, angle), (-1.0, angle - 2.0 * pi)):  # the opposite quaternion: the rope has one turn more
-        at = system.state(p, t, np.concatenate([joints[:-4], sign * joints[-4:]]), np.zeros(len(rates)))
+    np.testing.assert_allclose(
+        got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max())
+    )  # rounding, 60 terms
+    for sign, turned in (
+        (1.0, angle),
+        (-1.0, angle - 2.0 * pi),
+    ):  # the opposite quaternion: the rope has one turn more
+        at = system.state(
+            p, t, np.concatenate([joints[:-4], sign * joints[-4:]]), np.zeros(len(rates))
+        )
         stored = system.potential(p, at) - system.potential(p._replace(torsion=None), at)
         assert stored == pytest.approx(0.5 * STIFFNESS * turned**2, rel=1e-12)
 
@@ -107,7 +132,9 @@ def test_a_load_that_turns_and_swings() -> None:
     omega, rate, damping = sqrt(TWIST / INERTIA), 2.9, 15.0
     run = crane_sim.simulate(SCENE)
     yaw = 2.0 * np.arctan2(run.q[:, 11], run.q[:, 8])
-    np.testing.assert_allclose(yaw, rate / omega * np.sin(omega * run.t), rtol=0.0, atol=1e-9 * rate / omega)
+    np.testing.assert_allclose(
+        yaw, rate / omega * np.sin(omega * run.t), rtol=0.0, atol=1e-9 * rate / omega
+    )
     decay = damping / (2.0 * INERTIA)
     slower = sqrt(omega**2 - decay**2)
     run = crane_sim.simulate(SCENE, overrides={"rope.torsion.damping": damping})
@@ -124,7 +151,9 @@ def test_a_run_ends_before_a_whole_turn() -> None:
 
     6 rad is the twist of the rope.
     """
-    with pytest.raises(crane_sim.SimulationError, match="the rope is twisted by almost a turn") as error:
+    with pytest.raises(
+        crane_sim.SimulationError, match="the rope is twisted by almost a turn"
+    ) as error:
         crane_sim.simulate(SCENE, overrides={"initial.rigging.angular_velocity": [0.0, 0.0, 4.0]})
     omega = sqrt(TWIST / INERTIA)
     assert f"{asin(6.0 * omega / 4.0) / omega:.4g}"[:4] in str(error.value)
@@ -133,9 +162,15 @@ def test_a_run_ends_before_a_whole_turn() -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"payload": {"mass": 5.0}, "initial.rigging": None}, "rope.torsion: belongs to a payload that is a body"),
+        (
+            {"payload": {"mass": 5.0}, "initial.rigging": None},
+            "rope.torsion: belongs to a payload that is a body",
+        ),
         ({"rope.torsion.stiffness": 0.0}, "rope.torsion.stiffness = 0.0: must be greater than 0"),
-        ({"rope.torsion.damping": -1.0}, "rope.torsion.damping = -1.0: must be greater than or equal to 0"),
+        (
+            {"rope.torsion.damping": -1.0},
+            "rope.torsion.damping = -1.0: must be greater than or equal to 0",
+        ),
         (
             {"integrator": {"method": "rk4", "step": 9.0}},
             "integrator.step = 9: too large for the stiffest motion, 13.7",

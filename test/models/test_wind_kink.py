@@ -21,12 +21,18 @@ SWUNG: dict[str, Any] = {
     "duration": 10.0,
     "rope": {"length": 5.0},
     "payload": {"mass": 100.0, "windage": {"area": 2.0, "drag_coefficient": 1.2}},
-    "wind": {"speed": 12.0, "origin_height": 7.2, "profile": {"law": "power", "exponent": 0.2, "lowest": 3.0}},
+    "wind": {
+        "speed": 12.0,
+        "origin_height": 7.2,
+        "profile": {"law": "power", "exponent": 0.2, "lowest": 3.0},
+    },
     "initial": {"direction": [0.5**0.5, 0.0, -(0.5**0.5)]},
 }
 END = [0.9470024362710641, -4.90949960644633]
 """x and z after 10 s, of SciPy's DOP853 at 1e-12 between crossings of the kink that are located."""
-METHODS: dict[str, tuple[dict[str, Any], float]] = {  # and errors: without location 1e-6, 1e-8, 1e-6
+METHODS: dict[
+    str, tuple[dict[str, Any], float]
+] = {  # and errors: without location 1e-6, 1e-8, 1e-6
     "gauss16": ({"method": "gauss16", "rtol": 1e-9}, 1e-9),
     "dop853": ({"method": "dop853", "rtol": 1e-13, "atol": 1e-15}, 1e-12),
     "rk8": ({"method": "rk8", "step": 0.05}, 1e-12),
@@ -52,18 +58,30 @@ def test_automatic_methods_take_kinks_for_switches() -> None:
     kinks: list[Any] = [{}, {"suspension.height": "driven", "wind.profile.lowest": 2.0}]
     kinks += [still | {"payload_drag": {"coefficient": 1.0}}]
     kinks += [still | {"swing_friction": {"model": "quadratic", "tangential": 1.0, "radial": 1.0}}]
-    smooth = [{"wind.profile": None}, {"wind.profile.lowest": 2.0}, still]  # 5 m of rope below 7.2 m
+    smooth = [
+        {"wind.profile": None},
+        {"wind.profile.lowest": 2.0},
+        still,
+    ]  # 5 m of rope below 7.2 m
     methods = [load_scene(SWUNG, tight | changes).method for changes in (*kinks, *smooth)]
     assert [type(method) for method in methods] == [DOP853] * 4 + [Gauss16] * 3
 
 
 BODY = {"mass": 100.0, "inertia": [30.0, 20.0, 40.0], "attachment": [0.3, -0.2, 0.5]}
 TILTED = [0.9, 0.3, -0.3, 0.1]
-LINKS = {"crane": "pendulum", "duration": 1.0, "rope": {"length": 2.0}, "links": [{"mass": 5.0, "length": 0.7}]}
+LINKS = {
+    "crane": "pendulum",
+    "duration": 1.0,
+    "rope": {"length": 2.0},
+    "links": [{"mass": 5.0, "length": 0.7}],
+}
 ENDS = [[x, y, 0.0] for x in (0.4, -0.4) for y in (0.3, -0.3)]
 BODIES: dict[str, dict[str, Any]] = {
     "body on links": LINKS
-    | {"payload": BODY, "initial": {"direction": [0.6, 0.0, -0.8], "rigging": {"orientation": TILTED}}},
+    | {
+        "payload": BODY,
+        "initial": {"direction": [0.6, 0.0, -0.8], "rigging": {"orientation": TILTED}},
+    },
     "body on falls": {
         "crane": "pendulum",
         "duration": 1.0,
@@ -97,16 +115,25 @@ def test_heights_are_those_at_which_the_wind_presses(name: str) -> None:
     """
     document = windy(CRANES.get(name) or BODIES[name])
     if name in BODIES:
-        document["payload"]["windage"] = document["payload"]["windage"] | {"centre": CENTRE.tolist()}
-        key, value = ("initial.rigging.orientation", "initial.orientation")[name == "body on falls"], np.array(TILTED)
+        document["payload"]["windage"] = document["payload"]["windage"] | {
+            "centre": CENTRE.tolist()
+        }
+        key, value = (
+            ("initial.rigging.orientation", "initial.orientation")[name == "body on falls"],
+            np.array(TILTED),
+        )
         document = load_scene(document, {key: (value / np.linalg.norm(value)).tolist()}).to_dict()
     scene = load_scene(document)
     height = 9.0 + pressed_height(name, scene)
     for side in (1.0, -1.0):
         model = load_scene(document, {"wind.profile.lowest": height - side * 0.01}).model
         x = system.state(model, TIME, np.array(scene.initial_q), np.array(scene.initial_v))
-        assert height_above_kink(model, TIME, x) == pytest.approx(side * 0.01, abs=1e-12)  # rounding
-        assert system.kink_guard(model, 1.0, TIME, x, TIME, x) == pytest.approx(0.01 + BAND, abs=1e-12)
+        assert height_above_kink(model, TIME, x) == pytest.approx(
+            side * 0.01, abs=1e-12
+        )  # rounding
+        assert system.kink_guard(model, 1.0, TIME, x, TIME, x) == pytest.approx(
+            0.01 + BAND, abs=1e-12
+        )
         assert system.kink_guard(model, 0.001, TIME, x, TIME, x) == 0.001
 
 
@@ -115,7 +142,8 @@ def test_a_guard_fails_on_the_other_side_of_a_kink() -> None:
     scene = load_scene(SWUNG)
     q, v = np.array(scene.initial_q), np.zeros(6)
     above, below = (
-        system.state(scene.model, 0.0, np.array([*q[:3], np.sqrt(1.0 - z * z), 0.0, -z]), v) for z in (0.8, 0.9)
+        system.state(scene.model, 0.0, np.array([*q[:3], np.sqrt(1.0 - z * z), 0.0, -z]), v)
+        for z in (0.8, 0.9)
     )
     for begin, end in ((above, below), (below, above)):
         heights = [height_above_kink(scene.model, 0.0, x) for x in (begin, end)]

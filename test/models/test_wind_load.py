@@ -18,7 +18,10 @@ from crane_sim.numerics.states import add_scaled
 from crane_sim.trajectories.wind import gust_at, speed_ratio
 
 Array = np.ndarray[Any, Any]
-TIME, STEP = 1.7, 1e-3  # s; differences of order 4: 1e-12 of the fifth derivative, and 1e-13 from rounding
+TIME, STEP = (
+    1.7,
+    1e-3,
+)  # s; differences of order 4: 1e-12 of the fifth derivative, and 1e-13 from rounding
 DENSITY, AREA, DRAG = 1.3, 2.5, 1.1
 WIND = {
     "speed": 13.0,
@@ -35,14 +38,19 @@ Place = Callable[[float], Array]
 
 def rate(place: Place) -> Array:
     """Return the derivative of a place at 0."""
-    return (place(-2 * STEP) - 8.0 * place(-STEP) + 8.0 * place(STEP) - place(2 * STEP)) / (12.0 * STEP)
+    return (place(-2 * STEP) - 8.0 * place(-STEP) + 8.0 * place(STEP) - place(2 * STEP)) / (
+        12.0 * STEP
+    )
 
 
 def wind_at(scene: crane_sim.Scene, height: float) -> Array:
     """Return the wind at a height of the world at TIME, from its definition."""
     wind, (u, v, w) = scene.model.wind, (gust_at(gust, TIME) for gust in scene.model.wind.gusts)
     angle = np.deg2rad(40.0)
-    along, left = np.array([np.cos(angle), np.sin(angle), 0.0]), np.array([-np.sin(angle), np.cos(angle), 0.0])
+    along, left = (
+        np.array([np.cos(angle), np.sin(angle), 0.0]),
+        np.array([-np.sin(angle), np.cos(angle), 0.0]),
+    )
     mean = 13.0 * speed_ratio(wind.profile, 9.0 + height, 15.0)
     return (mean + u) * along + v * left + np.array([0.0, 0.0, w])
 
@@ -93,11 +101,21 @@ PLANAR = {
     "hoist": {"drive": "force", "inertia": 4.0},
     "cable": CABLE,
     "payload": {"mass": MASSES[-1]},
-    "initial": {"angles": [0.4, -0.2, 0.1], "rates": [0.3, 0.6, -0.5], "v": 0.8, "length_rate": 0.3},
+    "initial": {
+        "angles": [0.4, -0.2, 0.1],
+        "rates": [0.3, 0.6, -0.5],
+        "v": 0.8,
+        "length_rate": 0.3,
+    },
 }
 BRIDGE = {"dimensions": 3, "bridge": {"drive": "force", "mass": 3.0}}
 SPATIAL = PLANAR | BRIDGE
-SPATIAL["initial"] = {"directions": DIRECTIONS.tolist(), "rates": RATES.tolist(), "vy": 0.5, "length_rate": 0.3}
+SPATIAL["initial"] = {
+    "directions": DIRECTIONS.tolist(),
+    "rates": RATES.tolist(),
+    "vy": 0.5,
+    "length_rate": 0.3,
+}
 STIFF = CABLE | {"model": "elastic", "stiffness": 2e3, "damping": 5.0}
 ELASTIC = SPATIAL | {"cable": STIFF}
 CRANES = {
@@ -117,7 +135,9 @@ def windy(document: dict[str, Any], **wind: Any) -> dict[str, Any]:
 def pushed(document: dict[str, Any], force: Array) -> dict[str, Any]:
     """Return the document with a constant force [N] in the world on its payload, at TIME."""
     if document["crane"] != "overhead":
-        return document | {"payload_force": {a: constant(x) for a, x in zip("xyz", force, strict=True)}}
+        return document | {
+            "payload_force": {a: constant(x) for a, x in zip("xyz", force, strict=True)}
+        }
     axes = "xyz" if "bridge" in document else "xz"
     own = pose(document.get("base_motion", {}), TIME)[0][0].T @ force
     node = len(MASSES)
@@ -143,7 +163,9 @@ def test_the_force_on_a_payload(name: str) -> None:
     other = crane_sim.load_scene(pushed(CRANES[name], force_on(scene, nodes_of(scene, q, v))))
     expected = crane_sim.acceleration(other, q, v, u, TIME)
     # differences leave 1e-11 of velocities of 1e1, and accelerations are up to 1e2
-    assert crane_sim.acceleration(scene, q, v, u, TIME) == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    assert crane_sim.acceleration(scene, q, v, u, TIME) == pytest.approx(
+        expected, rel=1e-9, abs=1e-9
+    )
     powers = [power(s.model, q, v, tuple(u)) for s in (scene, other)]
     assert powers[0] == pytest.approx(powers[1], rel=1e-9)
 
@@ -163,7 +185,10 @@ def test_the_moments_on_boom_and_jib() -> None:
     document = KNUCKLE | {"base_motion": SHIP, "wind": WIND}
     for rod, centre in centres.items():
         document[rod] = KNUCKLE[rod] | {"windage": WINDAGE | {"centre": centre}}
-    scene, still = crane_sim.load_scene(document), crane_sim.load_scene(KNUCKLE | {"base_motion": SHIP})
+    scene, still = (
+        crane_sim.load_scene(document),
+        crane_sim.load_scene(KNUCKLE | {"base_motion": SHIP}),
+    )
     q, v = np.array(scene.initial_q), np.array([0.5, -0.3, 0.4, 0.2, -0.6, 0.7])
 
     def direction(angles: Array, i: int) -> Array:
@@ -183,11 +208,15 @@ def test_the_moments_on_boom_and_jib() -> None:
 
         turn = pose(SHIP, TIME)[0][0]
         force = force_on(scene, world, turn @ direction(q, i))
-        jacobian = np.stack([turn @ rate(lambda s, e=e, rod=rod: local(q + s * e, rod)) for e in np.eye(6)[:3]])
+        jacobian = np.stack(
+            [turn @ rate(lambda s, e=e, rod=rod: local(q + s * e, rod)) for e in np.eye(6)[:3]]
+        )
         efforts += jacobian @ force
     u = np.array([30.0, -20.0, 50.0, -100.0])
     expected = crane_sim.acceleration(still, q, v, u + np.append(efforts, 0.0), TIME)
-    assert crane_sim.acceleration(scene, q, v, u, TIME) == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    assert crane_sim.acceleration(scene, q, v, u, TIME) == pytest.approx(
+        expected, rel=1e-9, abs=1e-9
+    )
 
 
 TOWER = {
@@ -219,7 +248,10 @@ def wind_on_support(name: str) -> dict[str, Any]:
     document = SLEWING[name] | {"base_motion": SHIP, "wind": WIND}
     if name == "mobile":
         return document | {"boom": MOBILE["boom"] | {"windage": AREA_OF_BOOM}}
-    jibs = {"jib_windage": WINDAGE | {"centre": 21.0}, "counter_jib_windage": WINDAGE | {"centre": -7.0}}
+    jibs = {
+        "jib_windage": WINDAGE | {"centre": 21.0},
+        "counter_jib_windage": WINDAGE | {"centre": -7.0},
+    }
     return document | {"slew": TOWER["slew"] | jibs}
 
 
@@ -229,7 +261,9 @@ def pressure_centres(name: str, q: Array) -> list[tuple[Array, Array]]:
     if name == "tower":
         return [(centre * across, across) for centre in (21.0, -7.0)]
     along = np.cos(q[1]) * across + np.sin(q[1]) * np.array([0.0, 0.0, 1.0])
-    return [(-1.5 * across + np.array([0.0, 0.0, 2.0]) + 4.5 * along, along)]  # fixed on the boom while it telescopes
+    return [
+        (-1.5 * across + np.array([0.0, 0.0, 2.0]) + 4.5 * along, along)
+    ]  # fixed on the boom while it telescopes
 
 
 @pytest.mark.parametrize("name", SLEWING)
@@ -256,7 +290,9 @@ def test_the_moments_on_slewing_supports(name: str) -> None:
         efforts += np.stack([turn @ rate(place) for place in places]) @ force
     u = np.array([30.0, -20.0, 50.0, -100.0])[:nu]
     expected = crane_sim.acceleration(still, q, v, u + efforts, TIME)
-    assert crane_sim.acceleration(scene, q, v, u, TIME) == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    assert crane_sim.acceleration(scene, q, v, u, TIME) == pytest.approx(
+        expected, rel=1e-9, abs=1e-9
+    )
 
 
 def test_a_free_slew_weathervanes() -> None:
@@ -319,7 +355,9 @@ def test_a_load_hangs_where_wind_and_weight_balance() -> None:
     steady = {"gusts": None, "profile": None, "direction": 0.0}
     scene = crane_sim.load_scene(windy(PENDULUM, **steady))
     q = [0.0, 0.0, 0.0, np.sin(angle), 0.0, -np.cos(angle)]
-    assert crane_sim.acceleration(scene, q, np.zeros(6), [0.0, 0.0]) == pytest.approx(np.zeros(6), abs=1e-12)
+    assert crane_sim.acceleration(scene, q, np.zeros(6), [0.0, 0.0]) == pytest.approx(
+        np.zeros(6), abs=1e-12
+    )
 
 
 def test_wind_without_speed_is_drag_of_still_air() -> None:
@@ -331,7 +369,9 @@ def test_wind_without_speed_is_drag_of_still_air() -> None:
     drag = {"payload_drag": {"coefficient": 0.5 * DENSITY * DRAG * AREA}}
     still = crane_sim.load_scene(CRANES["pendulum"] | drag)
     q, v = faint.initial_q, np.array(faint.initial_v) + [0.3, -0.2, 0.0, 0.0, 0.0, 0.0]
-    actual, expected = (crane_sim.acceleration(scene, q, v, [0.0, 0.0], TIME) for scene in (faint, still))
+    actual, expected = (
+        crane_sim.acceleration(scene, q, v, [0.0, 0.0], TIME) for scene in (faint, still)
+    )
     assert actual == pytest.approx(expected, rel=1e-12, abs=1e-11)
 
 
@@ -344,10 +384,14 @@ def test_zero_strength_is_absence(name: str, what: str) -> None:
 
     The model is the same.
     """
-    document = {key: value for key, value in CRANES[name].items() if key != "base_motion"} | {"duration": 0.05}
+    document = {key: value for key, value in CRANES[name].items() if key != "base_motion"} | {
+        "duration": 0.05
+    }
     zero = windy(document, **(ABSENT[what] if what == "speed" else {}))
     if what != "speed":
         zero["payload"] = zero["payload"] | {"windage": WINDAGE | ABSENT[what]}
     runs = [crane_sim.simulate(each) for each in (document, zero)]
-    assert type(runs[0].scene.model) is type(runs[1].scene.model) and runs[1].scene.model.wind is None
+    assert (
+        type(runs[0].scene.model) is type(runs[1].scene.model) and runs[1].scene.model.wind is None
+    )
     assert runs[0].summary["state_sha256"] == runs[1].summary["state_sha256"]

@@ -28,7 +28,9 @@ ROD = Rod(5.0, 2.0, 4.2), Rod(4.0, 3.0, 4.0)
 SPRINGS = BoomSpring(30.0, 0.3), JibSpring(20.0, -0.2, True)
 CASES = {
     "thin rods": Knuckle(*ROD, Tower(8.0)),
-    "rods with axial inertia": Knuckle(*(rod._replace(axial_inertia=0.3) for rod in ROD), Tower(8.0)),
+    "rods with axial inertia": Knuckle(
+        *(rod._replace(axial_inertia=0.3) for rod in ROD), Tower(8.0)
+    ),
     "springs and motors": Knuckle(*ROD, Tower(8.0), *SPRINGS, motors=MOTORS),
 }
 
@@ -45,13 +47,21 @@ def test_tree_equals_closed_form(name: str, moving: bool) -> None:
         q, v = rng.uniform(-0.7, 0.7, 3), rng.standard_normal(3)
         u, (force, along) = tuple(rng.standard_normal(3) * 50.0), rng.standard_normal((2, 3)) * 20.0
         w, alpha, imposed = rng.standard_normal((3, 3)) * 0.3
-        base = BaseKinematics((0.0, 0.0, 0.0), tuple(imposed), tuple(w), tuple(alpha)) if moving else None
+        base = (
+            BaseKinematics((0.0, 0.0, 0.0), tuple(imposed), tuple(w), tuple(alpha))
+            if moving
+            else None
+        )
         ours = of_tree(CASES[name], q, v, u, base, tuple(force), tuple(along))
         theirs = of_closed_form(CASES[name], q, v, u, base, tuple(force), tuple(along))
-        np.testing.assert_allclose(ours, theirs, rtol=1e-11, atol=1e-11 * max(map(abs, theirs[:-1])))
+        np.testing.assert_allclose(
+            ours, theirs, rtol=1e-11, atol=1e-11 * max(map(abs, theirs[:-1]))
+        )
 
 
-def of_tree(knuckle: Knuckle, q: Any, v: Any, u: Any, base: Any, force: Any, along: Any) -> tuple[float, ...]:
+def of_tree(
+    knuckle: Knuckle, q: Any, v: Any, u: Any, base: Any, force: Any, along: Any
+) -> tuple[float, ...]:
     """Return (accelerations, the tip's mobility along a vector) by the tree.
 
     Vectors are in the slewing frame.
@@ -65,7 +75,9 @@ def of_tree(knuckle: Knuckle, q: Any, v: Any, u: Any, base: Any, force: Any, alo
     return (*accelerations(dynamics, net, ()), linear.inner(levers, responses(dynamics, levers)))
 
 
-def of_closed_form(knuckle: Knuckle, q: Any, v: Any, u: Any, base: Any, force: Any, along: Any) -> tuple[float, ...]:
+def of_closed_form(
+    knuckle: Knuckle, q: Any, v: Any, u: Any, base: Any, force: Any, along: Any
+) -> tuple[float, ...]:
     """Return the same by the closed form."""
     pose = knuckle.forward_kinematics((*q, *v))
     tau = knuckle.add_base_efforts(u, turned_about_z(base, q[0]), pose)

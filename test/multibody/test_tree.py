@@ -9,7 +9,13 @@ from random_trees import RandomStructure, random_state, random_tree, vector
 from tree_lagrange import GRAVITY, MovingBase, lagrange_efforts, reaction
 
 from crane_sim.models.supports.friction import Friction
-from crane_sim.models.supports.support import Posture, Support, SupportState, compute_posture, tip_acceleration
+from crane_sim.models.supports.support import (
+    Posture,
+    Support,
+    SupportState,
+    compute_posture,
+    tip_acceleration,
+)
 from crane_sim.models.supports.support_dynamics import (
     Dynamics,
     accelerations,
@@ -65,7 +71,9 @@ def motors_of(rng: np.random.Generator, n: int) -> tuple[float, ...]:
 
 def random_base(rng: np.random.Generator) -> MovingBase:
     """Return a base with a speed and an acceleration in all six directions."""
-    return MovingBase((vector(rng), vector(rng), vector(rng)), (vector(rng), vector(rng), vector(rng)))
+    return MovingBase(
+        (vector(rng), vector(rng), vector(rng)), (vector(rng), vector(rng), vector(rng))
+    )
 
 
 def slewing_tree(rng: np.random.Generator, n: int) -> Tree:
@@ -85,8 +93,8 @@ def test_equations_and_reaction_equal_lagranges(seed: int, make: Any) -> None:
 
     They agree to 1e-12 of their size.
 
-    The accelerations of those efforts come out of Lagrange's equations again; force and moment on the base balance
-    what moves the bodies (d'Alembert).
+    The accelerations of those efforts come out of Lagrange's equations again; force and moment on
+    the base balance what moves the bodies (d'Alembert).
     """
     rng = np.random.default_rng(seed)
     tree, motors = make(rng, 4), motors_of(rng, 4)
@@ -97,7 +105,9 @@ def test_equations_and_reaction_equal_lagranges(seed: int, make: Any) -> None:
         solved = solve(support_of(tree, motors), q, v, tau, motion)
         a = solved.accelerations
         size = max(map(abs, solved.net)) + abs(full(solved.dynamics.matrix)).max()
-        np.testing.assert_allclose(lagrange_efforts(tree, base, q, v, a, motors), tau, atol=1e-12 * size)
+        np.testing.assert_allclose(
+            lagrange_efforts(tree, base, q, v, a, motors), tau, atol=1e-12 * size
+        )
         force, moment = reaction(tree, base, q, v, a)
         wrench = base_reaction(solved.posture, solved.dynamics, GRAVITY, motion, a)
     for ours, exact in ((wrench.force, force), (wrench.moment, moment)):
@@ -123,9 +133,13 @@ def test_random_trees_equal_pinocchios(n: int) -> None:
         solved = solve(support_of(tree, motors), q, v, tau)
         exact = pinocchio.crba(model, data, np.array(q))
         exact = np.triu(exact) + np.triu(exact, 1).T + np.diag(motors)
-        np.testing.assert_allclose(full(solved.dynamics.matrix), exact, atol=1e-12 * abs(exact).max())
+        np.testing.assert_allclose(
+            full(solved.dynamics.matrix), exact, atol=1e-12 * abs(exact).max()
+        )
         bias = pinocchio.nonLinearEffects(model, data, np.array(q), np.array(v))
-        np.testing.assert_allclose(np.subtract(tau, solved.net), bias, atol=1e-12 * (1.0 + abs(bias).max()))
+        np.testing.assert_allclose(
+            np.subtract(tau, solved.net), bias, atol=1e-12 * (1.0 + abs(bias).max())
+        )
         expected = np.linalg.solve(exact, np.array(tau) - bias)
         tolerance = 1e-12 * np.linalg.cond(exact) * (1.0 + abs(expected).max())
         np.testing.assert_allclose(solved.accelerations, expected, atol=tolerance)
@@ -142,9 +156,13 @@ def test_the_tips_force_velocity_and_acceleration_belong_together(make: Any) -> 
     q, v, tau = (np.array(x) for x in random_state(rng, 5))
     force, solved = vector(rng), solve(support, q, v, tau)
     levers = tip_efforts(solved.posture, force)
-    assert np.dot(levers, v) == pytest.approx(np.dot(force, solved.posture.tip_velocity), rel=1e-13, abs=1e-13)
+    assert np.dot(levers, v) == pytest.approx(
+        np.dot(force, solved.posture.tip_velocity), rel=1e-13, abs=1e-13
+    )
     pulled = solve(support, q, v, tau + levers)
-    with_force, without = (np.array(tip_acceleration(each.posture, each.accelerations)) for each in (pulled, solved))
+    with_force, without = (
+        np.array(tip_acceleration(each.posture, each.accelerations)) for each in (pulled, solved)
+    )
     answer = np.dot(with_force - without, to_base_axes(solved.posture.kinematics.turn, force))
     ours = linear.inner(levers, responses(solved.dynamics, levers))
     assert ours == pytest.approx(answer, rel=1e-11)
@@ -167,9 +185,13 @@ def test_a_joint_that_sticks_leaves_the_equations() -> None:
     held = solve(support._replace(frictions=(None, None, DRY, None)), q, v, tau)
     assert held.accelerations[2] == 0.0
     motors = support.motors or ()
-    welded = support._replace(motors=(*motors[:2], 1e14, motors[3]))  # it hardly moves: by 1e-14 of the others
+    welded = support._replace(
+        motors=(*motors[:2], 1e14, motors[3])
+    )  # it hardly moves: by 1e-14 of the others
     expected = solve(welded, q, v, tau).accelerations
-    np.testing.assert_allclose(held.accelerations, expected, atol=1e-11 * max(map(abs, held.accelerations)))
+    np.testing.assert_allclose(
+        held.accelerations, expected, atol=1e-11 * max(map(abs, held.accelerations))
+    )
     effort = constraint_effort(held.dynamics, held.net, held.accelerations, 2)
     freed = solve(support, q, v, np.array(tau) - effort * np.eye(4)[2]).accelerations
     np.testing.assert_allclose(freed, held.accelerations, atol=1e-12 * max(map(abs, freed)))
@@ -191,7 +213,8 @@ def test_power_of_gravity_and_efforts_is_the_change_of_kinetic_energy() -> None:
         moved = solve(support, place, np.array(v) + t * a, tau)
         return kinetic_energy(moved.posture, moved.dynamics)
 
-    h = 1e-4  # four-point differences of order 4: an error of 1e-13 of the energy's fifth derivative
+    # four-point differences of order 4: an error of 1e-13 of the energy's fifth derivative
+    h = 1e-4
     rate = (8.0 * (kinetic(h) - kinetic(-h)) - (kinetic(2 * h) - kinetic(-2 * h))) / (12.0 * h)
     weight = sum(
         body.mass * GRAVITY * point_velocity(solved.posture.kinematics, Point(i, body.centre))[2]

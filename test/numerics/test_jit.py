@@ -8,7 +8,15 @@ import pytest
 
 import crane_sim
 from crane_sim.numerics import jit
-from crane_sim.numerics.states import add, add_scaled, dimension, leaves, scale, squared_error_norm, weighted_sum
+from crane_sim.numerics.states import (
+    add,
+    add_scaled,
+    dimension,
+    leaves,
+    scale,
+    squared_error_norm,
+    weighted_sum,
+)
 
 
 @jit.entry_point
@@ -75,7 +83,11 @@ def test_a_generic_function_chooses_by_type() -> None:
     assert compiled_mass(None, 3.0) == mass_of(None, 3.0) == 3.0
     assert compiled_mass(Part(2.0), 3.0) == mass_of(Part(2.0), 3.0) == 2.0
     assert compiled_mass(Pair(2.0, 1.0), 3.0) == mass_of(Pair(2.0, 1.0), 3.0) == 2.0
-    assert mass_of.has_implementation(Part) and mass_of.has_implementation(Pair) and not mass_of.has_implementation(int)
+    assert (
+        mass_of.has_implementation(Part)
+        and mass_of.has_implementation(Pair)
+        and not mass_of.has_implementation(int)
+    )
 
 
 @pytest.mark.parametrize("group", ["springs", "swing_friction", "payload_drag", "inputs"])
@@ -108,5 +120,7 @@ def test_arrays_are_kept_alive() -> None:
     total, returned = change_repeatedly((0.0, held), given, 1000)
     assert total == 3000.0 and np.array_equal(returned, [0.0, 1.0, 2.0, 3.0])
     del returned
-    change_repeatedly((0.0, 1.0), np.zeros(3), 1)  # an entry point keeps the arguments of its last call
+    change_repeatedly(
+        (0.0, 1.0), np.zeros(3), 1
+    )  # an entry point keeps the arguments of its last call
     assert sys.getrefcount(given) == references

@@ -28,7 +28,9 @@ def each_sincos(angles, out):
         out[0, i], out[1, i] = sincos(angles[i])
 
 
-ANGLES = np.concatenate([np.linspace(-9.0, 9.0, 20), [0.0, -0.0, 1e4, -1e4, np.pi / 4, -np.pi / 4, 1e-9, 3.0, 1e-300]])
+ANGLES = np.concatenate(
+    [np.linspace(-9.0, 9.0, 20), [0.0, -0.0, 1e4, -1e4, np.pi / 4, -np.pi / 4, 1e-9, 3.0, 1e-300]]
+)
 
 
 @pytest.mark.parametrize("n", [0, 1, 2, 3, 7, 8, 10, 29])
@@ -39,6 +41,10 @@ def test_rows_of_any_length_have_the_bits_of_floats(n: int) -> None:
     sines = np.empty((2, len(ANGLES)))
     each_sincos(ANGLES, sines)
     for k in range(n):
-        third = 2.0 - (-ANGLES[k] * b[k] + 0.5) / (1.0 + b[k] * b[k]) + fma(ANGLES[k], b[k], 3.0 - sines[0, k])
+        third = (
+            2.0
+            - (-ANGLES[k] * b[k] + 0.5) / (1.0 + b[k] * b[k])
+            + fma(ANGLES[k], b[k], 3.0 - sines[0, k])
+        )
         assert out[:, k].tobytes() == np.array([*sines[:, k], third, 0.25]).tobytes()
     assert (out[:, n:] == 7.0).all()

@@ -9,7 +9,11 @@ from crane_sim.numerics.stage_lanes import STAGES, mix_stages, reach_stages, tak
 from crane_sim.numerics.states import dimension
 
 RANDOM = np.random.default_rng(3)
-MATRIX, NODES, SOURCE = RANDOM.normal(size=(STAGES, STAGES)), RANDOM.normal(size=STAGES), RANDOM.normal(size=(3, LANES))
+MATRIX, NODES, SOURCE = (
+    RANDOM.normal(size=(STAGES, STAGES)),
+    RANDOM.normal(size=STAGES),
+    RANDOM.normal(size=(3, LANES)),
+)
 
 
 @entry_point
@@ -36,9 +40,13 @@ def test_rows_are_those_of_linear_algebra() -> None:
     changed, weighed = compute(MATRIX, NODES, SOURCE, to)
     stages = SOURCE[:, :STAGES]
     assert to[0, :STAGES] == pytest.approx(0.3 * MATRIX.T @ stages[0], rel=1e-14, abs=1e-15)
-    assert to[1, :STAGES] == pytest.approx(0.7 - 1.3 * NODES + 0.3 * MATRIX.T @ stages[1], rel=1e-14, abs=1e-14)
+    assert to[1, :STAGES] == pytest.approx(
+        0.7 - 1.3 * NODES + 0.3 * MATRIX.T @ stages[1], rel=1e-14, abs=1e-14
+    )
     assert np.array_equal(to[2, :STAGES], stages[2]) and np.all(to[:, STAGES:] == 1.0)
-    assert changed == pytest.approx(np.sum((stages[2] - 1.0) ** 2)) and weighed == pytest.approx(NODES @ stages[1])
+    assert changed == pytest.approx(np.sum((stages[2] - 1.0) ** 2)) and weighed == pytest.approx(
+        NODES @ stages[1]
+    )
 
 
 @entry_point

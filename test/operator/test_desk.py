@@ -7,14 +7,20 @@ from crane_sim.hardware.soft_limits import ReferenceMotion, follow
 from crane_sim.operator.desk import Desk, DrivenJoint, Mode, SoftLimits
 from crane_sim.operator.inputs import Demand
 
-JOINTS = (DrivenJoint("slew", "rad", Bounds(0.3, 0.1, 0.4)), DrivenJoint("rope", "m", Bounds(0.7, 0.5, 2.0)))
+JOINTS = (
+    DrivenJoint("slew", "rad", Bounds(0.3, 0.1, 0.4)),
+    DrivenJoint("rope", "m", Bounds(0.7, 0.5, 2.0)),
+)
 TIMEOUT = 0.5
 REST, LEVERS = (0.0, 0.0), (0.3, -0.9)
 SPEEDS = (0.3 * 0.3, -0.9 * 0.7)
 
 
 FULL, NONE = SPEEDS, REST
-ON, OFF = Demand(LEVERS, True), Demand(LEVERS, False)  # levers are out, the dead man's switch held or open
+ON, OFF = (
+    Demand(LEVERS, True),
+    Demand(LEVERS, False),
+)  # levers are out, the dead man's switch held or open
 RESTING, OPEN = Demand(REST, True), Demand(REST, False)
 
 
@@ -81,7 +87,13 @@ def test_levers_begin_at_rest() -> None:
     desk = desk_at_zero()
     assert desk.take(ON, 0.0) == NONE and desk.mode == Mode.INTERLOCKED
     assert desk.take(Demand((0.3, 0.0), True), 0.1) == desk.take(RESTING, 0.2) == NONE
-    for part in (1.0, -1.0, 0.1, 1.0 / 3.0, -0.7):  # the lever's part of the largest speed, to the last bit
+    for part in (
+        1.0,
+        -1.0,
+        0.1,
+        1.0 / 3.0,
+        -0.7,
+    ):  # the lever's part of the largest speed, to the last bit
         assert desk.take(Demand((part, 0.0), True), 0.3) == (part * 0.3, 0.0)
 
 
@@ -101,7 +113,9 @@ def test_a_dragged_joint_is_named() -> None:
     limits = SoftLimits((JOINTS[0], JOINTS[1]._replace(lag=0.2)), 0.01)
     for _ in range(600):  # 6 s: both ramps are over
         limits.take((0.3, 0.7), (0.0, 0.0), (0.3, 0.7))
-    assert limits.dragged((0.37, 0.7 - 0.27)) == []  # speed / 4 + lag × acceleration: 0.075 rad/s, 0.275 m/s
+    assert (
+        limits.dragged((0.37, 0.7 - 0.27)) == []
+    )  # speed / 4 + lag × acceleration: 0.075 rad/s, 0.275 m/s
     assert limits.dragged((0.38, 0.7)) == ["slew"] and limits.dragged((0.3, 0.7 - 0.28)) == ["rope"]
     limits.reset()
     assert limits.dragged((0.0, 0.3)) == ["rope"] and limits.dragged((0.0, 0.2)) == []
@@ -117,7 +131,9 @@ def test_assistance_is_switched_once_a_press() -> None:
     assert seen == [True, False, False, False, True, True]
 
 
-@pytest.mark.parametrize(("lag", "delay"), [(0.0, 0.0), (0.2, 0.0), (1.0, 0.0), (0.0, 0.5), (0.2, 0.5)])
+@pytest.mark.parametrize(
+    ("lag", "delay"), [(0.0, 0.0), (0.2, 0.0), (1.0, 0.0), (0.0, 0.5), (0.2, 0.5)]
+)
 def test_a_drive_with_lag_stops_before_the_soft_limit(lag: float, delay: float) -> None:
     """A lever held towards a soft limit stops the joint there, also behind a delay and a lag."""
     period, low, q, v, reference = 0.01, 0.0, 5.0, 0.0, ReferenceMotion(0.0, 0.0, 0.0)

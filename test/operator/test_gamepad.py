@@ -15,7 +15,13 @@ from crane_sim.operator.levers import Buttons, make_lever_assignment
 JOINTS = ("slew", "trolley", "rope")
 CODES = {name: i for i, name in enumerate((*gamepad._STICKS, *gamepad._BUTTONS), start=16)}
 ECODES = SimpleNamespace(
-    EV_SYN=0, SYN_DROPPED=3, EV_KEY=1, EV_ABS=3, BTN_GAMEPAD=CODES["BTN_SOUTH"], BTN_JOYSTICK=-1, **CODES
+    EV_SYN=0,
+    SYN_DROPPED=3,
+    EV_KEY=1,
+    EV_ABS=3,
+    BTN_GAMEPAD=CODES["BTN_SOUTH"],
+    BTN_JOYSTICK=-1,
+    **CODES,
 )
 
 
@@ -34,8 +40,14 @@ class FakeDevice:
 
     def capabilities(self, absinfo: bool = False) -> dict[int, Any]:
         """Return sticks with 8 bits, the right one with 16 bits with a sign, and all buttons."""
-        small, large = SimpleNamespace(min=0, max=254, value=127), SimpleNamespace(min=-32768, max=32768, value=0)
-        axes = [(CODES[name], small if name in ("ABS_X", "ABS_Y") else large) for name in gamepad._STICKS]
+        small, large = (
+            SimpleNamespace(min=0, max=254, value=127),
+            SimpleNamespace(min=-32768, max=32768, value=0),
+        )
+        axes = [
+            (CODES[name], small if name in ("ABS_X", "ABS_Y") else large)
+            for name in gamepad._STICKS
+        ]
         return {ECODES.EV_ABS: axes, ECODES.EV_KEY: [CODES[name] for name in gamepad._BUTTONS]}
 
     def active_keys(self) -> list[int]:
@@ -58,7 +70,9 @@ class FakeDevice:
 @pytest.fixture
 def pad(monkeypatch: pytest.MonkeyPatch) -> gamepad.Gamepad:
     """Return an open gamepad of the double."""
-    double = SimpleNamespace(InputDevice=FakeDevice, list_devices=lambda: ["/dev/input/event3", "/dev/input/event7"])
+    double = SimpleNamespace(
+        InputDevice=FakeDevice, list_devices=lambda: ["/dev/input/event3", "/dev/input/event7"]
+    )
     monkeypatch.setattr(gamepad, "evdev", double)
     monkeypatch.setattr(gamepad, "ecodes", ECODES)
     return gamepad.Gamepad()
@@ -68,7 +82,12 @@ def test_sticks_and_buttons(pad: gamepad.Gamepad) -> None:
     """Sticks are scaled by their ranges, left and forwards positive; buttons have lever numbers."""
     device: Any = pad._device
     assert demand_of(pad.read(), make_lever_assignment(JOINTS))[:2] == ((0.0, 0.0, 0.0), True)
-    for kind, name, value in ((3, "ABS_X", 0), (3, "ABS_Y", 254), (3, "ABS_RY", -16384), (1, "BTN_EAST", 1)):
+    for kind, name, value in (
+        (3, "ABS_X", 0),
+        (3, "ABS_Y", 254),
+        (3, "ABS_RY", -16384),
+        (1, "BTN_EAST", 1),
+    ):
         device.events.append(SimpleNamespace(type=kind, code=CODES[name], value=value))
     device.events.append(SimpleNamespace(type=4, code=4, value=9))  # a scan code
     demand = demand_of(pad.read(), make_lever_assignment(JOINTS))
@@ -87,7 +106,9 @@ def test_a_gamepad_that_is_gone(pad: gamepad.Gamepad) -> None:
 
 def test_gamepads_that_are_none(pad: gamepad.Gamepad, monkeypatch: pytest.MonkeyPatch) -> None:
     """An unreadable file, a machine without gamepads and a missing package are one line each."""
-    with pytest.raises(SceneError, match="--gamepad /dev/input/event3: cannot be read: Permission denied"):
+    with pytest.raises(
+        SceneError, match="--gamepad /dev/input/event3: cannot be read: Permission denied"
+    ):
         gamepad.Gamepad("/dev/input/event3")
     monkeypatch.setattr(gamepad.evdev, "list_devices", lambda: ["/dev/input/event3"])
     with pytest.raises(SceneError, match="this machine has none that this user may read"):
@@ -97,11 +118,16 @@ def test_gamepads_that_are_none(pad: gamepad.Gamepad, monkeypatch: pytest.Monkey
         gamepad.Gamepad()
 
 
-@pytest.mark.skipif(not os.access("/dev/uinput", os.W_OK), reason="/dev/uinput is not permitted here")
+@pytest.mark.skipif(
+    not os.access("/dev/uinput", os.W_OK), reason="/dev/uinput is not permitted here"
+)
 def test_a_virtual_gamepad() -> None:
     """A kernel's virtual gamepad demands the exact part of its range; its loss is an OSError."""
     evdev = pytest.importorskip("evdev")
-    codes, info = evdev.ecodes, evdev.AbsInfo(value=0, min=-1000, max=1000, fuzz=0, flat=0, resolution=0)
+    codes, info = (
+        evdev.ecodes,
+        evdev.AbsInfo(value=0, min=-1000, max=1000, fuzz=0, flat=0, resolution=0),
+    )
     sticks = [(codes.ABS_X, info), (codes.ABS_Y, info), (codes.ABS_RX, info), (codes.ABS_RY, info)]
     buttons = [codes.BTN_SOUTH, codes.BTN_EAST, codes.BTN_TL, codes.BTN_START]
     virtual = evdev.UInput({codes.EV_ABS: sticks, codes.EV_KEY: buttons}, name="crane test pad")
@@ -110,7 +136,9 @@ def test_a_virtual_gamepad() -> None:
         virtual.write(kind, code, value)
     virtual.syn()
     wait_until(
-        lambda: demand_of(opened.read(), make_lever_assignment(JOINTS))[:2] == ((0.25, 0.0, 0.0), True),
+        lambda: (
+            demand_of(opened.read(), make_lever_assignment(JOINTS))[:2] == ((0.25, 0.0, 0.0), True)
+        ),
         "the stick",
         20.0,
     )

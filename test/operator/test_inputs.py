@@ -8,14 +8,24 @@ from math import inf, nan
 import pytest
 
 from crane_sim.files.errors import SceneError
-from crane_sim.operator.inputs import DEAD_ZONE, FIRST_HOLD, LEVELS, REPEAT_HOLD, Keyboard, Sample, demand_of
+from crane_sim.operator.inputs import (
+    DEAD_ZONE,
+    FIRST_HOLD,
+    LEVELS,
+    REPEAT_HOLD,
+    Keyboard,
+    Sample,
+    demand_of,
+)
 from crane_sim.operator.levers import NO_AXIS, Buttons, axis_name, make_lever_assignment
 
 JOINTS = ("slew", "trolley", "rope")
 HELD = tuple(int(i == Buttons().enable) for i in range(10))
 
 
-def demand_at(axes: tuple[float, ...], buttons: tuple[int, ...] = HELD, *changes: str) -> tuple[float, ...]:
+def demand_at(
+    axes: tuple[float, ...], buttons: tuple[int, ...] = HELD, *changes: str
+) -> tuple[float, ...]:
     """Return the demand of the joints for positions of a controller."""
     return demand_of(Sample(axes, buttons), make_lever_assignment(JOINTS, changes)).axes
 
@@ -36,10 +46,17 @@ def test_axes_that_say_nothing_are_at_rest(axes: tuple[float, ...]) -> None:
 def test_buttons() -> None:
     """Each button does what the assignment says; buttons that a controller lacks are open."""
     for name, number in Buttons()._asdict().items():
-        pressed = demand_of(Sample((), tuple(int(i == number) for i in range(12))), make_lever_assignment(JOINTS))
+        pressed = demand_of(
+            Sample((), tuple(int(i == number) for i in range(12))), make_lever_assignment(JOINTS)
+        )
         said = dict(zip(("enable", "stop", "release", "assistance"), pressed[1:], strict=True))
         assert said == {key: key == name for key in said}
-    assert demand_of(Sample((), ()), make_lever_assignment(JOINTS))[1:] == (False, False, False, False)
+    assert demand_of(Sample((), ()), make_lever_assignment(JOINTS))[1:] == (
+        False,
+        False,
+        False,
+        False,
+    )
 
 
 def test_changes_of_the_assignment() -> None:
@@ -84,7 +101,10 @@ def test_a_key_holds_and_ends() -> None:
         keyboard.press("w", 20.0 + 0.1 * k)
         assert keyboard.demand(20.0 + 0.1 * k).axes == (0.0, 1.0, 0.0)
     last = 20.0 + 0.1 * 19
-    assert keyboard.demand(last + REPEAT_HOLD - 0.01).enabled and not keyboard.demand(last + REPEAT_HOLD + 0.01).enabled
+    assert (
+        keyboard.demand(last + REPEAT_HOLD - 0.01).enabled
+        and not keyboard.demand(last + REPEAT_HOLD + 0.01).enabled
+    )
 
 
 def test_the_opposite_key_takes_over() -> None:

@@ -19,7 +19,9 @@ from crane_sim.operator.drives import (
 from crane_sim.simulation.plant import Plant
 
 
-def actuators_of(name: str, overrides: dict[str, Any] | None = None, **options: Any) -> dict[str, Any]:
+def actuators_of(
+    name: str, overrides: dict[str, Any] | None = None, **options: Any
+) -> dict[str, Any]:
     """Return the drives of a scene for an operator."""
     return with_operator_drives(load_scene(name, overrides), **options).to_dict()["actuators"]
 
@@ -43,7 +45,10 @@ def test_drives_by_force_follow_speeds() -> None:
     It keeps its limit.
     """
     trolley = actuators_of("tower_gust")["trolley"]
-    mass, omega = 5000.0, BANDWIDTH  # trolley, hook block and machine: the rope's direction is locked
+    mass, omega = (
+        5000.0,
+        BANDWIDTH,
+    )  # trolley, hook block and machine: the rope's direction is locked
     servo = trolley["servo"]
     assert trolley["drive"] == "velocity" and trolley["limit"] == 8.0e3
     assert servo["gain"] == pytest.approx(2.0 * omega * mass, rel=1e-6)
@@ -75,7 +80,10 @@ def test_what_the_scene_says_of_a_drive_stays() -> None:
     assert {joint: drives[joint] for joint in own} == own
     assert actuators_of("tower_gust")["rope"]["limit"] == 0.42
     faster = actuators_of("bridge_speed_drive", speeds={"trolley": 0.7, "rope": 0.1})
-    assert faster["trolley"]["servo"] == own["trolley"]["servo"] | {"max_speed": 0.7} and faster["rope"]["limit"] == 0.1
+    assert (
+        faster["trolley"]["servo"] == own["trolley"]["servo"] | {"max_speed": 0.7}
+        and faster["rope"]["limit"] == 0.1
+    )
 
 
 def test_keys_of_drives_by_effort_are_left_out() -> None:
@@ -86,15 +94,26 @@ def test_keys_of_drives_by_effort_are_left_out() -> None:
     changes = {"actuators.all": {"lag": 0.1, "rate_limit": 1e5}, "actuators.slew.deadband": 10.0}
     drives = actuators_of("knuckle_setpoint", changes)
     assert all(not {"lag", "rate_limit", "deadband"} & drive.keys() for drive in drives.values())
-    position = {"drive": "position", "servo": {"gain": 50.0, "position_gain": 1.0, "max_speed": 0.2}}
-    slew = actuators_of("knuckle_setpoint", {"actuators": {"slew": position}, "control": None})["slew"]
-    assert slew["drive"] == "velocity" and "position_gain" not in slew["servo"] and slew["servo"]["gain"] == 50.0
+    position = {
+        "drive": "position",
+        "servo": {"gain": 50.0, "position_gain": 1.0, "max_speed": 0.2},
+    }
+    slew = actuators_of("knuckle_setpoint", {"actuators": {"slew": position}, "control": None})[
+        "slew"
+    ]
+    assert (
+        slew["drive"] == "velocity"
+        and "position_gain" not in slew["servo"]
+        and slew["servo"]["gain"] == 50.0
+    )
 
 
 def test_soft_limits_stand_inside_the_travel() -> None:
     """Soft limits are a part of the travel inside limits and switches; so is the shortest rope."""
     changes = {"actuators.trolley.limit_switches": [-8.0, 8.5]}
-    trolley, bridge, rope = driven_joints(with_operator_drives(load_scene("bridge_speed_drive", changes)))
+    trolley, bridge, rope = driven_joints(
+        with_operator_drives(load_scene("bridge_speed_drive", changes))
+    )
     margin = SOFT_LIMIT_MARGIN * 16.5
     assert (trolley.low, trolley.high) == pytest.approx((-8.0 + margin, 8.5 - margin))
     assert (bridge.low, bridge.high) == (-inf, inf) and rope.lag == 0.2
@@ -134,5 +153,7 @@ def test_lags_are_those_of_drive_and_winch() -> None:
     changes = {"actuators.rope.lag": 1.0, "actuators.rope.delay": 0.5}
     scene = with_operator_drives(load_scene("bridge_hook_and_sling", changes))
     plain = with_operator_drives(load_scene("bridge_hook_and_sling"))
-    lags = [{joint.name: joint.lag for joint in driven_joints(each)}["rope"] for each in (scene, plain)]
+    lags = [
+        {joint.name: joint.lag for joint in driven_joints(each)}["rope"] for each in (scene, plain)
+    ]
     assert lags[0] - lags[1] == pytest.approx(1.5)

@@ -36,7 +36,9 @@ class Graph:
             create_client=lambda *_: SimpleNamespace(call_async=self._call),
             create_publisher=lambda *_: SimpleNamespace(publish=lambda _: None),
             create_subscription=self._subscribe,
-            get_logger=lambda: SimpleNamespace(warning=lambda line, **_: self.warnings.append(line)),
+            get_logger=lambda: SimpleNamespace(
+                warning=lambda line, **_: self.warnings.append(line)
+            ),
         )
 
     def _call(self, request: Any) -> Any:
@@ -51,30 +53,50 @@ class Graph:
         """Deliver the joints' initial positions at a time of the scene and of the wall."""
         self.now, stamp = t, round((t / self.scene.period + 1.0) * self.scene.period_ns)
         zeros = (0.0,) * len(self.scene.joint_names)
-        self._deliver(JointStateCodec(self.scene.joint_names, STATE).encode(stamp, self.scene.initial_q, zeros, zeros))
+        self._deliver(
+            JointStateCodec(self.scene.joint_names, STATE).encode(
+                stamp, self.scene.initial_q, zeros, zeros
+            )
+        )
 
 
 @pytest.fixture
-def graph(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> tuple[Graph, OperatorNode]:
+def graph(
+    request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> tuple[Graph, OperatorNode]:
     """Return the graph of a scene for an operator, and the active node on it."""
     scene = with_operator_drives(load_scene(request.param))
     graph: Any = Graph(scene)
-    monkeypatch.setattr("crane_control.nodes.operator_node.time", SimpleNamespace(monotonic=lambda: graph.now))
-    names = {"mapping": "", "assistance": False, "device_timeout": 0.5, "device": "keyboard", "expected_recorders": 0}
+    monkeypatch.setattr(
+        "crane_control.nodes.operator_node.time", SimpleNamespace(monotonic=lambda: graph.now)
+    )
+    names = {
+        "mapping": "",
+        "assistance": False,
+        "device_timeout": 0.5,
+        "device": "keyboard",
+        "expected_recorders": 0,
+    }
     node = OperatorNode(graph, SimpleNamespace(scene=scene.to_dict(), **names))
     node.set_active(True)
     return graph, node
 
 
 @pytest.mark.parametrize("graph", ["knuckle_sea"], indirect=True)
-def test_the_panel_has_the_swing_from_the_present_vertical(graph: tuple[Graph, OperatorNode]) -> None:
+def test_the_panel_has_the_swing_from_the_present_vertical(
+    graph: tuple[Graph, OperatorNode],
+) -> None:
     """On a base that moves the swing angle is that of the state's time, not that at t = 0."""
     plant, node = graph
     plant.send(7.0)
     node.on_spin()
     scene, zeros = plant.scene, (0.0,) * len(plant.scene.joint_names)
-    at_start, now = (degrees(derive_instant(scene, t, scene.initial_q, zeros).swing[0]) for t in (0.0, 7.0))
-    assert plant.panels[0]["swing_deg"] == pytest.approx(now, rel=1e-9) and abs(now - at_start) > 0.1
+    at_start, now = (
+        degrees(derive_instant(scene, t, scene.initial_q, zeros).swing[0]) for t in (0.0, 7.0)
+    )
+    assert (
+        plant.panels[0]["swing_deg"] == pytest.approx(now, rel=1e-9) and abs(now - at_start) > 0.1
+    )
 
 
 @pytest.mark.parametrize("graph", ["bridge_speed_drive"], indirect=True)

@@ -28,8 +28,12 @@ HOSTILE = {
 }
 
 
-@pytest.mark.parametrize("name", [*HOSTILE, "FASTDDS_OF_TOMORROW", "LD_PRELOAD", "PYTHONINSPECT", "ROS_OF_TOMORROW"])
-def test_nodes_do_not_get_what_would_make_them_others(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    "name", [*HOSTILE, "FASTDDS_OF_TOMORROW", "LD_PRELOAD", "PYTHONINSPECT", "ROS_OF_TOMORROW"]
+)
+def test_nodes_do_not_get_what_would_make_them_others(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Of the variables that libraries read, nodes get those of a list, or fixed values.
 
     These libraries are ROS, Fast DDS, Python and the loader.
@@ -38,7 +42,9 @@ def test_nodes_do_not_get_what_would_make_them_others(name: str, monkeypatch: py
     assert node_environment(7, Path("/tmp")).get(name) != "unusual"
 
 
-@pytest.mark.parametrize("name", ["MY_GAIN", "HOME", "ROS_SECURITY_KEYSTORE", "ROS_LOG_DIR", "PYTHONUNBUFFERED"])
+@pytest.mark.parametrize(
+    "name", ["MY_GAIN", "HOME", "ROS_SECURITY_KEYSTORE", "ROS_LOG_DIR", "PYTHONUNBUFFERED"]
+)
 def test_nodes_get_what_is_the_user_s(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """A law finds the variables of its author, ROS those of security and logs."""
     monkeypatch.setenv(name, "mine")
@@ -51,7 +57,9 @@ def other_ros(folder: Path) -> dict[str, str]:
     (packages / "__init__.py").write_text("raise ImportError('another distribution')\n")
     (folder / "lib").mkdir()
     for name in ("librcl.so", "librcutils.so", "librmw_fastrtps_cpp.so"):
-        (folder / "lib" / name).write_bytes(Path(sys.prefix, "lib", "libtracetools_status.so").read_bytes())
+        (folder / "lib" / name).write_bytes(
+            Path(sys.prefix, "lib", "libtracetools_status.so").read_bytes()
+        )
     return {
         "PYTHONPATH": str(packages.parent),
         "LD_LIBRARY_PATH": str(folder / "lib"),
@@ -67,7 +75,13 @@ def test_a_run_in_a_hostile_environment_is_the_same(tmp_path: Path) -> None:
     scene = load_scene("overhead_energy", {"duration": 0.5})
     scene.dump(tmp_path / "scene.yaml")
     before = set(os.listdir("/dev/shm"))
-    command = [Path(__file__).parents[2] / "crane", "run", tmp_path / "scene.yaml", "--no-record", "--json"]
+    command = [
+        Path(__file__).parents[2] / "crane",
+        "run",
+        tmp_path / "scene.yaml",
+        "--no-record",
+        "--json",
+    ]
     result = run_to_completion(command, env=os.environ | HOSTILE | other_ros(tmp_path))
     assert result.returncode == 0, result.stderr
     assert simulate(scene).summary["state_sha256"] in result.stdout
@@ -100,7 +114,10 @@ def test_what_is_unusual_is_listed(
     )
     for begin in expected:
         assert any(line.startswith(begin) for line in lines), begin
-    names = "CRANE_SIM_INTERPRETED, another ROS on LD_LIBRARY_PATH, another ROS on PYTHONPATH, a full /dev/shm"
+    names = (
+        "CRANE_SIM_INTERPRETED, another ROS on LD_LIBRARY_PATH, another ROS on PYTHONPATH, a full "
+        "/dev/shm"
+    )
     assert environment.describe_unusual() == f"; unusual here: {names} (crane doctor)"
 
 
@@ -126,6 +143,11 @@ def test_too_little_memory_is_one_line() -> None:
         resource.setrlimit(resource.RLIMIT_AS, (600_000 << 10, 600_000 << 10))
 
     command = [CRANE, "simulate", "overhead_energy"]
-    result = subprocess.run(command, preexec_fn=limit, capture_output=True, text=True, timeout=60.0, check=False)
+    result = subprocess.run(
+        command, preexec_fn=limit, capture_output=True, text=True, timeout=60.0, check=False
+    )
     assert result.returncode == 1 and len(result.stderr.splitlines()) == 1
-    assert "is limited to 585 MiB (ulimit -" in result.stderr and "2048 MiB are needed" in result.stderr
+    assert (
+        "is limited to 585 MiB (ulimit -" in result.stderr
+        and "2048 MiB are needed" in result.stderr
+    )

@@ -18,7 +18,9 @@ from crane_sim.ros.controller.responder import serve_responder
 def test_a_node_reports_whether_it_is_active() -> None:
     """Each activation and deactivation reaches the node, and is reported."""
     reports, activations = [], []
-    host: Any = SimpleNamespace(stop_reason="finish", wait=lambda _: None, report_ready=lambda: None)
+    host: Any = SimpleNamespace(
+        stop_reason="finish", wait=lambda _: None, report_ready=lambda: None
+    )
     host.pipes = SimpleNamespace(report=lambda event, **fields: reports.append((event, fields)))
 
     def manage(autostart: bool, on_change: Any) -> None:
@@ -26,7 +28,9 @@ def test_a_node_reports_whether_it_is_active() -> None:
             on_change(active)
 
     host.manage = manage
-    node: Any = SimpleNamespace(set_active=activations.append, missing=lambda: "", finish=dict, refused=Counter)
+    node: Any = SimpleNamespace(
+        set_active=activations.append, missing=lambda: "", finish=dict, refused=Counter
+    )
     serve_responder(host, node, True)
     assert activations == [True, False, True]
     assert [fields["active"] for event, fields in reports if event == "active"] == activations
@@ -49,7 +53,8 @@ def test_a_child_has_the_reported_activation() -> None:
 
 
 @pytest.mark.parametrize(
-    ("inactive", "killed"), [(None, True), ("plant", False), ("controller", False), ("tracker", False)]
+    ("inactive", "killed"),
+    [(None, True), ("plant", False), ("controller", False), ("tracker", False)],
 )
 def test_a_controller_is_not_killed_while_a_node_is_inactive(
     inactive: str | None, killed: bool, monkeypatch: pytest.MonkeyPatch
@@ -70,8 +75,12 @@ def test_a_controller_is_not_killed_while_a_node_is_inactive(
 
     roles: list[Any] = [SimpleNamespace(name="plant", active=plant)]
     for name in ("controller", "tracker"):
-        active = SimpleNamespace(pid=1, ready=True, fault="", active=inactive != name, send_signal=signals.append)
-        roles.append(SimpleNamespace(name=name, active=active, failure="", maintain_standbys=lambda: ""))
+        active = SimpleNamespace(
+            pid=1, ready=True, fault="", active=inactive != name, send_signal=signals.append
+        )
+        roles.append(
+            SimpleNamespace(name=name, active=active, failure="", maintain_standbys=lambda: "")
+        )
     group: Any = SimpleNamespace(listen=listen, find_stopped=dict, children=())
     callbacks = Callbacks(lambda step: None, lambda news: None, lambda name, pid: None)
     Supervisor(group, roles, [], callbacks, 60.0).run()

@@ -40,21 +40,27 @@ def main():
         else:
             send(event="progress", step=70, recorded=70)
             os.kill(os.getpid(), signal.SIGKILL)
-"""
+"""  # noqa: E501
 
 
-def test_a_recorder_that_dies_over_its_files_is_replaced(tmp_path: Path, ros_environment: dict[str, str]) -> None:
+def test_a_recorder_that_dies_over_its_files_is_replaced(
+    tmp_path: Path, ros_environment: dict[str, str]
+) -> None:
     """Killed after the plant's last step, it is replaced by a standby from its last report."""
     (tmp_path / "node.py").write_text(RECORDER)
     news: list[str] = []
     with ProcessGroup(ros_environment | {"PYTHONPATH": str(tmp_path)}) as group:
         role = RecorderRole(
-            group, RoleSpec("recorder", "node", "a", {"path": str(tmp_path / "run.rrd"), "mcap": ""}), True
+            group,
+            RoleSpec("recorder", "node", "a", {"path": str(tmp_path / "run.rrd"), "mcap": ""}),
+            True,
         )
         listen_until(group, lambda: role.active.ready and role.standbys_ready)
         plant: Any = SimpleNamespace(name="plant", active=SimpleNamespace(step=64, pid=1))
         callbacks = Callbacks(lambda step: None, news.append, lambda name, pid: None)
-        summary = finish_recording(Supervisor(group, [plant, role], [], callbacks, 0.0), role, {"steps": 70})
+        summary = finish_recording(
+            Supervisor(group, [plant, role], [], callbacks, 0.0), role, {"steps": 70}
+        )
     assert news == ["recorder: it was killed by SIGKILL; replaced"]
     assert summary.pop("restarts") == {"recorder": 1}
     assert summary == {"steps": 70, "recording": "run.rrd", "recorded_steps": 70, "lost_steps": 0}
@@ -72,12 +78,19 @@ def test_a_signal_ends_the_repair_of_files(tmp_path: Path, monkeypatch: pytest.M
     interrupts, why = list[int](), "recorder: it was killed by SIGKILL"
     with ProcessGroup({}, interrupts) as group:
         dead: Any = SimpleNamespace(
-            ready=True, exited=True, summary=None, recorded=5, lost_commands=1, fault="it was killed by SIGKILL"
+            ready=True,
+            exited=True,
+            summary=None,
+            recorded=5,
+            lost_commands=1,
+            fault="it was killed by SIGKILL",
         )
         dead.send = lambda line: None
         dead.send_signal, dead.wait_for_exit = (lambda number: None), (lambda deadline: True)
         role: Any = SimpleNamespace(name="recorder", active=dead, restarts=0, failure=why)
-        vars(role).update(path=str(tmp_path / "run.rrd"), mcap="", start_time=0.0, fail_over=lambda step: False)
+        vars(role).update(
+            path=str(tmp_path / "run.rrd"), mcap="", start_time=0.0, fail_over=lambda step: False
+        )
         part.touch()
         plant: Any = SimpleNamespace(name="plant", active=SimpleNamespace(step=7))
         no_callbacks: Any = SimpleNamespace()
@@ -89,11 +102,16 @@ def test_a_signal_ends_the_repair_of_files(tmp_path: Path, monkeypatch: pytest.M
             interrupts.append(signal.SIGTERM)
 
         threading.Thread(target=interrupt, daemon=True).start()
-        summary = finish_recording(Supervisor(group, [plant, role], interrupts, no_callbacks, 0.0), role, {"steps": 7})
+        summary = finish_recording(
+            Supervisor(group, [plant, role], interrupts, no_callbacks, 0.0), role, {"steps": 7}
+        )
     assert time.monotonic() - interrupted[0] < LIMIT
     wait_exited(int(pid.read_text()))
     assert summary["error"] == f"{why}; {part} is incomplete, it has 5 of 7 steps"
-    assert (summary["lost_steps"], summary["lost_commands"]) == (3, 1)  # two were not recorded, one lacks its command
+    assert (summary["lost_steps"], summary["lost_commands"]) == (
+        3,
+        1,
+    )  # two were not recorded, one lacks its command
 
 
 def test_a_signal_shortens_the_grace_period(
@@ -110,11 +128,18 @@ def test_a_signal_shortens_the_grace_period(
     assert time.monotonic() - began < 0.3 + LIMIT
 
 
-def error_of(monkeypatch: pytest.MonkeyPatch, run_error: str, report: dict[str, Any] | None, failure: str = "") -> str:
+def error_of(
+    monkeypatch: pytest.MonkeyPatch,
+    run_error: str,
+    report: dict[str, Any] | None,
+    failure: str = "",
+) -> str:
     """Return the summary's error of a run with its error, and a recorder's report or failure."""
     monkeypatch.setattr(shutdown, "_finish_or_kill", lambda *_: report)
     monkeypatch.setattr(
-        shutdown, "recover_recordings", lambda *_: {"recording": "run.recovered.rrd", "recorded_steps": 5}
+        shutdown,
+        "recover_recordings",
+        lambda *_: {"recording": "run.recovered.rrd", "recorded_steps": 5},
     )
     supervisor: Any = SimpleNamespace(time_left=1.0, plant=SimpleNamespace(step=9))
     role: Any = SimpleNamespace(
@@ -127,7 +152,12 @@ def error_of(monkeypatch: pytest.MonkeyPatch, run_error: str, report: dict[str, 
 def test_the_recorder_s_error_follows_the_run_s(monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither hides the other; a recording unfinished by an interruption is no further error."""
     whole = {"recording": "run.rrd", "recorded_steps": 9, "lost_steps": 0}
-    full = {"recording": "run.rrd.part", "recorded_steps": 5, "lost_steps": 4, "error": "recorder: disk full"}
+    full = {
+        "recording": "run.rrd.part",
+        "recorded_steps": 5,
+        "lost_steps": 4,
+        "error": "recorder: disk full",
+    }
     died = "recorder: it was killed by SIGKILL"
     incomplete = f"{died}; run.recovered.rrd is incomplete, it has 5 of 9 steps"
     assert error_of(monkeypatch, "", whole) == ""

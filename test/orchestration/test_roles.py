@@ -17,7 +17,9 @@ def test_the_resume_state_is_in_the_request_to_go() -> None:
     It counts resets.
     """
     group: Any = FakeGroup()
-    spec = RoleSpec("recorder", "module", "crane", {"path": "/full/run.rrd", "mcap": "", "live_port": 7})
+    spec = RoleSpec(
+        "recorder", "module", "crane", {"path": "/full/run.rrd", "mcap": "", "live_port": 7}
+    )
     role = RecorderRole(group, spec, restart=True)
     failed: Any = role.active
     failed.step, failed.recorded, failed.last_bag_step, failed.resets = 70, 68, 60, 2
@@ -28,9 +30,20 @@ def test_the_resume_state_is_in_the_request_to_go() -> None:
     word, _, document = successor.requests[0].partition(" ")
     assert word == "go" and "\n" not in document
     assert read_resume_state(document) == ResumeState(
-        after=70, recorded=68, last_bag_step=60, resets=2, lost_commands=3, since=role.start_time, number=2
+        after=70,
+        recorded=68,
+        last_bag_step=60,
+        resets=2,
+        lost_commands=3,
+        since=role.start_time,
+        number=2,
     )
-    assert (successor.step, successor.recorded, successor.last_bag_step, successor.resets) == (70, 68, 60, 2)
+    assert (successor.step, successor.recorded, successor.last_bag_step, successor.resets) == (
+        70,
+        68,
+        60,
+        2,
+    )
     assert successor.lost_commands == 3
     assert role.maintain_standbys() == ""
     assert group.settings[-1] == {**spec.settings, "standby": True, "resets": 2, "live_port": 0}

@@ -43,11 +43,18 @@ def test_an_early_end_has_one_deadline(tmp_path: Path, ros_environment: dict[str
     interrupts: list[int] = [signal.SIGINT]
     with make_group(tmp_path, IGNORES_SIGTERM, ros_environment, interrupts) as group:
         names = ("plant", "controller", "recorder", *("standby",) * 4)
-        roles: list[Any] = [SimpleNamespace(name=name, active=group.start(name, "node", "a", {})) for name in names]
-        vars(roles[2]).update(path=str(tmp_path / "run.rrd"), mcap="", restarts=0, start_time=0.0, failure="")
+        roles: list[Any] = [
+            SimpleNamespace(name=name, active=group.start(name, "node", "a", {})) for name in names
+        ]
+        vars(roles[2]).update(
+            path=str(tmp_path / "run.rrd"), mcap="", restarts=0, start_time=0.0, failure=""
+        )
         listen_until(group, lambda: all(child.ready for child in group.children))
         no_callbacks: Any = SimpleNamespace()
-        supervisor, began = Supervisor(group, roles, interrupts, no_callbacks, 0.0), time.monotonic()
+        supervisor, began = (
+            Supervisor(group, roles, interrupts, no_callbacks, 0.0),
+            time.monotonic(),
+        )
         supervisor.stop_early()
         collect_controller_summary(supervisor, roles)
         summary = finish_recording(supervisor, roles[2], {"steps": 7})
@@ -119,8 +126,14 @@ def test_the_exit_of_a_fork_is_reported_or_unknown() -> None:
     assert make_forked_child().fault == "it could not be started"
     started = {"event": "started", "pid": 2**22 + 1}  # beyond the largest process id
     assert make_forked_child(started).fault == "it ended, its exit code is unknown"
-    assert make_forked_child(started, {"event": "exited", "code": -9}).fault == "it was killed by SIGKILL"
-    assert make_forked_child(started, {"event": "exited", "code": 0}).fault == "it ended with exit code 0"
+    assert (
+        make_forked_child(started, {"event": "exited", "code": -9}).fault
+        == "it was killed by SIGKILL"
+    )
+    assert (
+        make_forked_child(started, {"event": "exited", "code": 0}).fault
+        == "it ended with exit code 0"
+    )
 
 
 FORKED = """
@@ -132,17 +145,26 @@ def main():
     if name.endswith("killed"):
         os.kill(os.getpid(), signal.SIGKILL)
     return 0 if name.endswith("ended") else signal.pause()
-"""
+"""  # noqa: E501
 
 
 def test_forks_exit_with_their_group(
     tmp_path: Path, ros_environment: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Forks of a server are processes with own names and known exit codes, and all are reaped."""
-    monkeypatch.setattr(process, "_END_TIMEOUT", LIMIT)  # s for the server to reap, on a busy machine
+    monkeypatch.setattr(
+        process, "_END_TIMEOUT", LIMIT
+    )  # s for the server to reap, on a busy machine
     with make_group(tmp_path, FORKED, ros_environment) as group:
-        children = {name: group.start(name, "node", "a", {}) for name in ("ended", "killed", "idle")}
-        listen_until(group, lambda: children["ended"].exited and children["killed"].exited and children["idle"].ready)
+        children = {
+            name: group.start(name, "node", "a", {}) for name in ("ended", "killed", "idle")
+        }
+        listen_until(
+            group,
+            lambda: (
+                children["ended"].exited and children["killed"].exited and children["idle"].ready
+            ),
+        )
         pids = [child.pid for child in children.values()]
         assert Path(f"/proc/{children['idle'].pid}/comm").read_text() == "node\n"
     assert children["ended"].fault == "it ended with exit code 0"
@@ -150,7 +172,9 @@ def test_forks_exit_with_their_group(
     assert len(set(pids)) == 3 and not any(Path(f"/proc/{pid}").exists() for pid in pids)
 
 
-def test_a_shutdown_before_the_first_fork_starts_none(tmp_path: Path, ros_environment: dict[str, str]) -> None:
+def test_a_shutdown_before_the_first_fork_starts_none(
+    tmp_path: Path, ros_environment: dict[str, str]
+) -> None:
     """A group shut down while its fork server starts ends within its deadline, without a fork."""
     interrupts: list[int] = [signal.SIGINT]
     began = time.monotonic()
@@ -215,13 +239,17 @@ def test_joining_parts_has_a_time_limit(tmp_path: Path, monkeypatch: pytest.Monk
     assert joint.join(parts[1], time_limit=0.0) == parts and not pid.exists()
 
     def stays_in_parts() -> bool:
-        assert joint.join(parts[1], time_limit=1.0) == parts and all(part.exists() for part in parts)
+        assert joint.join(parts[1], time_limit=1.0) == parts and all(
+            part.exists() for part in parts
+        )
         return pid.exists() and bool(pid.read_text().strip())  # it had begun
 
     wait_until(stays_in_parts, "the program that joins")
     wait_exited(int(pid.read_text()))
     pid.unlink()
-    with started_program([sys.executable, "-c", JOINING, str(slow), str(tmp_path / "all.rrd")]) as recorder:
+    with started_program(
+        [sys.executable, "-c", JOINING, str(slow), str(tmp_path / "all.rrd")]
+    ) as recorder:
         wait_until(lambda: pid.exists() and bool(pid.read_text().strip()), "the program that joins")
         recorder.kill()
         wait_exited(int(pid.read_text()))
@@ -236,5 +264,8 @@ def test_only_bags_of_this_run_are_listed(tmp_path: Path) -> None:
     role: Any = SimpleNamespace(mcap=path, restarts=2, start_time=time.time() - 1.0)
     assert recover_bags(role, "last.mcap", unlimited) == {"mcap": "last.mcap"}
     part_of(path, 1).touch()
-    assert recover_bags(role, "last.mcap", unlimited) == {"mcap": "last.mcap", "bag_parts": [path, "last.mcap"]}
+    assert recover_bags(role, "last.mcap", unlimited) == {
+        "mcap": "last.mcap",
+        "bag_parts": [path, "last.mcap"],
+    }
     assert recover_bags(role, None, unlimited) == {"mcap": path}

@@ -15,7 +15,9 @@ def main() -> None:
     rclpy.init()
     node = Node("blind_publisher", namespace="knuckle")
     commands = node.create_publisher(JointState, "joint_commands", 10)
-    node.create_timer(0.05, lambda: commands.publish(JointState(name=JOINTS, effort=[0.0] * len(JOINTS))))
+    node.create_timer(
+        0.05, lambda: commands.publish(JointState(name=JOINTS, effort=[0.0] * len(JOINTS)))
+    )
     rclpy.spin(node)
 
 

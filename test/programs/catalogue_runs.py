@@ -1,8 +1,8 @@
 """Runs catalogue scenes over ROS, recorded, and by `simulate`; prints one JSON object each.
 
-`catalogue_runs.py FOLDER SCENE ...`, with CRANE_SIM_INTERPRETED=1: compiling the equations of all kinds of scenes would
-take most of an hour, as plain Python they take seconds. The fork server of each run is a fork of this process, which
-has imported the modules of the nodes.
+`catalogue_runs.py FOLDER SCENE ...`, with CRANE_SIM_INTERPRETED=1: compiling the equations of all
+kinds of scenes would take most of an hour, as plain Python they take seconds. The fork server of
+each run is a fork of this process, which has imported the modules of the nodes.
 """
 
 import json
@@ -23,7 +23,11 @@ from crane_sim.process_signals import ignore_interrupts
 from crane_sim.simulation.rollout import simulate
 
 DURATION = 0.1  # s
-BRIEF = {"overhead_heavy": 0.05, "overhead_long_cable": 0.02, "overhead_steel": 0.02}  # s, of many small steps each
+BRIEF = {
+    "overhead_heavy": 0.05,
+    "overhead_long_cable": 0.02,
+    "overhead_steel": 0.02,
+}  # s, of many small steps each
 MODULES = (
     "crane_sim.ros.plant_node",
     "crane_control.nodes.controller_node",

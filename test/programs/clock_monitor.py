@@ -25,7 +25,9 @@ class ClockMonitor(Node):
     def __init__(self, cranes: list[str]) -> None:
         """Subscribe to the two cranes in these namespaces."""
         super().__init__("clock_monitor")
-        self.sent: dict[str, dict[int, int]] = {crane: {} for crane in cranes}  # ns of the system's clock, by stamp
+        self.sent: dict[str, dict[int, int]] = {
+            crane: {} for crane in cranes
+        }  # ns of the system's clock, by stamp
         self.last_received, self.clock_publishers, self.clock_messages = 0.0, 0, 0
         for crane in cranes:
             self.create_subscription(
@@ -34,7 +36,9 @@ class ClockMonitor(Node):
                 lambda state, info, crane=crane: self._record(crane, state, info),
                 QoSProfile(depth=10_000),
             )
-        self._clock = self.create_subscription(Clock, "/clock", self._on_clock, qos_profile_sensor_data)
+        self._clock = self.create_subscription(
+            Clock, "/clock", self._on_clock, qos_profile_sensor_data
+        )
 
     def count_early(self) -> int:
         """Return how many states came before the other crane's state one period earlier."""
@@ -66,7 +70,10 @@ def main() -> None:
         rclpy.spin_once(monitor, timeout_sec=0.1)
     common_states = len(set.intersection(*(set(sent) for sent in monitor.sent.values())))
     counters = {"sent_early": monitor.count_early(), "common_states": common_states}
-    counters |= {"clock_publishers": monitor.clock_publishers, "clock_messages": monitor.clock_messages}
+    counters |= {
+        "clock_publishers": monitor.clock_publishers,
+        "clock_messages": monitor.clock_messages,
+    }
     print(json.dumps(counters))
 
 

@@ -16,7 +16,9 @@ def main(name: str, effort: float) -> None:
     commands = node.create_publisher(JointState, "joint_commands", 10)
 
     def answer(state: JointState) -> None:
-        commands.publish(JointState(header=state.header, name=JOINTS, effort=[effort] * len(JOINTS)))
+        commands.publish(
+            JointState(header=state.header, name=JOINTS, effort=[effort] * len(JOINTS))
+        )
 
     node.create_subscription(JointState, "joint_states", answer, 10)
     rclpy.spin(node)

@@ -11,7 +11,9 @@ def main() -> None:
     """Subscribe, and stop at the first message."""
     rclpy.init()
     node = rclpy.create_node("frozen")
-    node.create_subscription(JointState, "/knuckle/joint_states", lambda _: os.kill(os.getpid(), signal.SIGSTOP), 10)
+    node.create_subscription(
+        JointState, "/knuckle/joint_states", lambda _: os.kill(os.getpid(), signal.SIGSTOP), 10
+    )
     print("subscribed", flush=True)
     rclpy.spin(node)
 

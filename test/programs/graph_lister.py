@@ -30,8 +30,14 @@ def main() -> None:
     while time.monotonic() - since < SETTLED:
         assert time.monotonic() < deadline, f"not settled within {LIMIT:g} s: {names_by_node}"
         rclpy.spin_once(node, timeout_sec=0.1)
-        present = {name for name, where in node.get_node_names_and_namespaces() if where == namespace}
-        newest = {name: list_names(node, namespace, name) for name in names} if present.issuperset(names) else {}
+        present = {
+            name for name, where in node.get_node_names_and_namespaces() if where == namespace
+        }
+        newest = (
+            {name: list_names(node, namespace, name) for name in names}
+            if present.issuperset(names)
+            else {}
+        )
         if newest != names_by_node or not newest:
             names_by_node, since = newest, time.monotonic()
     print(json.dumps(names_by_node))

@@ -24,7 +24,11 @@ class HostileController(Node):
         super().__init__("hostile", namespace="knuckle")
         self.sent: Counter[str] = Counter()
         self.answered = 0
-        self._each, self._invalid, self._scene = each, InvalidCommands(2), load_scene("knuckle_setpoint")
+        self._each, self._invalid, self._scene = (
+            each,
+            InvalidCommands(2),
+            load_scene("knuckle_setpoint"),
+        )
         self._commands = self.create_publisher(JointState, "joint_commands", 10)
         self.create_subscription(JointState, "joint_states", self._on_state, 10)
 
@@ -46,7 +50,9 @@ class HostileController(Node):
         t = (stamp // PERIOD - 1) * self._scene.period
         law = self._scene.law
         assert law is not None
-        self._commands.publish(command_message(stamp, JOINTS, law(t, tuple(state.position), tuple(state.velocity))))
+        self._commands.publish(
+            command_message(stamp, JOINTS, law(t, tuple(state.position), tuple(state.velocity)))
+        )
 
 
 if __name__ == "__main__":

@@ -34,7 +34,9 @@ class Flood(Node):
         """Send one command."""
         valid = self.sent % 4 == 0
         prepared = self._prepared[self.sent % 1000]
-        self._commands.publish(command_message(self.stamp, JOINTS, [5.0] * 4) if valid else prepared)
+        self._commands.publish(
+            command_message(self.stamp, JOINTS, [5.0] * 4) if valid else prepared
+        )
         self.sent += 1
 
     def _on_state(self, state: JointState) -> None:
@@ -48,7 +50,9 @@ def main() -> None:
     """Flood one run."""
     rclpy.init(args=sys.argv)
     flood = Flood()
-    while flood.stamp < 2 * PERIOD:  # then the scene's own controller owns the crane: it has moved it
+    while (
+        flood.stamp < 2 * PERIOD
+    ):  # then the scene's own controller owns the crane: it has moved it
         rclpy.spin_once(flood, timeout_sec=0.1)
     start, sent = time.monotonic(), 0
     while flood.simulation_state != SimulationState.STOPPED:
@@ -57,7 +61,10 @@ def main() -> None:
             flood.send()
         sent = due
         rclpy.spin_once(flood, timeout_sec=0.0)
-    print(json.dumps({"sent": flood.sent, "rate": flood.sent / (time.monotonic() - start)}), flush=True)
+    print(
+        json.dumps({"sent": flood.sent, "rate": flood.sent / (time.monotonic() - start)}),
+        flush=True,
+    )
     rclpy.shutdown()
 
 

@@ -16,8 +16,23 @@ from std_msgs.msg import Float64MultiArray, String, UInt8
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 NS_PER_S = 1_000_000_000
-_STREAM, _LATCHED = QoSProfile(depth=1000), QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-_NUMBERS = (float("nan"), float("inf"), float("-inf"), 0.0, -0.0, 1.0, -3.0, 1e-310, 1e9, 1.7e308, -1.7e308)
+_STREAM, _LATCHED = (
+    QoSProfile(depth=1000),
+    QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL),
+)
+_NUMBERS = (
+    float("nan"),
+    float("inf"),
+    float("-inf"),
+    0.0,
+    -0.0,
+    1.0,
+    -3.0,
+    1e-310,
+    1e9,
+    1.7e308,
+    -1.7e308,
+)
 _SECONDS = (0, 1, -1, -(2**31), 2**31 - 1)
 _NANOSECONDS = (0, 1, NS_PER_S - 1, NS_PER_S, 2**32 - 1)
 
@@ -30,7 +45,9 @@ class Kind(NamedTuple):
 
 
 TOPICS = {
-    **dict.fromkeys(("joint_states", "true_states", "applied_effort", "joint_commands"), Kind(JointState)),
+    **dict.fromkeys(
+        ("joint_states", "true_states", "applied_effort", "joint_commands"), Kind(JointState)
+    ),
     **dict.fromkeys(("accepted_command", "held_command"), Kind(JointState)),
     **dict.fromkeys(("joint_trajectory", "tip_demand"), Kind(JointTrajectory)),
     **dict.fromkeys(("payload_pose", "camera/payload_pose"), Kind(PoseStamped)),
@@ -47,7 +64,9 @@ TOPICS = {
 class HostileMessages:
     """A generator of serialized messages."""
 
-    def __init__(self, seed: int, namespace: str, joints: Sequence[str], actuated: Sequence[str]) -> None:
+    def __init__(
+        self, seed: int, namespace: str, joints: Sequence[str], actuated: Sequence[str]
+    ) -> None:
         """Generate from a seed for a crane with these joints."""
         self._random, self._namespace = random.Random(seed), namespace
         self._joints, self._actuated = list(joints), list(actuated)
@@ -89,7 +108,10 @@ class HostileMessages:
 
     def _joint_state(self, now: int) -> JointState:
         names, whole = self._names(), self._random.random() < 0.6
-        fields = {name: self._numbers(len(names) if whole else None) for name in ("position", "velocity", "effort")}
+        fields = {
+            name: self._numbers(len(names) if whole else None)
+            for name in ("position", "velocity", "effort")
+        }
         message = JointState(name=names, **fields)
         message.header.stamp = self._time(now)
         return message
@@ -98,7 +120,10 @@ class HostileMessages:
         names = self._choice((self._names(), ["x", "y"], ["tip_x", "tip_y"]))
         points = []
         for _ in range(self._choice((0, 1, 1, 2, 5))):
-            vectors = {name: self._numbers(len(names)) for name in ("positions", "velocities", "accelerations")}
+            vectors = {
+                name: self._numbers(len(names))
+                for name in ("positions", "velocities", "accelerations")
+            }
             point = JointTrajectoryPoint(**vectors)
             point.time_from_start.sec = self._choice(_SECONDS)
             point.time_from_start.nanosec = self._choice(_NANOSECONDS)
@@ -109,7 +134,10 @@ class HostileMessages:
 
     def _diagnostics(self, now: int) -> DiagnosticArray:
         """Return diagnostics in the name of the plant: brakes, and commands that were refused."""
-        values = [KeyValue(key=key, value="7") for key in ("warning: brakes", "warning: commands", "refused: huge")]
+        values = [
+            KeyValue(key=key, value="7")
+            for key in ("warning: brakes", "warning: commands", "refused: huge")
+        ]
         name = self._choice(("", f"{self._namespace}/plant", f"{self._namespace}/controller"))
         message = DiagnosticArray(status=[DiagnosticStatus(name=name, values=values)])
         message.header.stamp = self._time(now)
@@ -133,4 +161,6 @@ class HostileMessages:
         for _ in range(self._choice((1, 1, 8))):
             flipped[self._random.randrange(len(flipped))] ^= 1 << self._random.randrange(8)
         long = data[:size] + (2**32 - 1).to_bytes(4, "little") + data[size:]
-        return self._choice((data[:size], bytes(flipped), long, data[:4] + self._random.randbytes(size)))
+        return self._choice(
+            (data[:size], bytes(flipped), long, data[:4] + self._random.randbytes(size))
+        )

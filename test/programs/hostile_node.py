@@ -2,7 +2,8 @@
 
 They go to all topics and services.
 
-Arguments: seed, number of messages, scene. Prints how many messages and requests it has sent as JSON.
+Arguments: seed, number of messages, scene. Prints how many messages and requests it has sent as
+JSON.
 """
 
 import json
@@ -36,7 +37,17 @@ RCLError: type[Exception] = rclpy_implementation.RCLError
 LIMIT = 60.0  # s for whatever it waits for
 CHUNKS = 20  # of the messages: between them the run is paused
 NODES = {"plant": True, "controller": True, "recorder": False}  # whether it is a lifecycle node
-NAMES = ("", "scene", "step_count", "stop_time", "reset_positions", "use_sim_time", "ß", "a" * 1000, "no.such\0name")
+NAMES = (
+    "",
+    "scene",
+    "step_count",
+    "stop_time",
+    "reset_positions",
+    "use_sim_time",
+    "ß",
+    "a" * 1000,
+    "no.such\0name",
+)
 TYPES = (0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 77, 99, 255)
 
 
@@ -56,7 +67,9 @@ class HostileNode(Node):
         self.create_subscription(JointState, "joint_states", self._on_state, 10)
         self._period = scene.period_ns
         self._pause = self.create_client(SetBool, "plant/set_pause")
-        self._hostile = [self._make_client(node, *each) for node in NODES for each in self._parameter_services()]
+        self._hostile = [
+            self._make_client(node, *each) for node in NODES for each in self._parameter_services()
+        ]
         self._hostile += [
             self._make_client(node, ChangeState, "change_state", self._transition)
             for node, managed in NODES.items()
@@ -95,11 +108,16 @@ class HostileNode(Node):
 
     def publish(self) -> None:
         """Create the publishers."""
-        self._topics = {name: self.create_publisher(kind.message, name, kind.qos) for name, kind in TOPICS.items()}
+        self._topics = {
+            name: self.create_publisher(kind.message, name, kind.qos)
+            for name, kind in TOPICS.items()
+        }
 
     def _on_state(self, state: JointState) -> None:
         stamp = state.header.stamp.sec * 10**9 + state.header.stamp.nanosec
-        self.stamp = stamp if stamp % self._period == 0 and self.stamp <= stamp <= 10**13 else self.stamp
+        self.stamp = (
+            stamp if stamp % self._period == 0 and self.stamp <= stamp <= 10**13 else self.stamp
+        )
 
     def _make_client(self, node: str, kind: Any, name: str, request: Any) -> Any:
         return self.create_client(kind, f"{node}/{name}"), request
@@ -133,7 +151,9 @@ class HostileNode(Node):
         ]
 
     def _parameter(self) -> Parameter:
-        value = ParameterValue(type=self._random.choice(TYPES), double_value=float("nan"), string_value="ß" * 100)
+        value = ParameterValue(
+            type=self._random.choice(TYPES), double_value=float("nan"), string_value="ß" * 100
+        )
         value.integer_value = self._random.choice((0, -1, 2**63 - 1))
         value.double_array_value = [float("inf")] * self._random.choice((0, 3))
         return Parameter(name=self._random.choice(NAMES), value=value)
@@ -141,7 +161,9 @@ class HostileNode(Node):
     def _transition(self) -> ChangeState.Request:
         """Return a transition that there is not, or that an active node cannot make."""
         label = self._random.choice(("", "no such transition", "ß" * 100))
-        return ChangeState.Request(transition=Transition(id=self._random.choice((0, 1, 3, 77, 255)), label=label))
+        return ChangeState.Request(
+            transition=Transition(id=self._random.choice((0, 1, 3, 77, 255)), label=label)
+        )
 
 
 def main() -> None:

@@ -37,7 +37,9 @@ def main() -> None:
     axis.axvspan(-1.0, 1.0, color="0.9", zorder=0)
     axis.set_yticks(-np.arange(len(labels)), labels)
     axis.set_xlabel("(estimate - truth) / half of the 95 % interval [-]")
-    axis.set_title(f"{len(SEEDS)} runs with other noise; the share of intervals that hold the truth")
+    axis.set_title(
+        f"{len(SEEDS)} runs with other noise; the share of intervals that hold the truth"
+    )
     figure.savefig(ROOT / "docs" / "identification.png", dpi=90)
 
 

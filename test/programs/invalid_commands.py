@@ -64,12 +64,18 @@ class InvalidCommands:
         return (
             now,
             JOINTS,
-            self._efforts_with(self._random.choice([-1.0, 1.0]) * 10.0 ** self._random.uniform(9.1, 308.0)),
+            self._efforts_with(
+                self._random.choice([-1.0, 1.0]) * 10.0 ** self._random.uniform(9.1, 308.0)
+            ),
         )
 
     def _names(self, now: int) -> Command:
-        wrong = self._random.choice(["swing_radial", "", "Slew", "slew\n", "ß" * 50, "slew" * 100, "jib"])
-        names = self._random.choice([[], [wrong], [wrong, *JOINTS[1:]], [*JOINTS, wrong], [wrong] * 100])
+        wrong = self._random.choice(
+            ["swing_radial", "", "Slew", "slew\n", "ß" * 50, "slew" * 100, "jib"]
+        )
+        names = self._random.choice(
+            [[], [wrong], [wrong, *JOINTS[1:]], [*JOINTS, wrong], [wrong] * 100]
+        )
         return now, names, [1.0] * len(names)
 
     def _length(self, now: int) -> Command:

@@ -22,7 +22,9 @@ def main() -> None:
     node: Node = rclpy.create_node("plant")  # whose messages a recorder takes
     joints = load_scene("knuckle_setpoint").actuated
     codec, zeros = JointStateCodec(joints, EFFORT), (0.0,) * len(joints)
-    publishers = [node.create_publisher(JointState, name, messages.DEEP_STREAM_QOS) for name in TOPICS]
+    publishers = [
+        node.create_publisher(JointState, name, messages.DEEP_STREAM_QOS) for name in TOPICS
+    ]
     deadline = time.monotonic() + LIMIT
     while not all(publisher.get_subscription_count() for publisher in publishers):
         assert time.monotonic() < deadline, f"no subscriber within {LIMIT:g} s"

@@ -1,7 +1,8 @@
 """A controller that holds the crane by zero effort in its own way: `best_effort`, `wall_clock`.
 
-`best_effort` subscribes and publishes with best effort; on a line of its input it publishes reliably. `wall_clock`
-stamps its commands with the time of the system, as a node without simulated time does.
+`best_effort` subscribes and publishes with best effort; on a line of its input it publishes
+reliably. `wall_clock` stamps its commands with the time of the system, as a node without simulated
+time does.
 """
 
 import select

@@ -1,7 +1,8 @@
 """Kills what a test session leaves when its process is killed: PID MARK. Standard library alone.
 
-It waits for the end of the process PID, and then kills every process whose environment has MARK in the value of
-`CRANE_SIM_TEST_SESSION`: the processes of a test inherit it, whatever their session or process group.
+It waits for the end of the process PID, and then kills every process whose environment has MARK in
+the value of `CRANE_SIM_TEST_SESSION`: the processes of a test inherit it, whatever their session or
+process group.
 """
 
 import ctypes
@@ -30,7 +31,9 @@ def find_marked(mark: str) -> dict[int, str]:
             environment = (folder / "environ").read_bytes().split(b"\0")  # of a zombie it is empty
             values = [entry for entry in environment if entry.startswith(VARIABLE.encode() + b"=")]
             if values and mark.encode() in values[0]:
-                commands[int(folder.name)] = (folder / "cmdline").read_bytes().replace(b"\0", b" ").decode().strip()
+                commands[int(folder.name)] = (
+                    (folder / "cmdline").read_bytes().replace(b"\0", b" ").decode().strip()
+                )
         except OSError:
             continue
     return {pid: command for pid, command in commands.items() if pid != os.getpid()}

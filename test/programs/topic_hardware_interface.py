@@ -2,14 +2,15 @@
 
 SCENE sim|wall actuated|all single|events [reliable [ITERATIONS]].
 
-Written from the behaviour of controller_manager's ros2_control_node and of JointStateTopicSystem (Jazzy): the loop
-waits for the first time that its clock reads, then for a period, and then calls read(), the controllers' update() and
-write() once in each period of this clock, the wall clock or simulated time. The hardware interface has a node of its
-own, whose messages read() takes; it writes the names of all joints of its tag, and the efforts of those that have a
-command interface, stamped with its clock; before there is a state, the initial commands of its tag.
+Written from the behaviour of controller_manager's ros2_control_node and of JointStateTopicSystem
+(Jazzy): the loop waits for the first time that its clock reads, then for a period, and then calls
+read(), the controllers' update() and write() once in each period of this clock, the wall clock or
+simulated time. The hardware interface has a node of its own, whose messages read() takes; it writes
+the names of all joints of its tag, and the efforts of those that have a command interface, stamped
+with its clock; before there is a state, the initial commands of its tag.
 
-The real one subscribes with best effort. Asked to be reliable, this one loses no state on a busy machine. After the
-given number of iterations it leaves the graph in order, and starts anew.
+The real one subscribes with best effort. Asked to be reliable, this one loses no state on a busy
+machine. After the given number of iterations it leaves the graph in order, and starts anew.
 """
 
 import sys
@@ -39,12 +40,26 @@ class Tag:
         tag = ElementTree.fromstring(urdf).find("ros2_control")
         assert tag is not None
         parameters = {each.get("name"): str(each.text) for each in tag.findall("hardware/param")}
-        self.states_topic, self.commands_topic = parameters["joint_states_topic"], parameters["joint_commands_topic"]
-        assert float(parameters["trigger_joint_command_threshold"]) < 0.0  # else a command like the state is not sent
-        joints = [each for each in tag.findall("joint") if passive or each.find("command_interface") is not None]
+        self.states_topic, self.commands_topic = (
+            parameters["joint_states_topic"],
+            parameters["joint_commands_topic"],
+        )
+        assert (
+            float(parameters["trigger_joint_command_threshold"]) < 0.0
+        )  # else a command like the state is not sent
+        joints = [
+            each
+            for each in tag.findall("joint")
+            if passive or each.find("command_interface") is not None
+        ]
         self.joints = [str(each.get("name")) for each in joints]
-        values = {each.get("name"): each.find("command_interface/param[@name='initial_value']") for each in joints}
-        self.initial = {str(name): float(str(value.text)) for name, value in values.items() if value is not None}
+        values = {
+            each.get("name"): each.find("command_interface/param[@name='initial_value']")
+            for each in joints
+        }
+        self.initial = {
+            str(name): float(str(value.text)) for name, value in values.items() if value is not None
+        }
 
 
 class HardwareInterface:
@@ -54,7 +69,9 @@ class HardwareInterface:
         """Subscribe and publish as the interface does."""
         self._node, self._tag = Node("hardware", parameter_overrides=[clock]), tag
         qos = QoSProfile(depth=10) if reliable else qos_profile_sensor_data
-        self._states = self._node.create_subscription(JointState, tag.states_topic, lambda _: None, qos)
+        self._states = self._node.create_subscription(
+            JointState, tag.states_topic, lambda _: None, qos
+        )
         self._commands = self._node.create_publisher(JointState, tag.commands_topic, 1)
         self.states: dict[str, tuple[float, float]] = {}
 
@@ -69,7 +86,9 @@ class HardwareInterface:
     def write(self, stamp: Time, efforts: dict[str, float]) -> None:
         """Publish."""
         joints = self._tag.joints
-        command = JointState(name=joints, effort=[efforts[joint] for joint in joints if joint in efforts])
+        command = JointState(
+            name=joints, effort=[efforts[joint] for joint in joints if joint in efforts]
+        )
         command.header.stamp = stamp
         self._commands.publish(command)
 
@@ -104,16 +123,35 @@ class Manager:
             self._executor.spin_once(timeout_sec=0.05 if self._simulated else left * 1e-9)
 
 
-def main(file: str, clock: str, tag: str, executor_name: str, reliability: str = "", iterations: str = "inf") -> None:
+def main(
+    file: str,
+    clock: str,
+    tag: str,
+    executor_name: str,
+    reliability: str = "",
+    iterations: str = "inf",
+) -> None:
     """Loop until the process is killed."""
     scene = load_scene(file)
     control = Tag(urdf_with_ros2_control(scene), passive=tag == "all")
     for number in (float(iterations), inf):
-        loop(scene, control, Parameter("use_sim_time", value=clock == "sim"), executor_name, reliability, number)
+        loop(
+            scene,
+            control,
+            Parameter("use_sim_time", value=clock == "sim"),
+            executor_name,
+            reliability,
+            number,
+        )
 
 
 def loop(
-    scene: Scene, control: Tag, simulated: Parameter, executor_name: str, reliability: str, iterations: float
+    scene: Scene,
+    control: Tag,
+    simulated: Parameter,
+    executor_name: str,
+    reliability: str,
+    iterations: float,
 ) -> None:
     """Start a manager with its interface, and leave the graph after some iterations."""
     law = PdLaw(scene)

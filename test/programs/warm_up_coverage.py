@@ -2,7 +2,8 @@
 
 There must be none, or it stands still in a run.
 
-Arguments: names of scenes. It is a program of its own because what another test has compiled is ready in its process.
+Arguments: names of scenes. It is a program of its own because what another test has compiled is
+ready in its process.
 """
 
 import gc
@@ -18,7 +19,9 @@ from crane_sim.tracing.entry_point import EntryPoint
 def signatures() -> set[tuple[str, str]]:
     """Return (function, signature) of what this process has compiled or loaded from the cache."""
     functions = [each for each in gc.get_objects() if isinstance(each, EntryPoint)]
-    return {(each.__qualname__, str(signature)) for each in functions for signature in each.signatures}
+    return {
+        (each.__qualname__, str(signature)) for each in functions for signature in each.signatures
+    }
 
 
 def main() -> None:

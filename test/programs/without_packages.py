@@ -2,9 +2,9 @@
 
 The process can import none of them.
 
-The argument is a JSON object {"commands": [[word, ...], ...], "nodes": [module, ...], "expressions": [text, ...]}; the
-output is one with exit code and lines on stderr of each command, with what each node's module exits with, and with kind
-and message of the error of each expression.
+The argument is a JSON object {"commands": [[word, ...], ...], "nodes": [module, ...],
+"expressions": [text, ...]}; the output is one with exit code and lines on stderr of each command,
+with what each node's module exits with, and with kind and message of the error of each expression.
 """
 
 import contextlib
@@ -20,7 +20,9 @@ from crane_sim.files import installation
 class Absent:
     """A finder that finds the optional packages absent, as in an environment without them."""
 
-    def find_spec(self, name: str, path: Sequence[str] | None = None, target: object = None) -> None:
+    def find_spec(
+        self, name: str, path: Sequence[str] | None = None, target: object = None
+    ) -> None:
         """Raise ModuleNotFoundError for an optional package's module, as for an absent one."""
         if name.partition(".")[0] in installation.PACKAGES:
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
@@ -31,7 +33,10 @@ def run_command(words: list[str]) -> tuple[int, list[str]]:
     from crane_sim import cli
 
     sys.argv = ["crane", *words]
-    with contextlib.redirect_stderr(io.StringIO()) as errors, contextlib.redirect_stdout(io.StringIO()):
+    with (
+        contextlib.redirect_stderr(io.StringIO()) as errors,
+        contextlib.redirect_stdout(io.StringIO()),
+    ):
         code = cli.main()
     return code, errors.getvalue().splitlines()
 
@@ -53,7 +58,10 @@ def evaluate(expression: str) -> tuple[str, str]:
     import crane_sim
 
     try:
-        eval(expression, {"crane_sim": crane_sim, "run": crane_sim.simulate("overhead_energy", duration=0.02)})
+        eval(
+            expression,
+            {"crane_sim": crane_sim, "run": crane_sim.simulate("overhead_energy", duration=0.02)},
+        )
     except Exception as error:
         return type(error).__name__, str(error)
     return "", ""
@@ -65,4 +73,6 @@ if __name__ == "__main__":
     installation.is_of_this_tree = lambda: False  # an environment that pip made
     commands = [run_command(words) for words in wanted["commands"]]
     nodes, expressions = map(run_node, wanted["nodes"]), map(evaluate, wanted["expressions"])
-    print(json.dumps({"commands": commands, "nodes": list(nodes), "expressions": list(expressions)}))
+    print(
+        json.dumps({"commands": commands, "nodes": list(nodes), "expressions": list(expressions)})
+    )

@@ -35,12 +35,19 @@ KINDS = ("rrd", "mcap")
 def write_bag(run: Rollout, path: Path) -> Path:
     """Write the messages of a run into a bag."""
     scene = run.scene
-    topics = TOPICS | {"joint_commands": TOPICS["applied_effort"]._replace(name="/overhead/joint_commands")}
+    topics = TOPICS | {
+        "joint_commands": TOPICS["applied_effort"]._replace(name="/overhead/joint_commands")
+    }
     bag = Bag(path, topics, scene.period_ns, properties=text_properties(layout_of_scene(scene, "")))
-    states, efforts = JointStateCodec(scene.joint_names, STATE), JointStateCodec(scene.actuated, EFFORT)
+    states, efforts = (
+        JointStateCodec(scene.joint_names, STATE),
+        JointStateCodec(scene.actuated, EFFORT),
+    )
     for k, command in enumerate(run.commands):
         stamp = (k + 1) * scene.period_ns
-        bag.callbacks()["joint_states"](states.encode(stamp, run.q[k], run.v[k], [0.0] * len(run.q[k])))
+        bag.callbacks()["joint_states"](
+            states.encode(stamp, run.q[k], run.v[k], [0.0] * len(run.q[k]))
+        )
         bag.callbacks()["joint_commands"](efforts.encode(stamp, command))
         bag.callbacks()["applied_effort"](efforts.encode(stamp, run.u[k]))
     bag.finish({})
@@ -61,7 +68,10 @@ def recordings(tmp_path: Path) -> dict[str, Path]:
 
 def check_refusal(run: RecordedRun) -> None:
     """Check that a run's scene is refused in one line, and is loaded with a named law."""
-    with pytest.raises(SceneError, match=r"own.py:build', which is executed only where it is named: load_scene\(law="):
+    with pytest.raises(
+        SceneError,
+        match=r"own.py:build', which is executed only where it is named: load_scene\(law=",
+    ):
         run.load_scene()
     with pytest.raises(SystemExit, match="this file was executed"):
         run.load_scene(run.law)
@@ -85,11 +95,16 @@ def test_a_law_is_executed_only_where_it_is_named(kind: str, recordings: dict[st
         replay(run, run.law)
     Path(run.law.rpartition(":")[0]).write_text(LAW)
     assert replay(run, run.law).difference is None
-    assert crane_sim.simulate(run.load_scene(run.law)).q[:-1].tolist() == run.q.tolist()  # with the law's settings
+    assert (
+        crane_sim.simulate(run.load_scene(run.law)).q[:-1].tolist() == run.q.tolist()
+    )  # with the law's settings
 
 
 def test_commands_execute_nothing(
-    recordings: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    recordings: dict[str, Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     """`plot`, `compare`, `report`, `replay` read the run; `replay --law` executes a named file."""
     run, page = str(recordings["mcap"]), str(tmp_path / "page.html")
@@ -107,7 +122,9 @@ def test_commands_execute_nothing(
 
 def test_a_continuous_law_is_named_where_it_is_needed(tmp_path: Path) -> None:
     """A run whose equations evaluated its law has no commands; its replay says it needs the law."""
-    run = crane_sim.simulate("overhead_energy", duration=0.1, overrides={"control.period": "continuous"})
+    run = crane_sim.simulate(
+        "overhead_energy", duration=0.1, overrides={"control.period": "continuous"}
+    )
     read = crane_sim.read_recording(run.record(tmp_path / "run.rrd"))
     text = read.scene_text.replace("law: energy", f"law: {tmp_path}/own.py:build")
     foreign = RecordedRun(**vars(read) | {"properties": read.properties | {"scene_file": text}})

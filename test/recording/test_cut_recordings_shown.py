@@ -23,7 +23,10 @@ def test_the_viewer_gets_what_is_whole(tmp_path: Path, caplog: pytest.LogCapture
     assert copy is not None
     copied.write_bytes(copy.read())
     assert whole_size(copied) == copied.stat().st_size == whole_size(cut)
-    assert len(read_curves(copied, "plots/q").step) == 10 and read_chunks(copied, ("plots",)).unreadable == 0
+    assert (
+        len(read_curves(copied, "plots/q").step) == 10
+        and read_chunks(copied, ("plots",)).unreadable == 0
+    )
     with _served(cut) as address, urlopen(address) as answer:
         assert address.endswith("/run.rrd") and answer.read() == copied.read_bytes()
     assert caplog.messages == [f"{cut} is cut off: what is whole of it is shown"] * 2

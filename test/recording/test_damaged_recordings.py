@@ -24,7 +24,20 @@ from crane_sim.simulation.rollout import Rollout
 
 STEPS, BLOCK = 40, 10
 KINDS = (".rrd", ".mcap")
-ARRAYS = ("t", "q", "v", "u", "commands", "reference", "tip", "payload", "tensions", "swing", "kinetic", "potential")
+ARRAYS = (
+    "t",
+    "q",
+    "v",
+    "u",
+    "commands",
+    "reference",
+    "tip",
+    "payload",
+    "tensions",
+    "swing",
+    "kinetic",
+    "potential",
+)
 
 
 @cache
@@ -40,7 +53,10 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(recordings, "BLOCK_STEPS", BLOCK)
         recording = simulated().record(folder / "run.rrd")
-    return {".rrd": recording, ".mcap": write_bag(folder / "run.mcap", simulated(), save_every=BLOCK)}
+    return {
+        ".rrd": recording,
+        ".mcap": write_bag(folder / "run.mcap", simulated(), save_every=BLOCK),
+    }
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +81,11 @@ def differences(run: RecordedRun, whole: RecordedRun) -> set[str]:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_is_left_of_a_cut_file_is_read(
-    kind: str, files: dict[str, Path], whole: dict[str, RecordedRun], tmp_path: Path, caplog: pytest.LogCaptureFixture
+    kind: str,
+    files: dict[str, Path],
+    whole: dict[str, RecordedRun],
+    tmp_path: Path,
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
     """All whole blocks of a cut file are read; the run and a warning say how far it goes."""
     data, counts = files[kind].read_bytes(), set[int]()
@@ -120,7 +140,11 @@ def check_damaged(
             outcomes["refused"] += 1
             continue
         found = differences(run, whole[kind])
-        told = set[str]() if run.completeness.state == COMPLETE else {"length", "summary", "events", "states"}
+        told = (
+            set[str]()
+            if run.completeness.state == COMPLETE
+            else {"length", "summary", "events", "states"}
+        )
         assert found <= told, (seed, what, found, run.status)
         outcomes[run.completeness.state] += 1
     return outcomes
@@ -153,12 +177,16 @@ def test_no_difference_is_silent_in_many_files(
     assert check_damaged(kind, test_seeds, files, whole, tmp_path).total() == len(test_seeds)
 
 
-def test_a_message_that_cannot_be_decoded_is_left_out(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_message_that_cannot_be_decoded_is_left_out(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     """Bytes of another type on a bag's topic are counted, and all steps are read."""
     file = write_bag(tmp_path / "run.mcap", simulated(), foreign=b"\0\1\0\0no JointState")
     run = crane_sim.read_recording(file)
     assert len(run.t) == STEPS and run.finished and run.q.tobytes() == simulated().q[:-1].tobytes()
-    assert [line.getMessage() for line in caplog.records] == [f"{file}: 1 messages cannot be decoded and are left out"]
+    assert [line.getMessage() for line in caplog.records] == [
+        f"{file}: 1 messages cannot be decoded and are left out"
+    ]
 
 
 @pytest.mark.parametrize("reason", ["orphaned", "interrupted"])
@@ -169,7 +197,9 @@ def test_a_run_that_ended_before_its_time_is_not_finished(reason: str, tmp_path:
     recorder.finish({"scene": SCENE.name, "ended_by": reason})
     run = crane_sim.read_recording(tmp_path / "run.rrd")
     assert run.completeness.state == COMPLETE and not run.finished
-    assert run.status.startswith("failed: ") and run.status.endswith(f" after 20 of {SCENE.steps} steps")
+    assert run.status.startswith("failed: ") and run.status.endswith(
+        f" after 20 of {SCENE.steps} steps"
+    )
 
 
 def test_lost_steps_make_a_recording_incomplete(tmp_path: Path) -> None:
@@ -182,7 +212,9 @@ def test_lost_steps_make_a_recording_incomplete(tmp_path: Path) -> None:
     assert not run.finished
 
 
-def test_recordings_of_older_versions_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_recordings_of_older_versions_are_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A recording without digests is read as it is, and is complete with all its steps."""
     monkeypatch.setattr(writer, "DIGESTS", "others")
     monkeypatch.setattr(writer, "with_digest", dict)

@@ -14,13 +14,21 @@ from crane_sim.recording.mcap.bag import Bag
 from crane_sim.recording.rerun.recorder import Recorder
 
 OUTPUTS: dict[str, tuple[Callable, Callable]] = {
-    "crane_sim.recording.rerun.recorder": (lambda folder: Recorder(SCENE, folder / "run.rrd"), feed),
-    "crane_sim.recording.mcap.bag": (lambda folder: Bag(folder / "run.mcap", TOPICS, BAG_SCENE.period_ns), feed_bag),
+    "crane_sim.recording.rerun.recorder": (
+        lambda folder: Recorder(SCENE, folder / "run.rrd"),
+        feed,
+    ),
+    "crane_sim.recording.mcap.bag": (
+        lambda folder: Bag(folder / "run.mcap", TOPICS, BAG_SCENE.period_ns),
+        feed_bag,
+    ),
 }
 
 
 @pytest.mark.parametrize("module", OUTPUTS)
-def test_a_hold_up_of_the_recorder_is_no_silence(module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_hold_up_of_the_recorder_is_no_silence(
+    module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Messages that a held-up recorder has not read are waited for.
 
     The time counts from the request to finish.

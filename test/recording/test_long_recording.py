@@ -18,7 +18,9 @@ from crane_sim.recording.rerun.writer import MAX_INDEXED_DURATION
 FOOTER = b"FOOT"  # nearly the last word of a file with an index
 
 
-@pytest.mark.parametrize(("duration", "indexed"), [(MAX_INDEXED_DURATION, True), (MAX_INDEXED_DURATION + 1.0, False)])
+@pytest.mark.parametrize(
+    ("duration", "indexed"), [(MAX_INDEXED_DURATION, True), (MAX_INDEXED_DURATION + 1.0, False)]
+)
 def test_only_a_short_recording_is_indexed(duration: float, indexed: bool, tmp_path: Path) -> None:
     """A long run's file ends without the index, which Rerun would keep in memory.
 
@@ -34,7 +36,9 @@ def test_only_a_short_recording_is_indexed(duration: float, indexed: bool, tmp_p
     assert read_summary(tmp_path / "run.rrd")["recorded_steps"] == summary["recorded_steps"] == 100
 
 
-def test_many_blocks_are_compacted_where_there_is_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_many_blocks_are_compacted_where_there_is_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Of 80 blocks two indexed chunks a curve are left, with the same values; without time all."""
     monkeypatch.setattr("crane_sim.recording.rerun.recorder.BLOCK_SECONDS", 0.0)  # a block a step
     scene = load_scene("knuckle_setpoint", {"duration": MAX_INDEXED_DURATION + 1.0})

@@ -26,27 +26,56 @@ CRANE = Path(sys.executable).with_name("crane")
 def test_the_file_has_the_run_bit_for_bit(tmp_path: Path, domain_id: int) -> None:
     """`crane run --mcap FILE` leaves one file: each message at its stamp, numbers of `simulate`."""
     path = tmp_path / "run.mcap"
-    options = ["--no-record", "--mcap", path, "--duration", str(SCENE.duration), "--domain-id", str(domain_id)]
+    options = [
+        "--no-record",
+        "--mcap",
+        path,
+        "--duration",
+        str(SCENE.duration),
+        "--domain-id",
+        str(domain_id),
+    ]
     result = run_to_completion([CRANE, "run", *options, "--json"])
     assert result.returncode == 0, result.stderr
     summary, messages_by_topic, expected = json.loads(result.stdout), read(path), simulate(SCENE)
     assert list(tmp_path.iterdir()) == [path]
     assert (summary["mcap"], summary["recording"]) == (str(path), None)
-    states, efforts, commands = (  # where the machine stalls, a state is sent and answered again: the first counts
+    (
+        states,
+        efforts,
+        commands,
+    ) = (  # where the machine stalls, a state is sent and answered again: the first counts
         list(dict(reversed(messages_by_topic[f"/knuckle/{name}"])).items())[::-1]
         for name in ("joint_states", "applied_effort", "joint_commands")
     )
     stamps = [k * SCENE.period_ns for k in range(1, SCENE.steps + 2)]
-    for messages, expected_stamps in ((states, stamps), (efforts, stamps[:-1]), (commands[: SCENE.steps], stamps[:-1])):
-        assert [time for time, _ in messages] == [stamp_of(message) for _, message in messages] == expected_stamps
+    for messages, expected_stamps in (
+        (states, stamps),
+        (efforts, stamps[:-1]),
+        (commands[: SCENE.steps], stamps[:-1]),
+    ):
+        assert (
+            [time for time, _ in messages]
+            == [stamp_of(message) for _, message in messages]
+            == expected_stamps
+        )
     assert np.array_equal([message.position for _, message in states], expected.q)
     assert np.array_equal([message.velocity for _, message in states], expected.v)
-    for messages in (efforts, commands[: SCENE.steps]):  # the last row of `expected` is the final state's
+    for messages in (
+        efforts,
+        commands[: SCENE.steps],
+    ):  # the last row of `expected` is the final state's
         assert np.array_equal([message.effort for _, message in messages], expected.u[:-1])
     assert "<robot" in messages_by_topic["/knuckle/robot_description"][0][1].data
     modes = [message.data for _, message in messages_by_topic["/knuckle/simulation_state"]]
-    assert (modes[0], modes[-1]) == (1, 0)  # of what is published in a row, a latched topic keeps the last
-    poses = {stamp_of(message): message.pose.position for _, message in messages_by_topic["/knuckle/payload_pose"]}
+    assert (modes[0], modes[-1]) == (
+        1,
+        0,
+    )  # of what is published in a row, a latched topic keeps the last
+    poses = {
+        stamp_of(message): message.pose.position
+        for _, message in messages_by_topic["/knuckle/payload_pose"]
+    }
     assert poses  # best effort: some may be missing
     for k, payload in enumerate(expected.payload, start=1):
         if point := poses.get(k * SCENE.period_ns):
@@ -57,7 +86,12 @@ def test_the_file_has_the_run_bit_for_bit(tmp_path: Path, domain_id: int) -> Non
 def small_disk(folder: Path) -> Iterator[Path]:
     """Yield an empty disk of 100 kB."""
     folder.mkdir()
-    if os.geteuid() != 0 or run_to_completion(["mount", "-t", "tmpfs", "-o", "size=100k", "tmpfs", folder]).returncode:
+    if (
+        os.geteuid() != 0
+        or run_to_completion(
+            ["mount", "-t", "tmpfs", "-o", "size=100k", "tmpfs", folder]
+        ).returncode
+    ):
         pytest.skip("no right to mount here")
     try:
         yield folder
@@ -69,13 +103,19 @@ def test_a_full_disk_spares_run_and_recording(tmp_path: Path, domain_id: int) ->
     """When the bag's disk fills up, run and recording are complete; the error names the file."""
     with small_disk(tmp_path / "disk") as disk:
         path = disk / "run.mcap"
-        summary = orchestration.run(SCENE, record=tmp_path / "run.rrd", mcap=path, domain_id=domain_id)
+        summary = orchestration.run(
+            SCENE, record=tmp_path / "run.rrd", mcap=path, domain_id=domain_id
+        )
     why, _, counts = summary["error"].rpartition("; it has ")
     assert why == f"recorder: {unfinished_name(path)}: No space left on device" and counts.endswith(
         f" of {SCENE.steps} steps"
     )
     assert summary["mcap"] == str(unfinished_name(path))
-    assert (summary["steps"], summary["recorded_steps"], summary["lost_steps"]) == (SCENE.steps, SCENE.steps, 0)
+    assert (summary["steps"], summary["recorded_steps"], summary["lost_steps"]) == (
+        SCENE.steps,
+        SCENE.steps,
+        0,
+    )
     assert len(read_curves(tmp_path / "run.rrd", "plots/q").step) == SCENE.steps
     assert read_summary(tmp_path / "run.rrd") == summary
 
@@ -90,23 +130,31 @@ def test_a_reset_begins_a_new_file(tmp_path: Path) -> None:
     assert {file.name for file in tmp_path.iterdir()} == {"run.mcap", "run.before_reset_1.mcap"}
     for name, steps in (("run.before_reset_1.mcap", 30), ("run.mcap", 20)):
         messages_by_topic = read(tmp_path / name)
-        assert [message.effort[0] for _, message in messages_by_topic["/knuckle/applied_effort"]] == list(
-            range(1, steps + 1)
-        )
+        assert [
+            message.effort[0] for _, message in messages_by_topic["/knuckle/applied_effort"]
+        ] == list(range(1, steps + 1))
         assert len(messages_by_topic["/knuckle/joint_states"]) == steps + 1
-        assert [message.data for _, message in messages_by_topic["/knuckle/robot_description"]] == ["crane"]
+        assert [message.data for _, message in messages_by_topic["/knuckle/robot_description"]] == [
+            "crane"
+        ]
 
 
 def test_a_reset_keeps_what_every_broadcaster_has_latched(tmp_path: Path) -> None:
     """A new file begins with each different message of a shared latched topic, newest last."""
-    shared = Topic("/tf_static", "std_msgs/msg/String", stamped=False, latched=True, reliable=True, shared=True)
+    shared = Topic(
+        "/tf_static", "std_msgs/msg/String", stamped=False, latched=True, reliable=True, shared=True
+    )
     bag = Bag(tmp_path / "run.mcap", TOPICS | {"/tf_static": shared}, SCENE.period_ns)
     for letter in b"abac":
         bag.callbacks()["/tf_static"](b"\0\1\0\0\2\0\0\0" + bytes([letter, 0]))
     feed(bag, 3)
     feed(bag, 2)
     bag.finish({"steps": 2})
-    assert [message.data for _, message in read(tmp_path / "run.mcap")["/tf_static"]] == ["b", "a", "c"]
+    assert [message.data for _, message in read(tmp_path / "run.mcap")["/tf_static"]] == [
+        "b",
+        "a",
+        "c",
+    ]
 
 
 def test_a_replacing_recorder_restarts_its_count_at_a_reset(tmp_path: Path) -> None:
@@ -118,7 +166,10 @@ def test_a_replacing_recorder_restarts_its_count_at_a_reset(tmp_path: Path) -> N
     assert (bag.resets, bag.last_step) == (2, 20)
     why = f"recorder: {tmp_path / 'run.part2.mcap'} is incomplete, it has 20 of 25 steps"
     assert bag.finish({"steps": 25})["error"] == why
-    assert {file.name for file in tmp_path.iterdir()} == {"run.part2.mcap", "run.part2.before_reset_2.mcap"}
+    assert {file.name for file in tmp_path.iterdir()} == {
+        "run.part2.mcap",
+        "run.part2.before_reset_2.mcap",
+    }
 
 
 def test_a_message_without_a_usable_stamp_gets_the_run_s_time(tmp_path: Path) -> None:

@@ -22,7 +22,9 @@ def write(file: McapFile) -> tuple[Written, list[int]]:
         messages.append((list(TOPICS.values())[topic].name, time, data))
 
     add(2, SCENE.period_ns, DESCRIPTION)
-    for k in range(1, 21):  # an effort follows the state that it leads to: their stamps are not in order
+    for k in range(
+        1, 21
+    ):  # an effort follows the state that it leads to: their stamps are not in order
         state, effort = (k + 1) * SCENE.period_ns, k * SCENE.period_ns
         add(0, state, STATE_CODEC.encode(state, (float(k),) * 6, (0.0,) * 6, (0.0,) * 6))
         add(1, effort, EFFORT_CODEC.encode(effort, (float(k),) * 4))
@@ -35,7 +37,8 @@ def write(file: McapFile) -> tuple[Written, list[int]]:
 def test_a_recovered_file_is_read_like_a_closed_one(tmp_path: Path) -> None:
     """A recovered file has its messages as a closed one has them: times, order, counts.
 
-    An attempt for which there was no time has changed nothing. Older versions left a folder with the file.
+    An attempt for which there was no time has changed nothing. Older versions left a folder with
+    the file.
     """
     file, left = McapFile(tmp_path / "run.mcap", list(TOPICS.values())), tmp_path / "left.mcap.part"
     write(file)
@@ -46,9 +49,15 @@ def test_a_recovered_file_is_read_like_a_closed_one(tmp_path: Path) -> None:
     with pytest.raises(TimeoutError):
         recover_bag(left, lambda: 0.0)  # no time left: it stays as it is
     recovered = recover_bag(left)
-    assert recovered is not None and {each.name for each in tmp_path.iterdir()} == {"run.mcap", recovered.name}
+    assert recovered is not None and {each.name for each in tmp_path.iterdir()} == {
+        "run.mcap",
+        recovered.name,
+    }
     with Reader(recovered) as recovered_bag, Reader(file.path) as closed_bag:
-        messages = [[(about.topic, *rest) for about, *rest in bag.messages()] for bag in (recovered_bag, closed_bag)]
+        messages = [
+            [(about.topic, *rest) for about, *rest in bag.messages()]
+            for bag in (recovered_bag, closed_bag)
+        ]
         assert messages[0] == messages[1]
         for attribute in ("message_count", "start_time", "end_time"):
             assert getattr(recovered_bag, attribute) == getattr(closed_bag, attribute)
@@ -65,7 +74,10 @@ def test_every_chunk_that_is_complete_is_recovered(tmp_path: Path) -> None:
     assert len(chunks) == len(saved)
     for cut in sorted({*ends, *(end - 3 for end in ends), *(end + 5 for end in ends)}):
         left.write_bytes(data[:cut])
-        recovered, expected = recover_bag(left), messages[: [0, *saved][sum(end <= cut for end in chunks)]]
+        recovered, expected = (
+            recover_bag(left),
+            messages[: [0, *saved][sum(end <= cut for end in chunks)]],
+        )
         assert (recovered is not None) == bool(expected) and not left.exists(), cut
         if recovered is not None:
             with Reader(recovered) as bag:

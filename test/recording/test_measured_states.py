@@ -50,13 +50,19 @@ def test_a_recording_has_both(rollout: crane_sim.Rollout, run: RecordedRun) -> N
     assert run.q_measured is not None and run.v_measured is not None
     assert np.array_equal(np.hstack([run.q_measured, run.v_measured]), shown)
     assert np.array_equal(run.q, rollout.q[:-1])
-    assert np.array_equal(run.columns()["v_measured.jib"][0], shown[:, 8]), "columns are named after the joints"
+    assert np.array_equal(run.columns()["v_measured.jib"][0], shown[:, 8]), (
+        "columns are named after the joints"
+    )
     ideal = crane_sim.simulate("knuckle_setpoint", duration=0.05)
     assert not of_rollout(ideal, "ideal").sensed
-    assert not [channel for channel in channels(of_rollout(ideal, "ideal")) if "measured" in channel.entity]
+    assert not [
+        channel for channel in channels(of_rollout(ideal, "ideal")) if "measured" in channel.entity
+    ]
 
 
-def test_a_recorder_of_messages_has_both(rollout: crane_sim.Rollout, run: RecordedRun, tmp_path: Path) -> None:
+def test_a_recorder_of_messages_has_both(
+    rollout: crane_sim.Rollout, run: RecordedRun, tmp_path: Path
+) -> None:
     """From joint and true states a recorder makes the recording of the run without ROS.
 
     Its replay has no difference.
@@ -87,5 +93,10 @@ def test_measured_curves_share_the_axis_of_the_true_ones(run: RecordedRun) -> No
             if curve.dotted:
                 assert curve.name.removesuffix(" measured") in names, panel.title
                 found[f"{curve.name} {panel.unit}"] = curve.color
-    assert {"slew measured °", "slew measured °/s", "rope measured m", "tangential measured °"} <= found.keys()
+    assert {
+        "slew measured °",
+        "slew measured °/s",
+        "rope measured m",
+        "tangential measured °",
+    } <= found.keys()
     assert found["slew measured °"] == found["slew measured °/s"], "a joint has one colour"

@@ -32,8 +32,12 @@ def test_the_frame_of_the_base_takes_the_solids_to_the_nodes(run: Any) -> None:
         joints = dict(zip(scene.joint_names, run.q[k], strict=True))
         solid = link_position(urdf(scene), joints, "payload_link")
         solid_position = to_world(solid[None, None], base[k : k + 1])[0, 0]
-        assert solid_position == pytest.approx(run.payload[k], abs=1e-7)  # the URDF prints nine digits
-    assert to_base(to_world(run.nodes, base), base) == pytest.approx(run.nodes, abs=1e-13)  # rounding
+        assert solid_position == pytest.approx(
+            run.payload[k], abs=1e-7
+        )  # the URDF prints nine digits
+    assert to_base(to_world(run.nodes, base), base) == pytest.approx(
+        run.nodes, abs=1e-13
+    )  # rounding
 
 
 def test_a_recording_moves_the_base(run: Any, tmp_path: Path) -> None:
@@ -41,9 +45,23 @@ def test_a_recording_moves_the_base(run: Any, tmp_path: Path) -> None:
     path = run.record(tmp_path / "ship.rrd")
     chunks = [c for c in RrdReader(path).stream() if c.entity_path == "/tf/base_link"]
     (batch,) = [chunk.to_record_batch() for chunk in chunks]
-    at = batch["Transform3D:translation"].flatten().flatten().to_numpy(zero_copy_only=False).reshape(-1, 3)
-    turn = batch["Transform3D:quaternion"].flatten().flatten().to_numpy(zero_copy_only=False).reshape(-1, 4)
-    base = base_positions(run.scene.model.base, np.array(batch["step"].to_numpy() - 1) * run.scene.period)
+    at = (
+        batch["Transform3D:translation"]
+        .flatten()
+        .flatten()
+        .to_numpy(zero_copy_only=False)
+        .reshape(-1, 3)
+    )
+    turn = (
+        batch["Transform3D:quaternion"]
+        .flatten()
+        .flatten()
+        .to_numpy(zero_copy_only=False)
+        .reshape(-1, 4)
+    )
+    base = base_positions(
+        run.scene.model.base, np.array(batch["step"].to_numpy() - 1) * run.scene.period
+    )
     assert len(at) > 10
     assert at == pytest.approx(base[:, :3], abs=1e-6)  # the recording keeps single precision
     assert turn == pytest.approx(base_quaternions(base), abs=1e-6)  # likewise
@@ -53,7 +71,9 @@ def test_a_recording_has_the_rate_of_v_at_every_instant(run: Any, tmp_path: Path
     """The base's part of V is evaluated at each step's time, in recording and run."""
     rate = read_curves(run.record(tmp_path / "ship.rrd"), "plots/lyapunov_rate").values
     law = run.scene.law
-    expected = [law.lyapunov(t, tuple(q), tuple(v))[1] for t, q, v in zip(run.t, run.q, run.v, strict=True)]
+    expected = [
+        law.lyapunov(t, tuple(q), tuple(v))[1] for t, q, v in zip(run.t, run.q, run.v, strict=True)
+    ]
     assert np.array_equal(rate[:, 0], expected[:-1])
     assert np.array_equal(run.lyapunov()[:, 1], expected)
     at_first = law.lyapunov(0.0, tuple(run.q[-1]), tuple(run.v[-1]))[1]
@@ -65,14 +85,28 @@ def test_the_water_is_the_sea_of_the_base(tmp_path: Path) -> None:
     sea = {"significant_height": 1.5, "peak_period": 7.0, "components": 5}
     scene = crane_sim.load_scene(CRANE | {"base_motion": {"sea": sea}}, {"duration": 0.5})
     path = crane_sim.simulate(scene).record(tmp_path / "sea.rrd")
-    heave = {c.entity_path: c.to_record_batch() for c in RrdReader(path).stream() if not c.is_static}["/tf/base_link"]
-    (water,) = [c.to_record_batch() for c in RrdReader(path).stream() if c.entity_path == "/water" and not c.is_static]
+    heave = {
+        c.entity_path: c.to_record_batch() for c in RrdReader(path).stream() if not c.is_static
+    }["/tf/base_link"]
+    (water,) = [
+        c.to_record_batch()
+        for c in RrdReader(path).stream()
+        if c.entity_path == "/water" and not c.is_static
+    ]
     points = water["Mesh3D:vertex_positions"].flatten().flatten().to_numpy(zero_copy_only=False)
     points = points.reshape(len(water), CREST_POINTS, 2, 3)
     level = [np.interp(0.0, row[:, 0, 0], row[:, 0, 2]) for row in points]
-    at = heave["Transform3D:translation"].flatten().flatten().to_numpy(zero_copy_only=False).reshape(-1, 3)[:, 2]
+    at = (
+        heave["Transform3D:translation"]
+        .flatten()
+        .flatten()
+        .to_numpy(zero_copy_only=False)
+        .reshape(-1, 3)[:, 2]
+    )
     assert np.ptp(at) > 0.01 and len(level) == len(at)
-    assert np.diff(level) == pytest.approx(np.diff(at), abs=1e-3)  # a chord between two points of the water
+    assert np.diff(level) == pytest.approx(
+        np.diff(at), abs=1e-3
+    )  # a chord between two points of the water
 
 
 def test_curves_of_one_plot_have_one_unit(run: Any, tmp_path: Path) -> None:
@@ -80,8 +114,13 @@ def test_curves_of_one_plot_have_one_unit(run: Any, tmp_path: Path) -> None:
     path, scene = run.record(tmp_path / "ship.rrd"), run.scene
     rates = read_curves(path, "shown/rate_deg_s").values
     angles = [i for i, unit in enumerate(scene.joint_units) if unit == "rad"]
-    assert rates == pytest.approx(np.degrees(run.v[:-1, angles]), abs=1e-12)  # rounding of the conversion
-    assert np.array_equal(read_curves(path, "shown/rate_m_s").values[:, 0], run.v[:-1, scene.joint_names.index("rope")])
+    assert rates == pytest.approx(
+        np.degrees(run.v[:-1, angles]), abs=1e-12
+    )  # rounding of the conversion
+    assert np.array_equal(
+        read_curves(path, "shown/rate_m_s").values[:, 0],
+        run.v[:-1, scene.joint_names.index("rope")],
+    )
     assert np.array_equal(read_curves(path, "shown/effort_Nm").values, run.u[:-1, :3])
     energy = read_curves(path, "shown/energy_J").values
     assert energy[0, 1] == 0.0 and np.array_equal(energy[:, 0] + energy[:, 1], energy[:, 2])

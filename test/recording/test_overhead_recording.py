@@ -25,6 +25,8 @@ from crane_sim.recording.suspension import Suspension, hanging_still
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.derived import derive
 
+pytestmark = pytest.mark.unforked  # a client of the viewer
+
 STEPS = 300
 FRAMES = len(range(0, STEPS, 3))  # 30 Hz of the 100 Hz
 
@@ -33,7 +35,9 @@ def chain(links: int) -> Scene:
     """Return a scene with a cable of `links` links, 4 m in all, 10 kg."""
     masses = [6.0 / links] * (links - 1) + [4.0 + 6.0 / links]
     cable = {"links": links, "lengths": 4.0 / links, "node_masses": masses}
-    return load_scene({"crane": "overhead", "duration": 3.0, "trolley": {"mass": 5.0}, "cable": cable})
+    return load_scene(
+        {"crane": "overhead", "duration": 3.0, "trolley": {"mass": 5.0}, "cable": cable}
+    )
 
 
 class Run(NamedTuple):
@@ -69,9 +73,16 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
 def chunks(path: Path, entity: str, column: str, static: bool = False) -> list[Any]:
     """Return the values of a component, one per row, in the order of the file."""
     batches = (
-        c.to_record_batch() for c in RrdReader(path).stream() if c.entity_path == entity and c.is_static == static
+        c.to_record_batch()
+        for c in RrdReader(path).stream()
+        if c.entity_path == entity and c.is_static == static
     )
-    return [value for batch in batches if column in batch.schema.names for value in batch[column].to_pylist()]
+    return [
+        value
+        for batch in batches
+        if column in batch.schema.names
+        for value in batch[column].to_pylist()
+    ]
 
 
 def test_the_cable_is_a_line_through_the_nodes(run: Run) -> None:
@@ -79,7 +90,9 @@ def test_the_cable_is_a_line_through_the_nodes(run: Run) -> None:
     nodes = run.nodes[::3]
     strips = np.array(chunks(run.path, "/rope", "LineStrips3D:strips"))
     assert strips.shape == (FRAMES, 7, 2, 3)
-    assert strips[:, :, 0] == pytest.approx(nodes[:, :-1], abs=1e-5)  # single precision of up to 60 m
+    assert strips[:, :, 0] == pytest.approx(
+        nodes[:, :-1], abs=1e-5
+    )  # single precision of up to 60 m
     assert strips[:, :, 1] == pytest.approx(nodes[:, 1:], abs=1e-5)
     for frame, end in (("trolley", 0), ("payload", -1)):
         positions = np.array(chunks(run.path, f"/tf/{frame}", "Transform3D:translation"))[:, 0]
@@ -89,11 +102,16 @@ def test_the_cable_is_a_line_through_the_nodes(run: Run) -> None:
 def test_a_few_links_stand_for_all_in_the_plots(run: Run) -> None:
     """Four of seven swings are plotted, first and last included; `plots/q` has all, bit for bit."""
     assert np.array_equal(read_curves(run.path, "plots/q").values, run.q)
-    assert np.array_equal(read_curves(run.path, "shown/swing_deg").values, np.degrees(run.q[:, [1, 3, 5, 7]]))
+    assert np.array_equal(
+        read_curves(run.path, "shown/swing_deg").values, np.degrees(run.q[:, [1, 3, 5, 7]])
+    )
     line = run.nodes[:, -1] - run.nodes[:, 0]
     total = read_curves(run.path, "shown/swing_total_deg").values[:, 0]
     assert total == pytest.approx(np.degrees(np.arctan2(line[:, 0], -line[:, 2])))
-    parts, whole = read_curves(run.path, "plots/energy_parts").values, read_curves(run.path, "plots/energy").values
+    parts, whole = (
+        read_curves(run.path, "plots/energy_parts").values,
+        read_curves(run.path, "plots/energy").values,
+    )
     assert parts.sum(axis=1) == pytest.approx(whole[:, 0])
     assert np.ptp(parts[:, 1]) > 1.0  # J: the cable bends, so it is no sum of zeros
 
@@ -175,7 +193,9 @@ def test_an_elastic_cable_has_the_coordinates_of_its_nodes() -> None:
     block: Any = SimpleNamespace(nodes=nodes[None])
     channels = {channel.entity: channel for channel in _cable_curves(cable)}
     assert channels["shown/swing_deg"].names == ("link 1", "link 3", "link 4", "link 6")
-    assert channels["shown/swing_deg"].values(block) == pytest.approx(np.array([[10.0, 30.0, 40.0, 60.0]]))
+    assert channels["shown/swing_deg"].values(block) == pytest.approx(
+        np.array([[10.0, 30.0, 40.0, 60.0]])
+    )
     assert channels["shown/cable_m"].values(block) == pytest.approx([6.6])
 
 
@@ -186,6 +206,10 @@ def test_the_target_hangs_still_below_the_references() -> None:
     """
     nodes = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.6, -0.8]]])
     still = hanging_still(("trolley", "bridge", "hoist"), np.array([[4.0, -3.0, 2.5]]), nodes)
-    assert still == pytest.approx(np.array([[[4.0, -3.0, 0.0], [4.0, -3.0, -2.5], [4.0, -3.0, -3.5]]]))
+    assert still == pytest.approx(
+        np.array([[[4.0, -3.0, 0.0], [4.0, -3.0, -2.5], [4.0, -3.0, -3.5]]])
+    )
     kept = hanging_still(("bridge",), np.array([[-3.0]]), nodes)
-    assert kept == pytest.approx(np.array([[[0.0, -3.0, 0.0], [0.0, -3.0, -1.0], [0.0, -3.0, -2.0]]]))
+    assert kept == pytest.approx(
+        np.array([[[0.0, -3.0, 0.0], [0.0, -3.0, -1.0], [0.0, -3.0, -2.0]]])
+    )

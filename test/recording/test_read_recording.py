@@ -38,7 +38,9 @@ def test_what_is_read_is_what_was_simulated(rollout: crane_sim.Rollout, run: Rec
     for name in ("q", "v", "u", "payload", "tip", "tension", "energy"):
         assert np.array_equal(getattr(run, name), getattr(rollout, name)[:-1]), name
     assert run.t == pytest.approx(rollout.t[:-1], abs=1e-12)  # the rounding of ns to s
-    assert np.array_equal(run.commands, rollout.commands) and np.array_equal(run.reference[-1], rollout.scene.reference)
+    assert np.array_equal(run.commands, rollout.commands) and np.array_equal(
+        run.reference[-1], rollout.scene.reference
+    )
     assert np.array_equal(run.nodes, rollout.nodes[:-1:3]) and len(run.frames.t) == len(run.nodes)
     assert run.summary == json.loads(json.dumps(rollout.summary)) | {
         "recording": str(run.path),
@@ -50,24 +52,49 @@ def test_what_is_read_is_what_was_simulated(rollout: crane_sim.Rollout, run: Rec
 
 def test_the_scene_repeats_the_run(run: RecordedRun) -> None:
     """The scene in a recording, simulated again, ends in the same state."""
-    assert crane_sim.simulate(run.load_scene()).summary["state_sha256"] == run.summary["state_sha256"]
+    assert (
+        crane_sim.simulate(run.load_scene()).summary["state_sha256"] == run.summary["state_sha256"]
+    )
 
 
 def test_a_run_over_ros_reads_the_same(run: RecordedRun, tmp_path: Path) -> None:
     """The recording of a lockstep run over ROS holds the numbers of the run without ROS."""
-    orchestration.run(crane_sim.load_scene("knuckle_setpoint", {"duration": 0.01 * STEPS}), record=tmp_path / "ros.rrd")
+    orchestration.run(
+        crane_sim.load_scene("knuckle_setpoint", {"duration": 0.01 * STEPS}),
+        record=tmp_path / "ros.rrd",
+    )
     other = crane_sim.read_recording(tmp_path / "ros.rrd")
-    for name in ("t", "q", "v", "u", "commands", "reference", "payload", "tip", "tension", "kinetic", "nodes"):
+    for name in (
+        "t",
+        "q",
+        "v",
+        "u",
+        "commands",
+        "reference",
+        "payload",
+        "tip",
+        "tension",
+        "kinetic",
+        "nodes",
+    ):
         assert np.array_equal(getattr(other, name), getattr(run, name)), name
-    assert other.crane == run.crane and other.scene_text == run.scene_text and other.versions == run.versions
+    assert (
+        other.crane == run.crane
+        and other.scene_text == run.scene_text
+        and other.versions == run.versions
+    )
     assert other.summary["state_sha256"] == run.summary["state_sha256"]
 
 
 def test_a_law_that_is_a_function_is_recorded(tmp_path: Path) -> None:
     """A Python law's run is recorded with its commands, and says the law is none of the scene's."""
-    run = crane_sim.simulate("knuckle_setpoint", lambda t, q, v: (t, 215.0, 98.0, -10.0), duration=0.1)
+    run = crane_sim.simulate(
+        "knuckle_setpoint", lambda t, q, v: (t, 215.0, 98.0, -10.0), duration=0.1
+    )
     back = crane_sim.read_recording(run.record(tmp_path / "mine.rrd"))
-    assert np.array_equal(back.commands, run.commands) and np.all(np.diff(back.commands[:, 0]) > 0.0)
+    assert np.array_equal(back.commands, run.commands) and np.all(
+        np.diff(back.commands[:, 0]) > 0.0
+    )
     assert back.law == "external"
 
 
@@ -81,14 +108,21 @@ def test_other_instants_are_not_recorded(tmp_path: Path) -> None:
 def test_bad_files_are_refused_in_one_line(file: Path, tmp_path: Path) -> None:
     """Missing, empty, foreign, cut files, and messages alone, have one line that names the file."""
     whole = file.read_bytes()
-    bad = {"empty": b"", "foreign": b"no recording, but text", "cut": whole[: len(whole) // 9], "short": whole[:50]}
+    bad = {
+        "empty": b"",
+        "foreign": b"no recording, but text",
+        "cut": whole[: len(whole) // 9],
+        "short": whole[:50],
+    }
     for name, content in bad.items():
         Path(tmp_path, f"{name}.rrd").write_bytes(content)
     Path(tmp_path, "messages.mcap").write_bytes(b"")
     for name in ("missing.rrd", *(f"{name}.rrd" for name in bad), "messages.mcap", "."):
         with pytest.raises(UnreadableRecording) as error:
             crane_sim.read_recording(tmp_path / name)
-        assert str(error.value).startswith(f"{tmp_path / name}: ") and "\n" not in str(error.value), name
+        assert str(error.value).startswith(f"{tmp_path / name}: ") and "\n" not in str(
+            error.value
+        ), name
 
 
 def test_a_file_is_cut_off_wherever_that_is(file: Path, tmp_path: Path) -> None:
@@ -117,9 +151,13 @@ def test_a_data_frame_has_the_columns(run: RecordedRun) -> None:
     assert frame.attrs["units"]["u.rope"] == "N" and frame.attrs["units"]["t"] == "s"
 
 
-def test_a_data_frame_without_pandas_is_one_line(run: RecordedRun, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_data_frame_without_pandas_is_one_line(
+    run: RecordedRun, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Without pandas, one line names it, how to get it, and what there is without it."""
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(crane_sim.SceneError, match="^a data frame needs .* pandas, .*install study.*columns") as error:
+    with pytest.raises(
+        crane_sim.SceneError, match="^a data frame needs .* pandas, .*install study.*columns"
+    ) as error:
         run.to_dataframe()
     assert "\n" not in str(error.value)

@@ -18,7 +18,12 @@ STEPS = 4
 
 def chain(links: int) -> crane_sim.Rollout:
     """Run a chain of `links` links, each bent against the one above it, for a few steps."""
-    cable = {"model": "rigid", "links": links, "lengths": 4.0 / links, "node_masses": [1.0] * (links - 1) + [4.0]}
+    cable = {
+        "model": "rigid",
+        "links": links,
+        "lengths": 4.0 / links,
+        "node_masses": [1.0] * (links - 1) + [4.0],
+    }
     start = {"angles": np.linspace(0.1, 0.6, links).tolist()}
     document = {"crane": "overhead", "trolley": {"mass": 5.0}, "cable": cable, "initial": start}
     return crane_sim.simulate(crane_sim.load_scene(document | {"duration": 0.01 * STEPS}))
@@ -31,10 +36,15 @@ def rollouts() -> dict[str, crane_sim.Rollout]:
 
 
 @pytest.fixture(scope="module")
-def runs(rollouts: dict[str, crane_sim.Rollout], tmp_path_factory: pytest.TempPathFactory) -> dict[str, RecordedRun]:
+def runs(
+    rollouts: dict[str, crane_sim.Rollout], tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, RecordedRun]:
     """Record both and read them back."""
     folder = tmp_path_factory.mktemp("tensions")
-    return {kind: crane_sim.read_recording(run.record(folder / f"{kind}.rrd")) for kind, run in rollouts.items()}
+    return {
+        kind: crane_sim.read_recording(run.record(folder / f"{kind}.rrd"))
+        for kind, run in rollouts.items()
+    }
 
 
 def tension_curves(run: RecordedRun) -> dict[str, Curve]:
@@ -65,13 +75,19 @@ def test_every_tension_has_its_name(kind: str, runs: dict[str, RecordedRun]) -> 
     run = runs[kind]
     assert run.path is not None
     names = [f"{kind} {k}" for k in range(1, 1 + run.tensions.shape[1])]
-    styles = [c for c in RrdReader(run.path).stream() if c.entity_path == "/plots/tension" and c.is_static]
-    assert styles[0].to_record_batch()["SeriesLines:names"][0].as_py() == [f"{name} [N]" for name in names]
+    styles = [
+        c for c in RrdReader(run.path).stream() if c.entity_path == "/plots/tension" and c.is_static
+    ]
+    assert styles[0].to_record_batch()["SeriesLines:names"][0].as_py() == [
+        f"{name} [N]" for name in names
+    ]
     curves, columns = tension_curves(run), run.columns()
     assert sorted(curves) == names and len({curve.color for curve in curves.values()}) == len(names)
     assert np.array_equal(columns["tension"][0], run.tension)
     for k, name in enumerate(names):
-        assert curves[name].values == pytest.approx(run.tensions[:, k], rel=1e-15)  # N to kN and back
+        assert curves[name].values == pytest.approx(
+            run.tensions[:, k], rel=1e-15
+        )  # N to kN and back
         assert np.array_equal(columns[f"tension.{k + 1}"][0], run.tensions[:, k])
 
 
@@ -105,9 +121,22 @@ def test_lead_line_and_falls_of_a_reeved_rope_are_recorded(tmp_path: Path) -> No
     assert np.array_equal(run.lead_line, rollout.lead_line[:-1])
     names = ["lead line", *(f"fall {k}" for k in range(1, 13))]
     assert run.path is not None
-    styles = [c for c in RrdReader(run.path).stream() if c.entity_path == "/plots/reeved_tension" and c.is_static]
-    assert styles[0].to_record_batch()["SeriesLines:names"][0].as_py() == [f"{name} [N]" for name in names]
-    shown = [c.name for panel in panels_of(run) if panel.title.startswith("Tension of lead") for c in panel.curves]
+    styles = [
+        c
+        for c in RrdReader(run.path).stream()
+        if c.entity_path == "/plots/reeved_tension" and c.is_static
+    ]
+    assert styles[0].to_record_batch()["SeriesLines:names"][0].as_py() == [
+        f"{name} [N]" for name in names
+    ]
+    shown = [
+        c.name
+        for panel in panels_of(run)
+        if panel.title.startswith("Tension of lead")
+        for c in panel.curves
+    ]
     assert sorted(shown) == sorted(names)
     columns = run.columns()
-    assert np.array_equal(columns["fall.12"][0], run.falls[:, 11]) and columns["lead_line"][1] == "N"
+    assert (
+        np.array_equal(columns["fall.12"][0], run.falls[:, 11]) and columns["lead_line"][1] == "N"
+    )

@@ -17,6 +17,8 @@ from crane_sim.recording.rerun.screenshot import picture
 from crane_sim.recording.rerun.viewer import NO_DRAWING, PictureError
 from crane_sim.simulation.derived import derive
 
+pytestmark = pytest.mark.unforked  # a client of the viewer
+
 
 class Run(NamedTuple):
     """A run of a plant, and its recording."""
@@ -38,7 +40,12 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     session.write_rows(rows[:500])
     session.write_rows(rows[500:])
     session.add_speed(STEPS, 12.5)
-    summary = {"scene": SCENE.name, "steps": STEPS, "final_error": {"slew": 0.25}, "settling_time": {"slew": None}}
+    summary = {
+        "scene": SCENE.name,
+        "steps": STEPS,
+        "final_error": {"slew": 0.25},
+        "settling_time": {"slew": None},
+    }
     added = session.finish(summary)
     q, v, u = (np.array([row[i] for row in rows]) for i in (1, 2, 3))
     return Run(path, SCENE.period * np.arange(STEPS), q, v, u, summary | added)
@@ -50,14 +57,18 @@ def test_every_step_is_there_exactly(run: Run) -> None:
         curves = read_curves(run.path, entity)
         assert np.array_equal(curves.step, np.arange(1, STEPS + 1))
         assert np.array_equal(curves.values, values)
-        assert curves.time == pytest.approx(SCENE.period * np.arange(STEPS), abs=1e-12)  # the rounding of ns to s
+        assert curves.time == pytest.approx(
+            SCENE.period * np.arange(STEPS), abs=1e-12
+        )  # the rounding of ns to s
 
 
 def test_derived_quantities_are_there(run: Run) -> None:
     """Derived quantities equal `simulation.metrics`, V and dV/dt the law's, at every step."""
     known = derive(SCENE, run.t, run.q, run.v, run.u)
     law: Any = SCENE.law
-    lyapunov = np.array([law.lyapunov(*at) for at in zip(run.t, map(tuple, run.q), map(tuple, run.v), strict=True)])
+    lyapunov = np.array(
+        [law.lyapunov(*at) for at in zip(run.t, map(tuple, run.q), map(tuple, run.v), strict=True)]
+    )
     expected = {
         "plots/energy": known.energy[:, None],
         "plots/tension": known.tension[:, None],
@@ -91,7 +102,9 @@ def test_the_crane_moves_in_3d(run: Run) -> None:
 def test_the_summary_is_in_the_file(run: Run) -> None:
     """The summary is read back unchanged, and the viewer has it as a table."""
     assert read_summary(run.path) == run.summary
-    tables = [chunk for chunk in RrdReader(run.path).stream() if chunk.entity_path == "/summary/table"]
+    tables = [
+        chunk for chunk in RrdReader(run.path).stream() if chunk.entity_path == "/summary/table"
+    ]
     text = tables[0].to_record_batch()["TextDocument:text"][0].as_py()[0]
     assert "| steps | 637 |" in text and "| slew | 0.25 | – |" in text
 
@@ -102,7 +115,11 @@ def test_a_finished_recording_is_one_file_with_its_views(run: Run) -> None:
     assert len(RrdReader(run.path).recordings()) == 1 and RrdReader(run.path).blueprints()
 
 
-@given(arrays(float, (5, 3), elements=st.floats(-10.0, 10.0)).filter(lambda a: np.linalg.norm(a, axis=1).min() > 1e-3))
+@given(
+    arrays(float, (5, 3), elements=st.floats(-10.0, 10.0)).filter(
+        lambda a: np.linalg.norm(a, axis=1).min() > 1e-3
+    )
+)
 def test_the_rope_points_along_itself(directions: np.ndarray) -> None:
     """The rope cylinder's rotation maps z to the rope's direction, also straight down."""
     directions[:2] = (0.0, 0.0, -1.0), (1e-6, 0.0, -1.0)

@@ -6,7 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from crane_sim.recording.files import acquire_lock, before_reset, existing_parts, files_before_resets
+from crane_sim.recording.files import (
+    acquire_lock,
+    before_reset,
+    existing_parts,
+    files_before_resets,
+)
 from crane_sim.recording.rerun.repair import repair
 
 
@@ -33,7 +38,9 @@ def test_files_from_before_resets_are_listed(tmp_path: Path) -> None:
     assert files_before_resets(path, since=time.time() + 60.0) == []
 
 
-def test_a_file_that_another_process_removes_is_not_locked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_that_another_process_removes_is_not_locked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A leftover repaired by another recorder meanwhile, before or after opening, is not locked."""
     part = tmp_path / "run.rrd.part"
     assert acquire_lock(part) is None and repair(part) is None

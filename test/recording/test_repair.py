@@ -48,7 +48,9 @@ def child(program: str, path: Path, end: str = "killed") -> subprocess.Completed
     return run_to_completion(command, env=env)
 
 
-def test_a_killed_recorder_loses_nothing_it_wrote(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_killed_recorder_loses_nothing_it_wrote(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     """After SIGKILL the next run of that name recovers every written step, and says so."""
     path, recovered = tmp_path / "run.rrd", tmp_path / "run.recovered.rrd"
     assert child(CHILD, path, "killed").returncode == -9
@@ -70,7 +72,9 @@ def test_a_living_recorder_s_part_is_unchanged(tmp_path: Path) -> None:
     assert (tmp_path / "run.rrd").exists()
 
 
-def test_a_folder_that_is_gone_is_an_error_of_the_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_that_is_gone_is_an_error_of_the_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A recording whose folder was removed ends in one line, on a failing disk or renaming."""
     folder = tmp_path / "gone"
     session = RowWriter(SCENE, folder / "run.rrd")
@@ -120,10 +124,12 @@ for k in range(1, 31):
     if k == 20:
         file.save()
 os.kill(os.getpid(), signal.SIGKILL)
-"""
+"""  # noqa: E501
 
 
-def test_a_killed_recorder_s_file_is_recovered(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_killed_recorder_s_file_is_recovered(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     """After SIGKILL the next recorder of the same name names the readable, recovered file."""
     path = tmp_path / "run.mcap"
     assert child(MCAP_CHILD, path).returncode == -9

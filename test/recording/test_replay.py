@@ -50,7 +50,9 @@ def test_a_replay_passes_through_the_same_states(name: str) -> None:
 
 def test_commands_from_outside_are_replayed() -> None:
     """A scene without a law, commanded by a function, passes through the same states."""
-    scene = crane_sim.load_scene("overhead_energy", {"control": None, "reference": None, "duration": 0.3})
+    scene = crane_sim.load_scene(
+        "overhead_energy", {"control": None, "reference": None, "duration": 0.3}
+    )
     run = crane_sim.simulate(scene, law=lambda t, q, v: (40.0 * (1.0 - q[0]) - 80.0 * v[0],))
     outcome = replay_run(as_recorded(run))
     assert outcome.difference is None and run.q[-1, 0] > 1e-3

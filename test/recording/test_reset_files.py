@@ -24,7 +24,9 @@ def test_a_disk_that_was_full_before_a_reset_is_counted_in_its_own_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The file has no step after the reset: all are lost, counted apart from those before it."""
-    monkeypatch.setattr("crane_sim.recording.rerun.recorder.BLOCK_SECONDS", 0.0)  # what comes is written at once
+    monkeypatch.setattr(
+        "crane_sim.recording.rerun.recorder.BLOCK_SECONDS", 0.0
+    )  # what comes is written at once
     recorder = Recorder(SCENE, tmp_path / "run.rrd")
     feed(recorder, 30)
     assert recorder.recorded >= 29  # the command of the last step may still be waited for
@@ -56,7 +58,8 @@ def test_a_bag_s_disk_that_was_full_before_a_reset_is_counted_in_its_own_files(
     feed_bag(bag, 20)
     summary = bag.finish({"steps": 20})
     assert summary["error"].endswith(
-        f"No space left on device; it has 0 of 20 steps since the last reset, and {saved} from before it"
+        f"No space left on device; it has 0 of 20 steps since the last reset, and {saved} from "
+        "before it"
     )
     assert summary["mcap"] == str(tmp_path / "run.mcap.part") and bag.resets == 1
 
@@ -73,16 +76,22 @@ def test_the_file_after_a_reset_has_the_simulation_s_state(tmp_path: Path) -> No
     assert (recorder.resets, [state for _, state in states]) == (1, ["playing", "paused"])
 
 
-def test_parts_that_cannot_be_joined_at_a_reset_make_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_parts_that_cannot_be_joined_at_a_reset_make_room(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """They get own names, in order; the run after the reset is whole under its usual name."""
     path = tmp_path / "run.rrd"
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 20)
     dead.save()
     previous = EarlierFiles(20, 20, (tmp_path / "run.rrd.part",))
-    successor = Recorder(SCENE, tmp_path / "run.part2.rrd", run_id="one", complete_file=path, previous=previous)
+    successor = Recorder(
+        SCENE, tmp_path / "run.part2.rrd", run_id="one", complete_file=path, previous=previous
+    )
     feed(successor, 30, after=20)
-    monkeypatch.setattr(repair, "join_recordings", lambda *_: False)  # as a disk that is nearly full has it
+    monkeypatch.setattr(
+        repair, "join_recordings", lambda *_: False
+    )  # as a disk that is nearly full has it
     feed(successor, 10)
     added = successor.finish({"steps": 10})
     assert added == {"recording": str(path), "recorded_steps": 10, "lost_steps": 0}
@@ -90,4 +99,6 @@ def test_parts_that_cannot_be_joined_at_a_reset_make_room(tmp_path: Path, monkey
     assert {file.name for file in tmp_path.iterdir()} == names
     for name, steps in (("run.before_reset_1.part2.rrd", range(21, 31)), ("run.rrd", range(1, 11))):
         assert np.array_equal(read_curves(tmp_path / name, "plots/q").step, list(steps))
-    assert before_reset(path, 1).name == "run.before_reset_2.rrd"  # a part of the first has that name
+    assert (
+        before_reset(path, 1).name == "run.before_reset_2.rrd"
+    )  # a part of the first has that name

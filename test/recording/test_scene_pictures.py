@@ -13,11 +13,14 @@ from crane_sim.files.catalogue import scene_files
 from crane_sim.recording.rerun.screenshot import Shown, camera
 from crane_sim.recording.rerun.viewer import NO_DRAWING, PictureError
 
+pytestmark = pytest.mark.unforked  # a client of the viewer
+
 KINDS = ("overhead_energy", "bridge_pick_up")
 """Scenes whose pictures the ordinary suite looks at; those of all others are long."""
 ENDLESS = {"overhead_long"}
 """An hour, whose recording has no picture that a shorter run has not."""
-TONES = 20  # different colours of a picture at least: a blank one has one, and the ground with its grid a few
+# different colours of a picture at least: a blank one has one, and the ground with its grid a few
+TONES = 20
 EDGE = 3  # pixels at the rim of the picture, which no part of a crane may touch
 
 
@@ -69,7 +72,9 @@ def test_the_first_picture_of_an_instant_is_complete(tmp_path: Path) -> None:
         pytest.skip(NO_DRAWING)
 
 
-def check(scene: str, folder: Path, duration: float | None = None, overrides: dict[str, Any] | None = None) -> None:
+def check(
+    scene: str, folder: Path, duration: float | None = None, overrides: dict[str, Any] | None = None
+) -> None:
     """Draw a run of a scene, as long as it says unless a duration [s] is given."""
     try:
         run = crane_sim.simulate(scene, duration=duration, overrides=overrides)
@@ -82,7 +87,10 @@ def check(scene: str, folder: Path, duration: float | None = None, overrides: di
         assert crane.sum() > 200, f"{scene} at {t:g} s: no crane is seen"
         for part, seen in (("crane", crane), ("arrow of an effort", is_arrow(picture))):
             rim = np.concatenate(
-                [edge.ravel() for edge in (seen[:EDGE], seen[-EDGE:], seen[:, :EDGE], seen[:, -EDGE:])]
+                [
+                    edge.ravel()
+                    for edge in (seen[:EDGE], seen[-EDGE:], seen[:, :EDGE], seen[:, -EDGE:])
+                ]
             )
             assert not rim.any(), f"{scene} at {t:g} s: the {part} leaves the picture"
 

@@ -22,6 +22,8 @@ from crane_sim.recording.rerun.clip import Cut, write_clip
 from crane_sim.recording.rerun.screenshot import Shown, picture
 from crane_sim.recording.rerun.viewer import NO_DRAWING, PictureError, _served, headless_viewer
 
+pytestmark = pytest.mark.unforked  # a client of the viewer
+
 STATE = SimpleNamespace(
     active_recording="run",
     store_ids=["run"],
@@ -29,11 +31,17 @@ STATE = SimpleNamespace(
     recordings=[SimpleNamespace(timelines=[SimpleNamespace(name="sim_time", end=4_000_000_000)])],
     views=[SimpleNamespace(name="Crane", view_id="3d", reports=[])],
 )
-TABS = {"container_kind": "Tabs", "contents": ["container/a", "view/b"], "active_tab": "container/a"}
+TABS = {
+    "container_kind": "Tabs",
+    "contents": ["container/a", "view/b"],
+    "active_tab": "container/a",
+}
 BLUEPRINT = SimpleNamespace(
     blueprint={
         "/container/tabs": {"ContainerBlueprint": TABS},
-        "/container/a": {"ContainerBlueprint": {"container_kind": "Grid", "display_name": "Overview"}},
+        "/container/a": {
+            "ContainerBlueprint": {"container_kind": "Grid", "display_name": "Overview"}
+        },
         "/view/b": {"ViewBlueprint": {"display_name": "Summary"}},
     }
 )
@@ -72,7 +80,11 @@ class LossyClient:
                 self._lost = True
                 raise ConnectionError(f"{name}: connection lost")
             if name == "take_screenshot":
-                return self.pictures.pop(0) if self.pictures else png(self.instants.index(self.instants[-1]))
+                return (
+                    self.pictures.pop(0)
+                    if self.pictures
+                    else png(self.instants.index(self.instants[-1]))
+                )
             if name == "set_time":
                 self.instants.append(settings["duration"])
             return BLUEPRINT if name == "get_blueprint" else STATE
@@ -98,15 +110,24 @@ def recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
 def test_a_lost_connection_is_renewed(recording: Path, tmp_path: Path) -> None:
     """A request that loses its connection is repeated on a new one, and the picture drawn."""
     assert picture(recording, tmp_path / "run.png") == []
-    assert LossyClient.requests.count("open") == 2 and LossyClient.requests.count("take_screenshot") > 2
+    assert (
+        LossyClient.requests.count("open") == 2
+        and LossyClient.requests.count("take_screenshot") > 2
+    )
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_picture_is_complete(recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_picture_is_complete(
+    recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The picture is the first like the one before; an error if they still differ at the end."""
     monkeypatch.setattr(LossyClient, "pictures", [png(k) for k in (50, 50, 51, 52, 53)])
     picture(recording, tmp_path / "run.png", 1.0)
-    assert Image.open(tmp_path / "run.png").getpixel((0, 0)) == (LossyClient.instants.index(1.0), 0, 0)
+    assert Image.open(tmp_path / "run.png").getpixel((0, 0)) == (
+        LossyClient.instants.index(1.0),
+        0,
+        0,
+    )
     monkeypatch.setattr(LossyClient, "pictures", [png(k % 2) for k in range(100_000)])
     monkeypatch.setattr(viewer_module, "LOAD_SECONDS", 0.3)
     with pytest.raises(PictureError, match=r"^the viewer did not finish a picture within 0\.3 s$"):
@@ -114,9 +135,13 @@ def test_a_picture_is_complete(recording: Path, tmp_path: Path, monkeypatch: pyt
     assert not (tmp_path / "no.png").exists()
 
 
-def test_a_file_that_is_no_recording_is_refused_at_once(recording: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_that_is_no_recording_is_refused_at_once(
+    recording: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Where the viewer opens and loads nothing, the line says that it cannot read the file."""
-    monkeypatch.setattr(LossyClient, "open", lambda *_: SimpleNamespace(store_ids=[], loading=[]), raising=False)
+    monkeypatch.setattr(
+        LossyClient, "open", lambda *_: SimpleNamespace(store_ids=[], loading=[]), raising=False
+    )
     with pytest.raises(PictureError, match=r"run\.rrd: the viewer cannot read it$"):
         picture(recording, recording.with_suffix(".png"))
 
@@ -128,14 +153,18 @@ def test_a_recording_is_served_whole(tmp_path: Path) -> None:
     with _served(file) as address, _served(file) as other:
         with urlopen(address) as answer:
             assert answer.read() == file.read_bytes()
-        assert address.startswith("http://127.0.0.1:") and address.split("/")[3] != other.split("/")[3]
+        assert (
+            address.startswith("http://127.0.0.1:") and address.split("/")[3] != other.split("/")[3]
+        )
         with pytest.raises(HTTPError):
             urlopen(f"{address}x")
     with pytest.raises(URLError):
         urlopen(address)
 
 
-def test_a_viewer_that_never_answers_is_given_up(recording: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_viewer_that_never_answers_is_given_up(
+    recording: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A silent viewer is an error of its own; an ended one says why, or that it cannot draw."""
 
     def silent(*_: object) -> None:
@@ -164,7 +193,9 @@ def test_a_viewer_that_never_answers_is_given_up(recording: Path, monkeypatch: p
         assert str(caught.value) == line
 
 
-def test_a_viewer_reaches_no_other_machine(recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_viewer_reaches_no_other_machine(
+    recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Whatever the proxy, a viewer's requests to other machines end at an unserved local port.
 
     What it leaves in the folder for temporary files is gone with it.
@@ -178,7 +209,9 @@ def test_a_viewer_reaches_no_other_machine(recording: Path, tmp_path: Path, monk
         given = dict(line.split("=", 1) for line in made.read_text().splitlines() if "=" in line)
         assert Path(given["TMPDIR"]).is_dir()
     assert not Path(given["TMPDIR"]).exists()
-    assert given["ALL_PROXY"] == given["all_proxy"] == "http://127.0.0.1:9"  # before those of a single scheme
+    assert (
+        given["ALL_PROXY"] == given["all_proxy"] == "http://127.0.0.1:9"
+    )  # before those of a single scheme
     assert given["NO_PROXY"] == given["no_proxy"] == "127.0.0.1"
 
 
@@ -201,14 +234,18 @@ def test_a_clip_has_the_pictures_of_its_part(recording: Path, tmp_path: Path) ->
     It has the width that was asked for.
     """
     file, progress = tmp_path / "run.gif", list[tuple[int, int]]()
-    count = write_clip(recording, file, Cut(1.0, 3.0, 8.0, 2.0, 32), Shown(), lambda *at: progress.append(at))
+    count = write_clip(
+        recording, file, Cut(1.0, 3.0, 8.0, 2.0, 32), Shown(), lambda *at: progress.append(at)
+    )
     with Image.open(file) as clip:
         assert (clip.size, getattr(clip, "n_frames", 1)) == ((32, 24), 8)
     assert count == 8 and progress == [(k, 8) for k in range(1, 9)]
 
 
 @pytest.mark.parametrize(("rate", "duration"), [(30.0, 2000), (7.0, 8570)])
-def test_a_gif_lasts_as_long_as_its_part(recording: Path, tmp_path: Path, rate: float, duration: int) -> None:
+def test_a_gif_lasts_as_long_as_its_part(
+    recording: Path, tmp_path: Path, rate: float, duration: int
+) -> None:
     """A GIF, counting in hundredths of a second, lasts as long in total as it should."""
     file = tmp_path / "run.gif"
     write_clip(recording, file, Cut(0.0, 4.0, rate, 4.0 * rate / 60.0, 32), Shown())
@@ -217,7 +254,9 @@ def test_a_gif_lasts_as_long_as_its_part(recording: Path, tmp_path: Path, rate: 
     assert sum(durations) == duration and len(durations) <= 60  # equal pictures in a row are one
 
 
-def test_an_mp4_has_even_sizes(recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_mp4_has_even_sizes(
+    recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """For an odd width ffmpeg gets the even one below; its failure's line names the asked file."""
     ffmpeg, given = tmp_path / "ffmpeg", tmp_path / "given"
     monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
@@ -236,7 +275,9 @@ def test_an_mp4_has_even_sizes(recording: Path, tmp_path: Path, monkeypatch: pyt
     assert Path(f"{given}.data").stat().st_size == 2 * 32 * 24 * 3
 
 
-def test_an_impossible_clip_is_one_line(recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_impossible_clip_is_one_line(
+    recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Other file types, an MP4 without ffmpeg and a part beyond the run are refused."""
     monkeypatch.setattr(shutil, "which", lambda _program: None)
     with pytest.raises(SceneError, match="must end in .gif or .mp4"):

@@ -12,7 +12,13 @@ from crane_sim.recording.blocks import StateTimelines, block_of_rollout
 from crane_sim.recording.layout import of_rollout
 from crane_sim.recording.rerun.writer import RunWriter
 from crane_sim.recording.run import RecordedRun
-from crane_sim.recording.states import COLORS, CONTROLLER, TimelineInputs, make_event_timelines, make_spans
+from crane_sim.recording.states import (
+    COLORS,
+    CONTROLLER,
+    TimelineInputs,
+    make_event_timelines,
+    make_spans,
+)
 from crane_sim.report.page_data import page_data
 
 CHANGES: dict[str, Any] = {
@@ -41,10 +47,17 @@ def test_faults_and_switches_are_timelines(rollout: crane_sim.Rollout, run: Reco
     """A recording has faults at the scene's times, a limit switch from the first step beyond."""
     assert run.states["fault sticky boom"] == [(0.0, "off"), (0.05, "on"), (0.15, "off")]
     assert run.states["fault dark"] == [(0.0, "off"), (0.2, "on")]
-    assert set(rollout.summary["overtravel"]) == {"slew"}, "the scene's own metrics must agree that it tripped"
+    assert set(rollout.summary["overtravel"]) == {"slew"}, (
+        "the scene's own metrics must agree that it tripped"
+    )
     beyond = rollout.t[np.argmax(rollout.q[:, 0] > 0.004)]
-    assert run.states["limit switch of the slew"] == [(0.0, "clear"), (pytest.approx(beyond, abs=1e-9), "tripped")]
-    assert "brakes" not in run.states and "rope" not in run.states, "what keeps its normal state has no timeline"
+    assert run.states["limit switch of the slew"] == [
+        (0.0, "clear"),
+        (pytest.approx(beyond, abs=1e-9), "tripped"),
+    ]
+    assert "brakes" not in run.states and "rope" not in run.states, (
+        "what keeps its normal state has no timeline"
+    )
 
 
 def test_a_page_has_the_timelines_as_bands(run: RecordedRun) -> None:
@@ -53,7 +66,9 @@ def test_a_page_has_the_timelines_as_bands(run: RecordedRun) -> None:
     assert [row["name"] for row in rows] == list(run.states)
     for row in rows:
         begins, ends = [span[0] for span in row["spans"]], [span[1] for span in row["spans"]]
-        assert begins == [0.0, *ends[:-1]] and ends[-1] == pytest.approx(0.3, abs=1e-12), row["name"]
+        assert begins == [0.0, *ends[:-1]] and ends[-1] == pytest.approx(0.3, abs=1e-12), row[
+            "name"
+        ]
         assert all(COLORS[state] == color for _, _, state, color in row["spans"])
 
 
@@ -62,12 +77,16 @@ def test_timelines_follow_from_steps(rollout: crane_sim.Rollout) -> None:
 
     Limited efforts differ from the demanded ones.
 
-    A lost command (step 21) is no braking. A change at the boundary of two blocks is recorded once, and nothing of a
-    timeline that keeps its normal state.
+    A lost command (step 21) is no braking. A change at the boundary of two blocks is recorded once,
+    and nothing of a timeline that keeps its normal state.
     """
     block, layout = block_of_rollout(rollout), of_rollout(rollout, "states")
     layout = layout._replace(effort_units=layout.command_units)
-    demanded, tensions, contact = block.effort.copy(), np.full_like(block.tensions, 5.0), np.zeros(len(block.step))
+    demanded, tensions, contact = (
+        block.effort.copy(),
+        np.full_like(block.tensions, 5.0),
+        np.zeros(len(block.step)),
+    )
     braked = np.zeros(len(block.step), dtype=bool)
     demanded[10:12], demanded[14, 1], demanded[20], braked[10:12] = np.nan, 1e9, np.nan, True
     tensions[12:18, 0], tensions[18, 0], contact[3:15] = 0.0, -2.0, 1.0
@@ -94,7 +113,11 @@ def test_messages_add_timelines(rollout: crane_sim.Rollout, tmp_path: Path) -> N
     for step, state in ((3, "answers"), (8, "silent"), (9, "silent"), (12, "answers")):
         writer.add_timeline_state(CONTROLLER, "answers", step, state)
     states = crane_sim.read_recording(writer.close(rollout.summary)).states[CONTROLLER]
-    assert states == [(0.0, "answers"), (pytest.approx(0.07), "silent"), (pytest.approx(0.11), "answers")]
+    assert states == [
+        (0.0, "answers"),
+        (pytest.approx(0.07), "silent"),
+        (pytest.approx(0.11), "answers"),
+    ]
 
 
 def test_events_that_change_states_are_timelines() -> None:
@@ -117,7 +140,14 @@ def test_events_that_change_states_are_timelines() -> None:
 
 def test_short_spans_do_not_hide_what_happened() -> None:
     """A short slack stays a span of its own; a normal state too short to be drawn is merged."""
-    changes = [(0.0, "taut"), (1.0, "slack"), (1.001, "taut"), (1.002, "slack"), (1.003, "taut"), (2.0, "slack")]
+    changes = [
+        (0.0, "taut"),
+        (1.0, "slack"),
+        (1.001, "taut"),
+        (1.002, "slack"),
+        (1.003, "taut"),
+        (2.0, "slack"),
+    ]
     assert make_spans(changes, 0.0, 3.0, 0.01) == [
         (0.0, 1.0, "taut"),
         (1.0, 1.003, "slack"),
@@ -135,4 +165,7 @@ def test_states_of_one_instant_are_in_their_order(tmp_path: Path) -> None:
     for name in ("playing", "paused"):
         session.add_timeline_state("simulation", "stopped", 5, name)
     file = session.finish({"scene": scene.name, "steps": 10})["recording"]
-    assert [state for _, state in crane_sim.read_recording(file).states["simulation"]][-2:] == ["playing", "paused"]
+    assert [state for _, state in crane_sim.read_recording(file).states["simulation"]][-2:] == [
+        "playing",
+        "paused",
+    ]

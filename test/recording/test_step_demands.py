@@ -24,7 +24,9 @@ EFFORT_A, EFFORT_B, EFFORT_C = (1.0, 2.0, 3.0, 4.0), (5.0, 6.0, 7.0, 8.0), (0.0,
         ([], EFFORT_B, None),
     ],
 )
-def test_the_demand_is_the_applied_command(commands: list, applied: tuple, demanded: tuple | None) -> None:
+def test_the_demand_is_the_applied_command(
+    commands: list, applied: tuple, demanded: tuple | None
+) -> None:
     """A single command is the demand, whatever the drives do; of several the applied, if any."""
     assembler = StepAssembler(PERIOD_NS, None)
     assembler.add_state(PERIOD_NS, EFFORT_A, EFFORT_A)
@@ -45,7 +47,12 @@ def test_demands_are_accepted_commands_only() -> None:
     assembler.add_command(3 * PERIOD_NS, EFFORT_B)  # refused, too
     assembler.add_accepted(4 * PERIOD_NS, EFFORT_A)
     assembler.add_accepted(4 * PERIOD_NS, EFFORT_B)
-    assert [row.demanded for row in assembler.pop_rows(final=True)] == [None, EFFORT_A, None, EFFORT_B]
+    assert [row.demanded for row in assembler.pop_rows(final=True)] == [
+        None,
+        EFFORT_A,
+        None,
+        EFFORT_B,
+    ]
 
 
 def test_in_real_time_accepted_commands_are_published(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -54,14 +61,20 @@ def test_in_real_time_accepted_commands_are_published(monkeypatch: pytest.Monkey
     codec = JointStateCodec(JOINTS, EFFORT)
 
     def intrude() -> None:
-        for stamp, effort in ((bench.stamp - 5 * PERIOD_NS, (7.0, 7.0)), (bench.stamp, (float("nan"), 0.0))):
+        for stamp, effort in (
+            (bench.stamp - 5 * PERIOD_NS, (7.0, 7.0)),
+            (bench.stamp, (float("nan"), 0.0)),
+        ):
             bench.callbacks["joint_commands"](codec.encode(stamp, effort))
 
     bench.events = [(0.105, intrude)]
     realtime.run()
     published = [codec.decode(data) for data in bench.accepted]
     stamps = [each.stamp for each in published]
-    assert stamps == list(range(stamps[0], stamps[0] + len(stamps) * PERIOD_NS, PERIOD_NS)) and len(stamps) >= 19
+    assert (
+        stamps == list(range(stamps[0], stamps[0] + len(stamps) * PERIOD_NS, PERIOD_NS))
+        and len(stamps) >= 19
+    )
     efforts = [each.effort for each in published]
     assert efforts == [bench.answer(k) for k in range(len(efforts))]
     assert bench.validator.summary()["late"] == bench.validator.summary()["rejected"] == 1
@@ -91,8 +104,16 @@ def test_held_commands_are_the_demands() -> None:
     scene = load_scene("knuckle_setpoint")
     callbacks = MessageDecoder(scene, recorder).callbacks()  # type: ignore[arg-type]
     codec, nan = JointStateCodec(scene.actuated, EFFORT), float("nan")
-    sent = [("accepted_command", 1, EFFORT_A), ("held_command", 1, EFFORT_A), ("held_command", 2, EFFORT_A)]
-    sent += [("accepted_command", 2, EFFORT_B), ("held_command", 3, (nan,) * 4), ("held_command", 4, EFFORT_B)]
+    sent = [
+        ("accepted_command", 1, EFFORT_A),
+        ("held_command", 1, EFFORT_A),
+        ("held_command", 2, EFFORT_A),
+    ]
+    sent += [
+        ("accepted_command", 2, EFFORT_B),
+        ("held_command", 3, (nan,) * 4),
+        ("held_command", 4, EFFORT_B),
+    ]
     for topic, k, effort in sent:
         callbacks[topic](codec.encode(k * PERIOD_NS, effort))
     for stamp, effort in demands:

@@ -27,7 +27,11 @@ SCENES: dict[str, tuple[str, dict[str, Any], tuple[float, ...], dict[str, Any]]]
     ),
     "falls of a jib that bends": (
         "tower_set_down",
-        {"initial": {"q": [0.1, 20.0, 12.0]}, "friction": None, "flexibility": {"vertical": GIVEN, "jib": JIB}},
+        {
+            "initial": {"q": [0.1, 20.0, 12.0]},
+            "friction": None,
+            "flexibility": {"vertical": GIVEN, "jib": JIB},
+        },
         (0.4, 30.0, 14.0),
         REST | {"initial": {"q": [0.4, 30.0, 14.0]}},
     ),
@@ -39,13 +43,17 @@ SCENES: dict[str, tuple[str, dict[str, Any], tuple[float, ...], dict[str, Any]]]
         REST | {"initial.q": [0.5, 1.0, 40.0, 15.0, 0.0, 0.0]},
     ),
 }
-"""Scene, its changes, a target of the actuated joints, and the changes with which the crane begins at rest there."""
+"""Scene, its changes, a target of the actuated joints, and the changes with which the crane begins
+at rest there."""
 
 
 def targets_of(scene: crane_sim.Scene, references: Any) -> Any:
     """Return a block's target nodes (K, N, 3) at references (K, nu), the crane at its start."""
     efforts = (0.0,) * len(scene.actuated)
-    rows = [Row(k, scene.initial_q, scene.initial_v, efforts, efforts, each) for k, each in enumerate(references, 1)]
+    rows = [
+        Row(k, scene.initial_q, scene.initial_v, efforts, efforts, each)
+        for k, each in enumerate(references, 1)
+    ]
     return block_of(scene, rows).target
 
 
@@ -76,7 +84,9 @@ def test_references_at_which_nothing_rests_are_shown_all_the_same() -> None:
 def test_a_stream_of_references_costs_no_more_than_a_few(monkeypatch: pytest.MonkeyPatch) -> None:
     """Rest is solved once per reference of a block, and not at all where there are too many."""
     scene, asked = crane_sim.load_scene("spreader_skew", FREE), list[Any]()
-    monkeypatch.setattr(type(scene.file), "resting_joints", lambda file, target: asked.append(target) or {})
+    monkeypatch.setattr(
+        type(scene.file), "resting_joints", lambda file, target: asked.append(target) or {}
+    )
     references = [(1.0, 2.0, 20.0 + 0.01 * k) for k in range(MOST_REFERENCES + 1)]
     targets_of(scene, references[:2] * 50)
     assert asked == references[:2]

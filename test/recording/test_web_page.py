@@ -28,9 +28,15 @@ def test_the_page_has_no_link_to_another_machine() -> None:
     """Page and program come from this machine, with a policy against others, and no link to any."""
     with web_page("rerun+http://127.0.0.1:9/proxy") as (viewer, address):
         page = fetch(address)
-        assert page.headers["Content-Security-Policy"] == POLICY and "127.0.0.1" in POLICY and "https:" not in POLICY
+        assert (
+            page.headers["Content-Security-Policy"] == POLICY
+            and "127.0.0.1" in POLICY
+            and "https:" not in POLICY
+        )
         text = page.read().decode()
-        assert 'src="re_viewer.js"' in text and not re.search(r"<(link|script|img)[^>]*https?://", text)
+        assert 'src="re_viewer.js"' in text and not re.search(
+            r"<(link|script|img)[^>]*https?://", text
+        )
         parts = urlsplit(address)
         program = fetch(f"{parts.scheme}://{parts.netloc}/re_viewer_bg.wasm")
         assert program.headers["Content-Type"] == "application/wasm" and program.read(4) == b"\0asm"

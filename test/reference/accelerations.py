@@ -1,7 +1,8 @@
 """Accelerations of thirty links below a payload 1e8 times a node, in 60 digits.
 
-Run as python test/reference/accelerations.py. Lagrange's equations with the dense mass matrix in absolute angles, whose
-condition number is beyond double precision. Writes config/references/accelerations.json.
+Run as python test/reference/accelerations.py. Lagrange's equations with the dense mass matrix in
+absolute angles, whose condition number is beyond double precision. Writes
+config/references/accelerations.json.
 """
 
 import json
@@ -14,7 +15,9 @@ TARGET = Path(__file__).parents[2] / "config" / "references" / "accelerations.js
 GRAVITY, TROLLEY, LINKS, RATIO = 9.81, 5.0, 30, 1e8
 
 
-def accelerations(m: list[float], lengths: list[float], q: list[float], v: list[float], force: float) -> list[float]:
+def accelerations(
+    m: list[float], lengths: list[float], q: list[float], v: list[float], force: float
+) -> list[float]:
     """Return the accelerations of trolley and angles."""
     n = len(m)
     with mpmath.workdps(60):
@@ -40,7 +43,9 @@ def main() -> None:
     states = []
     for _ in range(10):
         q, v = [0.3, *rng.uniform(-1, 1, LINKS).tolist()], rng.normal(0, 1, LINKS + 1).tolist()
-        states.append({"q": q, "v": v, "u": [7.0], "acceleration": accelerations(masses, lengths, q, v, 7.0)})
+        states.append(
+            {"q": q, "v": v, "u": [7.0], "acceleration": accelerations(masses, lengths, q, v, 7.0)}
+        )
     cable = {"lengths": lengths, "node_masses": masses}
     scene = {"crane": "overhead", "duration": 1.0, "trolley": {"mass": TROLLEY}, "cable": cable}
     TARGET.write_text(json.dumps({"scene": scene, "states": states}) + "\n")

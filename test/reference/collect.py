@@ -1,10 +1,11 @@
 """Collect the references of the catalogue's hard cases.
 
-Run as python test/reference/collect.py. Writes config/references/hardcases.json, which `crane reproduce hardcases` and
-the tests compare with: for each scene the instants, the nodes 1 .. N in the world with z up, how far they are to be
-trusted; event times where there are any, and the links' tensions [N] (K, N) where they are elastic. Sources:
-test/data/chain.json (its y is up), test/data/overhead.json (`make.py`) and test/data/knuckle_springs.json
-(`knuckle.py`), whose nodes are the boom's end, the tip and the payload.
+Run as python test/reference/collect.py. Writes config/references/hardcases.json, which `crane
+reproduce hardcases` and the tests compare with: for each scene the instants, the nodes 1 .. N in
+the world with z up, how far they are to be trusted; event times where there are any, and the links'
+tensions [N] (K, N) where they are elastic. Sources: test/data/chain.json (its y is up),
+test/data/overhead.json (`make.py`) and test/data/knuckle_springs.json (`knuckle.py`), whose nodes
+are the boom's end, the tip and the payload.
 """
 
 import json
@@ -68,13 +69,20 @@ def main() -> None:
             continue
         nodes = np.array(case["node_positions_xyz"]).reshape(len(case["t"]), -1, 3)
         nodes = nodes if key in own else nodes[..., [0, 2, 1]]
-        found[scene] = {"t": case["t"], "nodes": nodes.tolist(), "trusted": case["trusted_abs_error_m"]}
+        found[scene] = {
+            "t": case["t"],
+            "nodes": nodes.tolist(),
+            "trusted": case["trusted_abs_error_m"],
+        }
         if "event_times" in case:
             found[scene]["events"] = case["event_times"]
         if case["spec"].get("model") == "elastic 2D" and "tension" in case:
             found[scene]["tension"] = case["tension"]
     TARGET.parent.mkdir(exist_ok=True)
-    lines = [f"{json.dumps(scene)}: {json.dumps(case, separators=(',', ':'))}" for scene, case in found.items()]
+    lines = [
+        f"{json.dumps(scene)}: {json.dumps(case, separators=(',', ':'))}"
+        for scene, case in found.items()
+    ]
     TARGET.write_text("{\n" + ",\n".join(lines) + "\n}\n")
 
 

@@ -1,7 +1,8 @@
 """Gragg-Bulirsch-Stoer extrapolation in extended precision, with events found to the last digit.
 
-Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, section II.9: the explicit midpoint rule with n
-substeps has an error expansion in even powers of 1/n, so K rows of the Aitken-Neville table reach order 2K.
+Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, section II.9: the explicit
+midpoint rule with n substeps has an error expansion in even powers of 1/n, so K rows of the
+Aitken-Neville table reach order 2K.
 """
 
 from collections.abc import Callable
@@ -54,7 +55,9 @@ def crossing(value: Callable[[Real], Real], last: Real) -> Real:
     low, high = Real(0), last
     at_low, at_high, side = max(value(low), Real(0)), value(high), 0
     while high - low > FINEST:
-        middle = high - at_high * (high - low) / (at_high - at_low) if at_low > 0 else (low + high) / 2
+        middle = (
+            high - at_high * (high - low) / (at_high - at_low) if at_low > 0 else (low + high) / 2
+        )
         middle = min(max(middle, low + FINEST / 4), high - FINEST / 4)
         found = value(middle)
         if found < 0:
@@ -74,7 +77,9 @@ class Walk:
         self.t, self.y, self.setting = Real(t), y, setting
         self.length = Real(1e-4)
 
-    def advance(self, field: Field, end: Real, project: Field, event: Callable[[Real, Vector], Real]) -> bool:
+    def advance(
+        self, field: Field, end: Real, project: Field, event: Callable[[Real, Vector], Real]
+    ) -> bool:
         """Go on to `end`, or to where `event` becomes negative; return whether it did."""
         rows, tolerance, longest = self.setting
         while self.t < end:
@@ -89,10 +94,14 @@ class Walk:
                 return True
             last = h == end - self.t
             self.t, self.y = end if last else self.t + h, project(self.t + h, y)
-            self.length = max(self.length, h) if last and factor > 1 else h * min(3.0, max(0.3, factor))
+            self.length = (
+                max(self.length, h) if last and factor > 1 else h * min(3.0, max(0.3, factor))
+            )
         return False
 
-    def locate(self, field: Field, h: Real, project: Field, event: Callable[[Real, Vector], Real]) -> None:
+    def locate(
+        self, field: Field, h: Real, project: Field, event: Callable[[Real, Vector], Real]
+    ) -> None:
         """Move to the moment within the next h at which `event` becomes negative.
 
         Every trial is a step of its own.

@@ -38,7 +38,9 @@ class StickSlip(Rigid):
     def solve_accelerations(self, t: Real, q: Vector, v: Vector) -> tuple[Vector, Real, Vector]:
         """Return accelerations and multipliers with the friction of the mode among the forces."""
         axis = np.array([1, 0], Real)
-        self.drive = lambda t: self.outer(t) - (Real(self.coulomb) * self.mode + Real(self.viscous) * v[0]) * axis
+        self.drive = lambda t: (
+            self.outer(t) - (Real(self.coulomb) * self.mode + Real(self.viscous) * v[0]) * axis
+        )
         return super().solve_accelerations(t, q, v)
 
     def load(self, t: Real, y: Vector) -> Real:

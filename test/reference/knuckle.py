@@ -2,10 +2,11 @@
 
 Usage: python test/reference/knuckle.py [--second].
 
-Writes test/data/knuckle_springs.json, in the form of `make.py`: nodes are the boom's end, the tip and the payload in
-the world with z up. Newton and Euler in world axes: the payload is a point in inertial Cartesian coordinates; tower,
-boom and jib are rigid bodies with Jacobians of their centres of mass and angular velocities, so neither the slewing
-frame nor swing angles appear. With --second only its distance from `knuckle_lagrange.py` is measured, and trusted.
+Writes test/data/knuckle_springs.json, in the form of `make.py`: nodes are the boom's end, the tip
+and the payload in the world with z up. Newton and Euler in world axes: the payload is a point in
+inertial Cartesian coordinates; tower, boom and jib are rigid bodies with Jacobians of their centres
+of mass and angular velocities, so neither the slewing frame nor swing angles appear. With --second
+only its distance from `knuckle_lagrange.py` is measured, and trusted.
 """
 
 import argparse
@@ -25,7 +26,8 @@ from starts import instants
 NAME, TARGET = "23_knuckle_springs_S2k", Path(__file__).parents[1] / "data" / "knuckle_springs.json"
 SPEC: dict[str, Any] = {
     "model": "knuckle boom on springs",
-    "note": "scene S2k of the benchmark; inertias about the centre of mass, in the middle; gamma from the horizontal",
+    "note": "scene S2k of the benchmark; inertias about the centre of mass, in the middle; gamma "
+    "from the horizontal",
     "g": 9.81,
     "tower_inertia": 10.0,
     "length": [5.0, 4.0],
@@ -45,11 +47,17 @@ class Arm:
 
     def __init__(self, place: int, q: Vector, v: Vector) -> None:
         """Take the rod whose elevation is q[place], q = (alpha, beta, gamma, ...)."""
-        radial, self.side = np.array([np.cos(q[0]), np.sin(q[0]), 0], Real), np.array([-np.sin(q[0]), np.cos(q[0]), 0])
+        radial, self.side = (
+            np.array([np.cos(q[0]), np.sin(q[0]), 0], Real),
+            np.array([-np.sin(q[0]), np.cos(q[0]), 0]),
+        )
         self.u = np.cos(q[place]) * radial + np.sin(q[place]) * UP
         self.turns = np.zeros((3, 3), Real)  # angular velocity by the rates of alpha, beta, gamma
         self.turns[:, 0], self.turns[:, place] = UP, -self.side
-        self.omega, self.change = self.turns @ v[:3], v[0] * v[place] * radial  # and its rate at constant joint rates
+        self.omega, self.change = (
+            self.turns @ v[:3],
+            v[0] * v[place] * radial,
+        )  # and its rate at constant joint rates
 
     def reach(self, length: Real) -> tuple[Vector, Vector, Vector]:
         """Return the vector of this length along the rod, its Jacobian (3, 3), its acceleration.
@@ -144,14 +152,22 @@ def main() -> None:
         found = json.loads(TARGET.read_text())[NAME]
         others = knuckle_lagrange.course(SPEC, times)
         apart = float(np.max(np.abs(others - np.array(found["node_positions_xyz"]))))
-        trusted = max(found["trusted_abs_error_m"], apart)  # the second derivation has more digits than what is stored
+        trusted = max(
+            found["trusted_abs_error_m"], apart
+        )  # the second derivation has more digits than what is stored
         found |= {"agreement_second_m": apart, "trusted_abs_error_m": trusted}
     else:
-        (nodes, tensions), (others, _) = (crane.solved(times, setting) for setting in (TIGHT, LOOSE))
+        (nodes, tensions), (others, _) = (
+            crane.solved(times, setting) for setting in (TIGHT, LOOSE)
+        )
         found: dict[str, Any] = {"spec": SPEC, "t": times, "node_positions_xyz": listed(nodes)}
         found |= {"tension": listed(tensions)} | agreement(nodes, others)
     store(TARGET, NAME, found)
-    told = {key: value for key, value in found.items() if key.startswith("agreement") and key.endswith("_m")}
+    told = {
+        key: value
+        for key, value in found.items()
+        if key.startswith("agreement") and key.endswith("_m")
+    }
     print(told, f"{time.perf_counter() - begin:.0f} s")
 
 

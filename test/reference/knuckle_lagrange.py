@@ -1,8 +1,9 @@
 """The same knuckle crane a second way: Lagrange's equations in joint coordinates, in 30 digits.
 
-The Lagrangian is written down with positions and rotation matrices as functions of alpha, beta, gamma, rope length and
-the two swing angles, and differentiated by sympy. The integrator is Gauss collocation with 16 stages (order 32; Hairer,
-Norsett, Wanner, Solving Ordinary Differential Equations I, section II.7), the arithmetic that of mpmath.
+The Lagrangian is written down with positions and rotation matrices as functions of alpha, beta,
+gamma, rope length and the two swing angles, and differentiated by sympy. The integrator is Gauss
+collocation with 16 stages (order 32; Hairer, Norsett, Wanner, Solving Ordinary Differential
+Equations I, section II.7), the arithmetic that of mpmath.
 """
 
 from collections.abc import Callable
@@ -18,9 +19,19 @@ Slope = Callable[[Numbers], Numbers]
 
 JOINTS = sp.symbols("alpha beta gamma d theta1 theta2", real=True)
 RATES = sp.symbols("valpha vbeta vgamma vd vtheta1 vtheta2", real=True)
-KEYS = {"g": 0, "tower_inertia": 0, "length": 2, "mass": 2, "inertia": 2, "axial_inertia": 2, "payload": 0}
+KEYS = {
+    "g": 0,
+    "tower_inertia": 0,
+    "length": 2,
+    "mass": 2,
+    "inertia": 2,
+    "axial_inertia": 2,
+    "payload": 0,
+}
 KEYS |= {"stiffness": 3, "rest": 3}
-SYMBOLS: dict[str, Any] = {n: sp.symbols(f"{n}:{count}") if count else sp.Symbol(n) for n, count in KEYS.items()}
+SYMBOLS: dict[str, Any] = {
+    n: sp.symbols(f"{n}:{count}") if count else sp.Symbol(n) for n, count in KEYS.items()
+}
 
 
 def flat(values: dict[str, Any]) -> list[Any]:
@@ -45,7 +56,9 @@ def points() -> tuple[sp.Matrix, sp.Matrix, sp.Matrix]:
 
 def rate(value: sp.Matrix) -> sp.Matrix:
     """Return the time derivative."""
-    return value.applyfunc(lambda entry: sum(entry.diff(q) * v for q, v in zip(JOINTS, RATES, strict=True)))
+    return value.applyfunc(
+        lambda entry: sum(entry.diff(q) * v for q, v in zip(JOINTS, RATES, strict=True))
+    )
 
 
 def spin(turn: sp.Matrix) -> sp.Matrix:
@@ -81,7 +94,9 @@ def equations(spec: dict[str, Any]) -> Slope:
     for p, q in zip(momenta, JOINTS, strict=True):
         terms.append(sp.diff(kinetic - potential, q))
         terms[-1] -= sum(sp.diff(p, other) * v for other, v in zip(JOINTS, RATES, strict=True))
-    terms = [sp.sympify(term).subs(JOINTS[0], 0) for term in terms]  # no direction is special: shorter, and exact
+    terms = [
+        sp.sympify(term).subs(JOINTS[0], 0) for term in terms
+    ]  # no direction is special: shorter, and exact
     evaluate = sp.lambdify([*JOINTS, *RATES, *flat(SYMBOLS)], terms, "mpmath", cse=True)
     numbers = [mp.mpf(x) for x in flat(spec)]
 
@@ -97,16 +112,25 @@ def gauss() -> tuple[list[Numbers], Numbers]:
     """Return the coefficients a (stages, stages) and weights b of the collocation."""
     with mp.workdps(3 * DIGITS):  # the systems of powers are badly conditioned
         legendre = sp.Poly(sp.legendre(STAGES, sp.Symbol("x"))).all_coeffs()
-        nodes = [(1 + x) / 2 for x in mp.polyroots([mp.mpf(c.p) / c.q for c in legendre], 200, extraprec=400)]
+        nodes = [
+            (1 + x) / 2
+            for x in mp.polyroots([mp.mpf(c.p) / c.q for c in legendre], 200, extraprec=400)
+        ]
         powers = mp.matrix([[c**k for c in nodes] for k in range(STAGES)])
-        rows = [mp.lu_solve(powers, mp.matrix([c ** (k + 1) / (k + 1) for k in range(STAGES)])) for c in [*nodes, 1]]
+        rows = [
+            mp.lu_solve(powers, mp.matrix([c ** (k + 1) / (k + 1) for k in range(STAGES)]))
+            for c in [*nodes, 1]
+        ]
     return [list(row) for row in rows[:-1]], list(rows[-1])
 
 
 def sums(rows: list[Numbers], slopes: list[Numbers], y: Numbers, h: Any) -> list[Numbers]:
     """Return y + h (rows times slopes), row by row."""
     columns = list(zip(*slopes, strict=True))
-    return [[start + h * mp.fdot(row, column) for start, column in zip(y, columns, strict=True)] for row in rows]
+    return [
+        [start + h * mp.fdot(row, column) for start, column in zip(y, columns, strict=True)]
+        for row in rows
+    ]
 
 
 def advance(slope: Slope, y: Numbers, h: Any, a: list[Numbers], b: Numbers) -> Numbers:
@@ -114,7 +138,11 @@ def advance(slope: Slope, y: Numbers, h: Any, a: list[Numbers], b: Numbers) -> N
     slopes, change = [slope(y)] * STAGES, mp.inf
     while change > mp.mpf(10) ** (4 - DIGITS):
         found = [slope(stage) for stage in sums(a, slopes, y, h)]
-        change = max(abs(p - q) for new, old in zip(found, slopes, strict=True) for p, q in zip(new, old, strict=True))
+        change = max(
+            abs(p - q)
+            for new, old in zip(found, slopes, strict=True)
+            for p, q in zip(new, old, strict=True)
+        )
         slopes = found
     return sums([b], slopes, y, h)[0]
 

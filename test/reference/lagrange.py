@@ -2,8 +2,9 @@
 
 It is in double precision.
 
-Nodes r(c) with Jacobian J give (J' m J + I) c'' = J' (f - m b) + Q, b being r'' at c'' = 0. No constraint, no tension;
-generalised forces Q act on the coordinates themselves. Link k points along n = (sin a cos b, sin b, -cos a cos b).
+Nodes r(c) with Jacobian J give (J' m J + I) c'' = J' (f - m b) + Q, b being r'' at c'' = 0. No
+constraint, no tension; generalised forces Q act on the coordinates themselves. Link k points along
+n = (sin a cos b, sin b, -cos a cos b).
 """
 
 from typing import NamedTuple
@@ -78,8 +79,14 @@ def directions(a: Vector, b: Vector) -> tuple[Vector, Vector, Vector, Vector, Ve
     """
     sa, ca, sb, cb = np.sin(a), np.cos(a), np.sin(b), np.cos(b)
     unit = np.stack([sa * cb, sb, -ca * cb], axis=1)
-    by_a, by_b = np.stack([ca * cb, 0 * a, sa * cb], axis=1), np.stack([-sa * sb, cb, ca * sb], axis=1)
-    by_ab, by_aa = np.stack([-ca * sb, 0 * a, -sa * sb], axis=1), np.stack([-sa * cb, 0 * a, ca * cb], axis=1)
+    by_a, by_b = (
+        np.stack([ca * cb, 0 * a, sa * cb], axis=1),
+        np.stack([-sa * sb, cb, ca * sb], axis=1),
+    )
+    by_ab, by_aa = (
+        np.stack([-ca * sb, 0 * a, -sa * sb], axis=1),
+        np.stack([-sa * cb, 0 * a, ca * cb], axis=1),
+    )
     return unit, by_a, by_b, by_ab, by_aa
 
 
@@ -87,14 +94,22 @@ def kinematics(form: Layout, t: float, q: Vector, v: Vector) -> tuple[Vector, Ve
     """Return nodes (N + 1, 3), Jacobian (N + 1, 3, coordinates) and accelerations at c'' = 0."""
     n, start = form.links, form.angles
     a, adot = q[start : start + n], v[start : start + n]
-    b, bdot = (q[start + n : start + 2 * n], v[start + n : start + 2 * n]) if form.spatial else (0 * a, 0 * a)
+    b, bdot = (
+        (q[start + n : start + 2 * n], v[start + n : start + 2 * n])
+        if form.spatial
+        else (0 * a, 0 * a)
+    )
     table = form.system.links(Real(t), Real(1), Real(0)).astype(float)
     table[:, form.free] = q[form.lengths :], v[form.lengths :], 0 * q[form.lengths :]
     length, rate, growth = table[:, :, None]
     unit, by_a, by_b, by_ab, by_aa = directions(a, b)
     a1, b1 = adot[:, None], bdot[:, None]
     spin = by_a * a1 + by_b * b1
-    bias = growth * unit + 2 * rate * spin + length * (by_aa * a1**2 + 2 * by_ab * a1 * b1 - unit * b1**2)
+    bias = (
+        growth * unit
+        + 2 * rate * spin
+        + length * (by_aa * a1**2 + 2 * by_ab * a1 * b1 - unit * b1**2)
+    )
     jacobian = np.zeros((n, 3, len(q)))
     for k in range(n):
         jacobian[k, :, start + k] = length[k] * by_a[k]
@@ -127,7 +142,10 @@ def own_terms(form: Layout, t: float, q: Vector, v: Vector) -> tuple[Vector, Vec
         force[form.lengths :] = -system.spring * (q[form.lengths :] - np.array(system.lengths))
         force[form.lengths :] -= system.dashpot * v[form.lengths :]
     elif form.free:
-        inertia[form.lengths], force[form.lengths] = system.winch_inertia or 0.0, float(system.winch_force(Real(t)))
+        inertia[form.lengths], force[form.lengths] = (
+            system.winch_inertia or 0.0,
+            float(system.winch_force(Real(t))),
+        )
     return inertia, force
 
 
@@ -153,7 +171,10 @@ def covers(case: Case) -> bool:
 
     Events are those of friction or slackness.
     """
-    systems, stiff = [system for _, system in case.phases], case.settings[0].tolerance > TIGHT.tolerance
+    systems, stiff = (
+        [system for _, system in case.phases],
+        case.settings[0].tolerance > TIGHT.tolerance,
+    )
     return not stiff and not any(
         isinstance(s, StickSlip) or (isinstance(s, Elastic) and s.tension_only) for s in systems
     )
@@ -164,7 +185,9 @@ def course(case: Case) -> Vector:
     y, t, found = begin(case, layout(case.phases[0][1])), 0.0, []
     for end, system in case.phases:
         form, stops = layout(system), [stop for stop in case.times if t < stop <= end]
-        run = solve_ivp(slope, (t, end), y, "DOP853", [*stops], rtol=1e-13, atol=1e-13, args=(form,))
+        run = solve_ivp(
+            slope, (t, end), y, "DOP853", [*stops], rtol=1e-13, atol=1e-13, args=(form,)
+        )
         for stop, state in zip(stops, run.y.T, strict=True):
             found.append(kinematics(form, stop, *np.split(state, 2))[0])
         y, t = run.y[:, -1], end

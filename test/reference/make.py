@@ -2,15 +2,19 @@
 
 Usage: python test/reference/make.py [--case NAME]...
 
-Writes test/data/overhead.json; each case is stored as soon as it is solved. Nothing here is shared with the simulator:
-the chain is in Cartesian coordinates, the integrator extrapolates, the arithmetic is extended. What is stored of each:
+Writes test/data/overhead.json; each case is stored as soon as it is solved. Nothing here is shared
+with the simulator: the chain is in Cartesian coordinates, the integrator extrapolates, the
+arithmetic is extended. What is stored of each:
 
-- spec; t; positions and velocities of nodes 1..N (K, N, 3), world frame with z up; trolley x, xdot (y, ydot); tension
-  [N] (K, N);
-- event_times and modes_after_event (friction: +1, -1 slip, 0 stick; cable: +k link k taut, -k slack);
-- agreement_m: largest distance between the tight solution, which is stored, and one of lower order and wider tolerance;
+- spec; t; positions and velocities of nodes 1..N (K, N, 3), world frame with z up; trolley x, xdot
+  (y, ydot); tension [N] (K, N);
+- event_times and modes_after_event (friction: +1, -1 slip, 0 stick; cable: +k link k taut, -k
+  slack);
+- agreement_m: largest distance between the tight solution, which is stored, and one of lower order
+  and wider tolerance;
 - trusted_abs_error_m: that, and no less than the rounding of what is stored;
-- agreement_second_m: distance from a second derivation in angles and double precision (--second): an error of its own.
+- agreement_second_m: distance from a second derivation in angles and double precision (--second):
+  an error of its own.
 
 The knuckle crane has a solver of its own, `knuckle.py`.
 """
@@ -44,7 +48,11 @@ def main() -> None:
     known = CASES | ELASTIC
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--case", action="append", choices=known, default=[])
-    parser.add_argument("--second", action="store_true", help="only compare what is stored with the second derivation")
+    parser.add_argument(
+        "--second",
+        action="store_true",
+        help="only compare what is stored with the second derivation",
+    )
     chosen = parser.parse_args()
     for name in chosen.case or known:
         begin, case, words = time.perf_counter(), known[name](), []

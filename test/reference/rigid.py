@@ -2,10 +2,11 @@
 
 It is put back on the constraints each step.
 
-Node 0 is the trolley, node N the payload. With d_k = r_k - r_(k-1), the link constraints (|d_k|^2 - L_k^2) / 2 = 0 have
-multipliers lambda_k = T_k / L_k. Their second derivative gives one linear system S lambda = b, whose matrix is
-S_kl = sum over axes of d_k d_l (B W B')_kl with B the difference between neighbours and W the inverse mass matrix of
-the axis: no angle, no recursion. It is factored in double precision and refined in extended precision.
+Node 0 is the trolley, node N the payload. With d_k = r_k - r_(k-1), the link constraints (|d_k|^2 -
+L_k^2) / 2 = 0 have multipliers lambda_k = T_k / L_k. Their second derivative gives one linear
+system S lambda = b, whose matrix is S_kl = sum over axes of d_k d_l (B W B')_kl with B the
+difference between neighbours and W the inverse mass matrix of the axis: no angle, no recursion. It
+is factored in double precision and refined in extended precision.
 """
 
 from collections.abc import Callable
@@ -49,8 +50,12 @@ class Rigid:
     lengths: list[float]
     gravity: float = 9.81
     drive: Callable[[Real], Vector] = silent  # force on the trolley along x and y
-    profile: Callable[[Real], tuple[Real, Real, Real]] | None = None  # length of link 1 and its two derivatives
-    winch_inertia: float | None = None  # kg, a winch driven by `winch_force`; 0: the tension is minus that force
+    profile: Callable[[Real], tuple[Real, Real, Real]] | None = (
+        None  # length of link 1 and its two derivatives
+    )
+    winch_inertia: float | None = (
+        None  # kg, a winch driven by `winch_force`; 0: the tension is minus that force
+    )
     winch_force: Callable[[Real], Real] = field(default=lambda t: Real(0))  # lengthening positive
     rotational_inertias: list[float] | None = None  # J_k, kg m^2
     stiffness: list[float] | None = None  # of joint k, at the upper end of link k, N m / rad
@@ -61,7 +66,9 @@ class Rigid:
         n, self.axes = len(self.masses), len(self.trolley) + 1
         difference = (np.eye(n, n + 1, 1) - np.eye(n, n + 1)).astype(Real)
         mass = np.diag(np.array([1.0, *self.masses], Real))
-        if self.rotational_inertias is not None:  # J alphadot^2 / 2 = J |v_k - v_(k-1)|^2 / (2 l^2) on the constraints
+        if (
+            self.rotational_inertias is not None
+        ):  # J alphadot^2 / 2 = J |v_k - v_(k-1)|^2 / (2 l^2) on the constraints
             per_area = np.array(self.rotational_inertias, Real) / np.array(self.lengths, Real) ** 2
             mass = mass + difference.T @ np.diag(per_area) @ difference
         self.inverse_mass = np.zeros((self.axes, n + 1, n + 1), Real)
@@ -70,7 +77,9 @@ class Rigid:
             here[0, 0] += Real(moved) - 1
             free = slice(0 if np.isfinite(moved) else 1, None)
             self.inverse_mass[axis, free, free] = inverse(here[free, free])
-        self.constraint_inverse_mass = np.array([difference @ w @ difference.T for w in self.inverse_mass])
+        self.constraint_inverse_mass = np.array(
+            [difference @ w @ difference.T for w in self.inverse_mass]
+        )
         self.weight = np.array([0.0, *self.masses], Real) * Real(self.gravity)
         self.link_lengths = np.array(self.lengths, Real)
 
@@ -127,7 +136,9 @@ class Rigid:
         turn = np.arctan2(above[:, 0] * d[:, 1] - above[:, 1] * d[:, 0], np.sum(above * d, axis=1))
         normal = np.stack([-d[:, 1], d[:, 0]], axis=1)  # alpha grows towards +x: t_k = (cos, sin)
         spin = np.sum(normal * rate, axis=1) / np.sum(d * d, axis=1)
-        torque = -np.array(self.stiffness, Real) * turn - np.array(self.damping, Real) * np.diff(spin, prepend=Real(0))
+        torque = -np.array(self.stiffness, Real) * turn - np.array(self.damping, Real) * np.diff(
+            spin, prepend=Real(0)
+        )
         net = torque - np.append(torque[1:], Real(0))
         couple = (net / np.sum(d * d, axis=1))[:, None] * normal
         force[1:] += couple
@@ -153,7 +164,11 @@ class Rigid:
             right[0] = -pull / np.sqrt(np.sum(d[0] ** 2))
         multipliers = solve(self.compute_multiplier_matrix(d, table[0]), right)
         nodes = self.apply_inverse_mass(force + self.nodal_forces(multipliers[:, None] * d))
-        drum = (pull + multipliers[0] * table[0, 0]) / Real(self.winch_inertia) if self.winch_inertia else Real(0)
+        drum = (
+            (pull + multipliers[0] * table[0, 0]) / Real(self.winch_inertia)
+            if self.winch_inertia
+            else Real(0)
+        )
         return nodes, drum, multipliers
 
     @staticmethod
@@ -174,7 +189,9 @@ class Rigid:
         held = self.winch_inertia == 0
         for _ in range(2):
             d, table = np.diff(r, axis=0), self.links(t, winch, rate)
-            r, winch = self.shift(d, table[0], (np.sum(d * d, axis=1) - table[0] ** 2) / 2, r, winch, held)
+            r, winch = self.shift(
+                d, table[0], (np.sum(d * d, axis=1) - table[0] ** 2) / 2, r, winch, held
+            )
         d, table = np.diff(r, axis=0), self.links(t, winch, rate)
         slip = np.sum(d * np.diff(w, axis=0), axis=1) - table[0] * table[1]
         w, rate = self.shift(d, table[0], slip, w, rate, held)
@@ -183,7 +200,9 @@ class Rigid:
     def tension(self, t: Real, y: Vector) -> Vector:
         """Return the link tensions (N,) [N]."""
         q, v = np.split(y, 2)
-        return self.solve_accelerations(t, q, v)[2] * np.sqrt(np.sum(np.diff(self.split(q)[0], axis=0) ** 2, axis=1))
+        return self.solve_accelerations(t, q, v)[2] * np.sqrt(
+            np.sum(np.diff(self.split(q)[0], axis=0) ** 2, axis=1)
+        )
 
     def event(self, t: Real, y: Vector) -> Real:
         """Return what becomes negative at an event: there is none."""
@@ -198,7 +217,10 @@ class Rigid:
     ) -> tuple[Vector, Real]:
         """Return nodes and winch after the impulses along the links that close the gap (N,)."""
         impulse = solve(
-            self.compute_multiplier_matrix(d, lengths), gap * np.where((np.arange(len(gap)) == 0) & free, 0, 1)
+            self.compute_multiplier_matrix(d, lengths),
+            gap * np.where((np.arange(len(gap)) == 0) & free, 0, 1),
         )
         drum = impulse[0] * lengths[0] / Real(self.winch_inertia) if self.winch_inertia else Real(0)
-        return nodes + self.apply_inverse_mass(self.nodal_forces(impulse[:, None] * d)), winch + drum
+        return nodes + self.apply_inverse_mass(
+            self.nodal_forces(impulse[:, None] * d)
+        ), winch + drum

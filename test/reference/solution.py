@@ -59,7 +59,11 @@ def solve_case(case: Case, setting: Setting) -> Course:
 
 def world(points: Vector) -> Vector:
     """Return points (..., axes) as (..., 3) in x, y, z with z up."""
-    return points if points.shape[-1] == 3 else np.stack([points[..., 0], 0 * points[..., 0], points[..., 1]], axis=-1)
+    return (
+        points
+        if points.shape[-1] == 3
+        else np.stack([points[..., 0], 0 * points[..., 0], points[..., 1]], axis=-1)
+    )
 
 
 def views(case: Case, course: Course) -> tuple[Vector, Vector, Vector]:
@@ -79,16 +83,29 @@ def record(case: Case) -> dict[str, Any]:
     """Return what is stored of a case: the tight solution and its distance from the loose one."""
     tight, loose = (solve_case(case, setting) for setting in case.settings)
     (nodes, rates, winch), (others, *_) = views(case, tight), views(case, loose)
-    found: dict[str, Any] = {"spec": case.spec, "t": case.times, "node_positions_xyz": listed(nodes[:, 1:])}
-    found |= {"node_velocities_xyz": listed(rates[:, 1:]), "x": listed(nodes[:, 0, 0]), "xdot": listed(rates[:, 0, 0])}
+    found: dict[str, Any] = {
+        "spec": case.spec,
+        "t": case.times,
+        "node_positions_xyz": listed(nodes[:, 1:]),
+    }
+    found |= {
+        "node_velocities_xyz": listed(rates[:, 1:]),
+        "x": listed(nodes[:, 0, 0]),
+        "xdot": listed(rates[:, 0, 0]),
+    }
     if case.nodes.shape[1] == 3:
         found |= {"y": listed(nodes[:, 0, 1]), "ydot": listed(rates[:, 0, 1])}
     if case.winch:
         found |= {"l1": listed(winch[:, 0]), "l1dot": listed(winch[:, 1])}
     found["tension"] = listed(np.array(tight.tensions))
     if tight.events:
-        found |= {"event_times": [t for t, _ in tight.events], "modes_after_event": [m[0] for _, m in tight.events]}
-        found["agreement_events_s"] = max(abs(a - b) for (a, _), (b, _) in zip(tight.events, loose.events, strict=True))
+        found |= {
+            "event_times": [t for t, _ in tight.events],
+            "modes_after_event": [m[0] for _, m in tight.events],
+        }
+        found["agreement_events_s"] = max(
+            abs(a - b) for (a, _), (b, _) in zip(tight.events, loose.events, strict=True)
+        )
     return found | agreement(nodes, others)
 
 
@@ -96,7 +113,8 @@ def agreement(nodes: Vector, others: Vector) -> dict[str, Any]:
     """Return how far two solutions (K, ..., 3) [m] are apart, and the stored one's error bound."""
     apart = np.max(np.abs(nodes - others), axis=(1, 2)).astype(float)
     found = {"agreement_each_m": listed(apart), "agreement_m": float(np.max(apart))}
-    # a stored double is rounded to 1.1e-16 of its value, and the initial data of any other program are doubles too
+    # a stored double is rounded to 1.1e-16 of its value, and the initial data of any other program
+    # are doubles too
     return found | {"trusted_abs_error_m": max(float(np.max(apart)), 1e-15)}
 
 
@@ -104,5 +122,8 @@ def store(target: Path, name: str, found: dict[str, Any]) -> None:
     """Put one case into a file, one line each."""
     known = json.loads(target.read_text()) if target.exists() else {}
     known[name] = found
-    lines = [f"{json.dumps(key)}: {json.dumps(known[key], separators=(',', ':'))}" for key in sorted(known)]
+    lines = [
+        f"{json.dumps(key)}: {json.dumps(known[key], separators=(',', ':'))}"
+        for key in sorted(known)
+    ]
     target.write_text("{\n" + ",\n".join(lines) + "\n}\n")

@@ -11,7 +11,9 @@ Sine = dict[str, float]  # offset, amplitude, frequency [rad/s], phase; absent: 
 
 def sine(form: Sine) -> Callable[[Real], Real]:
     """Return offset + amplitude sin(frequency t + phase), a function of t [s]."""
-    offset, size, rate, phase = (Real(form.get(key, 0.0)) for key in ("offset", "amplitude", "frequency", "phase"))
+    offset, size, rate, phase = (
+        Real(form.get(key, 0.0)) for key in ("offset", "amplitude", "frequency", "phase")
+    )
     return lambda t: offset + size * np.sin(rate * t + phase)
 
 
@@ -30,16 +32,25 @@ def smooth(first: float, last: float, duration: float) -> Callable[[Real], tuple
 
     def profile(t: Real) -> tuple[Real, Real, Real]:
         s = min(t / d, Real(1))
-        shape = s**3 * (10 + s * (6 * s - 15)), 30 * s**2 * (1 - s) ** 2, 60 * s * (1 - s) * (1 - 2 * s)
+        shape = (
+            s**3 * (10 + s * (6 * s - 15)),
+            30 * s**2 * (1 - s) ** 2,
+            60 * s * (1 - s) * (1 - 2 * s),
+        )
         return a + b * shape[0], b * shape[1] / d, b * shape[2] / d**2
 
     return profile
 
 
-def hang(lengths: Sequence[float], angles: Sequence[float], rates: Sequence[float]) -> tuple[Vector, Vector]:
+def hang(
+    lengths: Sequence[float], angles: Sequence[float], rates: Sequence[float]
+) -> tuple[Vector, Vector]:
     """Return nodes and velocities (N + 1, 2) of a planar chain below a trolley at rest at x = 0."""
     length, a, w = (np.array(values, Real) for values in (lengths, angles, rates))
-    across, along = np.stack([np.cos(a), np.sin(a)], axis=1), np.stack([np.sin(a), -np.cos(a)], axis=1)
+    across, along = (
+        np.stack([np.cos(a), np.sin(a)], axis=1),
+        np.stack([np.sin(a), -np.cos(a)], axis=1),
+    )
     return chained(length[:, None] * along), chained((length * w)[:, None] * across)
 
 

@@ -2,14 +2,15 @@
 
 Usage: python test/reference/taylor.py.
 
-heyoka (requirements/peers.lock) at tolerance 1e-24, where its order is 29, and at 1e-21, in numbers of 113 bits; where
-that takes hours (S3b, S4), at 1e-18 (order 22) and 1e-17 in numbers of 64 bits. Equations and coordinates are those of
-`crane_bench/speed/peers/heyoka_taylor.py`. It shares neither equations nor method with `make.py` and
-`knuckle.py`, which extrapolate in Cartesian coordinates.
+heyoka (requirements/peers.lock) at tolerance 1e-24, where its order is 29, and at 1e-21, in numbers
+of 113 bits; where that takes hours (S3b, S4), at 1e-18 (order 22) and 1e-17 in numbers of 64 bits.
+Equations and coordinates are those of `crane_bench/speed/peers/heyoka_taylor.py`. It shares neither
+equations nor method with `make.py` and `knuckle.py`, which extrapolate in Cartesian coordinates.
 
-Prints how far the payload is from what is stored in test/data. With --store, of cases that `make.py` has just solved,
-it writes this distance (`agreement_taylor_m`), the nodes of chains, and how far they are to be trusted: what both
-tolerances agree on, of other cases the distance, and no less than the rounding of what is stored.
+Prints how far the payload is from what is stored in test/data. With --store, of cases that
+`make.py` has just solved, it writes this distance (`agreement_taylor_m`), the nodes of chains, and
+how far they are to be trusted: what both tolerances agree on, of other cases the distance, and no
+less than the rounding of what is stored.
 """
 
 import argparse
@@ -53,7 +54,12 @@ def course(problem: Any, times: list[float], number: Any, tolerance: str) -> lis
     state = np.array([number(value) for value in start.tolist()])
     long = isinstance(problem, Chain) and len(problem.masses) > 1
     ta = hy.taylor_adaptive(
-        equations, state, fp_type=number, tol=number(tolerance), compact_mode=long, high_accuracy=True
+        equations,
+        state,
+        fp_type=number,
+        tol=number(tolerance),
+        compact_mode=long,
+        high_accuracy=True,
     )
     states = []
     for t in times:
@@ -88,16 +94,25 @@ def check(case: Case, write: bool) -> str:
     began, key = time.perf_counter(), SCENES[case.scene]
     target = DATA / ("knuckle_springs.json" if case.id == "S2k" else "overhead.json")
     found, problem = json.loads(target.read_text())[key], problem_of_case(case)
-    number, tolerances = (np.longdouble, EXTENDED) if case.id in SLOW else (load_heyoka().real128, QUADRUPLE)
-    tight, loose = ([nodes_of(problem, x) for x in course(problem, found["t"], number, tol)] for tol in tolerances)
+    number, tolerances = (
+        (np.longdouble, EXTENDED) if case.id in SLOW else (load_heyoka().real128, QUADRUPLE)
+    )
+    tight, loose = (
+        [nodes_of(problem, x) for x in course(problem, found["t"], number, tol)]
+        for tol in tolerances
+    )
     stored = np.array(found["node_positions_xyz"]).reshape(len(found["t"]), -1, 3).tolist()
     agreement = max(map(distance, tight, loose))
     apart = max(map(distance, tight, stored))
     line = f"{case.id}: {apart:.1e} m from what is stored, {agreement:.1e} m between two tolerances"
     if write and isinstance(problem, Chain):
-        found["node_positions_xyz"] = [[[float(value) for value in node] for node in nodes] for nodes in tight]
+        found["node_positions_xyz"] = [
+            [[float(value) for value in node] for node in nodes] for nodes in tight
+        ]
     if write:
-        found["trusted_abs_error_m"] = max(agreement if isinstance(problem, Chain) else apart, ROUNDING)
+        found["trusted_abs_error_m"] = max(
+            agreement if isinstance(problem, Chain) else apart, ROUNDING
+        )
         found["agreement_taylor_m"] = apart
         store(target, key, found)
     return f"{line}, {time.perf_counter() - began:.0f} s"
@@ -108,7 +123,11 @@ def main() -> None:
     known = {case.id: case for case in CASES if case.compare_engines}
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--case", action="append", choices=known, default=[])
-    parser.add_argument("--store", action="store_true", help="store the distance, the trust, and the nodes of chains")
+    parser.add_argument(
+        "--store",
+        action="store_true",
+        help="store the distance, the trust, and the nodes of chains",
+    )
     chosen = parser.parse_args()
     for name in chosen.case or known:
         print(check(known[name], chosen.store), flush=True)

@@ -29,7 +29,8 @@ DEADLINE = 200.0  # s, of a program that takes a few
 def full_disk() -> Iterator[None]:
     """Let no file grow beyond `FULL` bytes in the block: more is refused, as by a full disk.
 
-    No bytecode is written meanwhile: Python 3.11 keeps the part that fits, on which every later import fails.
+    No bytecode is written meanwhile: Python 3.11 keeps the part that fits, on which every later
+    import fails.
     """
     limits, without_bytecode = resource.getrlimit(resource.RLIMIT_FSIZE), sys.dont_write_bytecode
     sys.dont_write_bytecode = True
@@ -95,13 +96,18 @@ write(file)
 def test_a_full_disk_leaves_no_part_of_a_recording(tmp_path: Path) -> None:
     """`simulate --record` and a comparison give one line with the file each, and leave nothing.
 
-    Wherever the disk becomes full: from the first byte on, or in the index at the end. The next recording is written.
+    Wherever the disk becomes full: from the first byte on, or in the index at the end. The next
+    recording is written.
     """
     file, environment = tmp_path / "run.rrd", os.environ | {"CRANE_SIM_INTERPRETED": "1"}
-    done = run_to_completion([sys.executable, "-c", RECORD, str(file)], env=environment, limit=DEADLINE)
+    done = run_to_completion(
+        [sys.executable, "-c", RECORD, str(file)], env=environment, limit=DEADLINE
+    )
     lines = done.stdout.splitlines()
     assert done.returncode == 0, done.stderr
-    assert len(lines) == 6 and all(f"recording {file}.part: File too large (" in line for line in lines)
+    assert len(lines) == 6 and all(
+        f"recording {file}.part: File too large (" in line for line in lines
+    )
     assert all(line.endswith(" on its disk)") for line in lines)  # and no file behind it
     assert [entry.name for entry in tmp_path.iterdir()] == [file.name]
 
@@ -120,7 +126,9 @@ def test_a_full_disk_leaves_no_part_of_a_file(name: str, tmp_path: Path) -> None
             WRITERS[name](file)
         assert "\n" not in str(error.value)
         assert isinstance(error.value, OSError) or str(file) in str(error.value)
-        assert [(entry.name, entry.read_text()) for entry in tmp_path.iterdir()] == ([(name, before)] if before else [])
+        assert [(entry.name, entry.read_text()) for entry in tmp_path.iterdir()] == (
+            [(name, before)] if before else []
+        )
 
 
 def test_a_writer_that_fails_leaves_nothing(tmp_path: Path) -> None:

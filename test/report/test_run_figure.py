@@ -39,16 +39,25 @@ def test_curves_of_different_size_have_their_own_axis(run: RecordedRun) -> None:
         joints = {curve.name.split(" ")[0] for curve in panel.curves}
         if len(joints) > 1 and whole > 0.0:
             for joint in joints:
-                values = [curve.values for curve in panel.curves if curve.name.split(" ")[0] == joint]
-                assert np.ptp(np.concatenate(values)) >= MIN_SPAN_FRACTION * whole, (panel.title, joint)
+                values = [
+                    curve.values for curve in panel.curves if curve.name.split(" ")[0] == joint
+                ]
+                assert np.ptp(np.concatenate(values)) >= MIN_SPAN_FRACTION * whole, (
+                    panel.title,
+                    joint,
+                )
         for curve in panel.curves:
             colors.setdefault(curve.name.split(" ")[0], set()).add(curve.color)
     assert all(len(colors[joint]) == 1 for joint in run.crane.actuated)
 
 
-def test_figures_are_files_of_their_kind(run: RecordedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_figures_are_files_of_their_kind(
+    run: RecordedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """PNG, PDF and SVG begin as such files do; another kind is refused."""
-    monkeypatch.setattr("crane_sim.report.figure.panels_of", lambda run: panels_of(run)[:1])  # seconds of drawing less
+    monkeypatch.setattr(
+        "crane_sim.report.figure.panels_of", lambda run: panels_of(run)[:1]
+    )  # seconds of drawing less
     for kind, head in (("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?xml")):
         save_run_figure(run, tmp_path / f"run.{kind}")
         assert Path(tmp_path, f"run.{kind}").read_bytes().startswith(head)
@@ -71,7 +80,9 @@ def test_integers_keep_nine_digits() -> None:
     """Encoded columns return within 2^-32 of their range, constants exactly, without integers."""
     from base64 import b64decode
 
-    columns = np.column_stack([np.linspace(-80.0, 120.0, 50), np.full(50, 3.25), np.geomspace(1.0, 1e-3, 50)])
+    columns = np.column_stack(
+        [np.linspace(-80.0, 120.0, 50), np.full(50, 3.25), np.geomspace(1.0, 1e-3, 50)]
+    )
     encoded = encode_columns(columns)
     integers = np.frombuffer(b64decode(encoded["data"]), "<i4").reshape(2, 50)
     (o0, s0), (o1, s1), (o2, s2) = encoded["scales"]
@@ -82,19 +93,30 @@ def test_integers_keep_nine_digits() -> None:
 
 def test_runs_share_panels_and_one_legend() -> None:
     """Each panel of several runs has one curve a run over its own times, named in one legend."""
-    runs = [crane_sim.simulate("overhead_energy", duration=0.2, overrides={"payload.mass": m}) for m in (8.0, 11.0)]
+    runs = [
+        crane_sim.simulate("overhead_energy", duration=0.2, overrides={"payload.mass": m})
+        for m in (8.0, 11.0)
+    ]
     both = crane_sim.compare(*runs, names=("light", "heavy"))
     figure = comparison_figure(both)
-    assert [text.get_text() for each in figure.legends for text in each.get_texts()] == ["light", "heavy"]
+    assert [text.get_text() for each in figure.legends for text in each.get_texts()] == [
+        "light",
+        "heavy",
+    ]
     panels = {axis.get_title(loc="left"): axis for axis in figure.axes if axis.lines}
     assert "Payload y" not in panels and all(len(axis.lines) == 2 for axis in panels.values())
     for line, run in zip(panels["Trolley"].lines, both.runs, strict=True):
-        assert np.array_equal(line.get_xdata(), run.t) and np.array_equal(line.get_ydata(), run.q[:, 0])
+        assert np.array_equal(line.get_xdata(), run.t) and np.array_equal(
+            line.get_ydata(), run.q[:, 0]
+        )
 
 
 def test_viewer_and_page_name_quantities_alike(run: RecordedRun) -> None:
     """Quantities with a viewer plot per unit have its title and unit in figure and page."""
     layout = layout_of_scene(load_scene(run.name), "run")
     viewer = {plot.title for quantity in (rates, efforts) for plot in quantity(layout)}
-    panels = {f"{panel.title.partition(':')[0]} [{panel.unit.removeprefix('k')}]" for panel in panels_of(run)}
+    panels = {
+        f"{panel.title.partition(':')[0]} [{panel.unit.removeprefix('k')}]"
+        for panel in panels_of(run)
+    }
     assert viewer and viewer <= panels

@@ -22,13 +22,15 @@ from crane_sim.report.page_data import page_data
 SIZE = 2_000_000  # bytes of a page at most
 ACCURACY = 1e-6  # m: positions are quantised to their range / 2^32, the transforms add roundings
 INSTANTS = 10
-LOADS = r"""<(?:script|img|link|iframe)[^>]*(?:src|href)=|@import|url\(\s*["']?(?!data:)"""  # of other files
+# of other files
+LOADS = r"""<(?:script|img|link|iframe)[^>]*(?:src|href)=|@import|url\(\s*["']?(?!data:)"""
 SCENES = {
     "knuckle": ("knuckle_sea", 0.5),
     "overhead": ("overhead_energy", 0.4),
     "gantry": ("port_sts_container", 0.6),
 }
-"""A crane on a ship, an overhead crane, and one with falls; the long test has the catalogue but for `SLOW`."""
+"""A crane on a ship, an overhead crane, and one with falls; the long test has the catalogue but for
+`SLOW`."""
 SLOW = {"overhead_long_cable", "overhead_steel", "pendulum_sea"}  # minutes without compilation
 CATALOGUE = sorted(scene_files().keys() - SLOW)
 PAGES_PER_BROWSER = 8  # it keeps at most 16 WebGL contexts
@@ -46,7 +48,7 @@ SCRIPT = """() => {
     rows.push([t, ...payload(t), ...tip(t), ...link("payload_link", t)]);
   }
   return { rows, drawn: drawn(), text: document.body.innerText, wide: document.documentElement.scrollWidth };
-}""".replace("COUNT", str(INSTANTS))
+}""".replace("COUNT", str(INSTANTS))  # noqa: E501
 
 
 def record_run(scene: str, duration: float) -> RecordedRun:
@@ -64,17 +66,23 @@ def record_failed_run() -> RecordedRun:
 @pytest.fixture(scope="module")
 def runs() -> dict[str, RecordedRun]:
     """Return short runs, and one that fails."""
-    found = {name: record_run(*each) for name, each in SCENES.items()} | {"failed": record_failed_run()}
+    found = {name: record_run(*each) for name, each in SCENES.items()} | {
+        "failed": record_failed_run()
+    }
     found["gantry"].summary["real_time_violation"] = LATE
     return found
 
 
 @pytest.fixture(scope="module")
-def answers(runs: dict[str, RecordedRun], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+def answers(
+    runs: dict[str, RecordedRun], tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, Any]:
     """Open all pages in a browser and return what they say."""
     if CHROMIUM is None:
         pytest.skip(NO_CHROMIUM)
-    return evaluate_in_pages({name: page(run) for name, run in runs.items()}, SCRIPT, tmp_path_factory.mktemp("pages"))
+    return evaluate_in_pages(
+        {name: page(run) for name, run in runs.items()}, SCRIPT, tmp_path_factory.mktemp("pages")
+    )
 
 
 def check_positions(runs: dict[str, RecordedRun], answers: dict[str, Any]) -> None:
@@ -83,7 +91,11 @@ def check_positions(runs: dict[str, RecordedRun], answers: dict[str, Any]) -> No
         rows = np.array(answers[name]["answer"]["rows"])
         at = np.searchsorted(run.t, rows[:, 0] - 0.5 * run.period)
         assert len(np.unique(at)) == INSTANTS and answers[name]["answer"]["drawn"]
-        for drawn, known in ((rows[:, 1:4], run.payload), (rows[:, 4:7], run.tip), (rows[:, 7:], run.payload)):
+        for drawn, known in (
+            (rows[:, 1:4], run.payload),
+            (rows[:, 4:7], run.tip),
+            (rows[:, 7:], run.payload),
+        ):
             assert np.abs(drawn - known[at]).max() < ACCURACY, name
 
 
@@ -94,7 +106,9 @@ def check_quiet(answers: dict[str, Any]) -> None:
         assert answer["answer"]["wide"] <= 900, name
 
 
-def test_positions_are_those_of_the_recording(runs: dict[str, RecordedRun], answers: dict[str, Any]) -> None:
+def test_positions_are_those_of_the_recording(
+    runs: dict[str, RecordedRun], answers: dict[str, Any]
+) -> None:
     """Payload, tip, and the payload's drawn solid are where the recording has them."""
     check_positions(runs, answers)
 
@@ -122,7 +136,10 @@ def test_pages_of_the_catalogue(first: int, tmp_path: Path) -> None:
 def test_a_run_that_was_not_in_real_time_says_so(answers: dict[str, Any]) -> None:
     """The page of a run on a too slow machine begins with a line on it; others have none."""
     assert f"not in real time: {LATE};" in answers["gantry"]["answer"]["text"][:600]
-    assert not any("real time" in answers[name]["answer"]["text"][:600] for name in ("knuckle", "overhead", "failed"))
+    assert not any(
+        "real time" in answers[name]["answer"]["text"][:600]
+        for name in ("knuckle", "overhead", "failed")
+    )
 
 
 def test_a_failed_run_says_why(runs: dict[str, RecordedRun], answers: dict[str, Any]) -> None:
@@ -144,7 +161,11 @@ def test_pages_name_what_made_them(runs: dict[str, RecordedRun]) -> None:
 def test_markup_of_a_scene_s_text_is_no_part_of_the_page(runs: dict[str, RecordedRun]) -> None:
     """Whatever a description says, a page's script elements end in place: its data have no <."""
     (run, *_) = runs.values()
-    text = page(replace(run, properties=run.properties | {"scene_file": run.scene_text + "# <!-- <script>\n"}))
+    text = page(
+        replace(
+            run, properties=run.properties | {"scene_file": run.scene_text + "# <!-- <script>\n"}
+        )
+    )
     data = text.split('type="application/json"', 1)[1].split("</script>", 1)[0]
     assert "<" not in data.split(">", 1)[1] and "u003c!-- " in data
 
@@ -154,7 +175,9 @@ def test_a_long_run_stays_small(runs: dict[str, RecordedRun], tmp_path: Path) ->
     run = lengthen(runs["knuckle"], 60_000)
     save_page(run, tmp_path / "long.html")
     assert (tmp_path / "long.html").stat().st_size < SIZE
-    panel = next(panel for panel in page_data(run)["panels"] if panel["title"].startswith("Rope tension"))
+    panel = next(
+        panel for panel in page_data(run)["panels"] if panel["title"].startswith("Rope tension")
+    )
     shown = np.frombuffer(b64decode(panel["curves"][0]["values"]), "<f4")
     assert len(shown) < 2000 and shown.max() == np.float32(run.tension.max())
     assert shown.min() == np.float32(run.tension.min())

@@ -31,7 +31,8 @@ def test_missing_ack_of_another_subscriber_suspends_lease_expiry(
 ) -> None:
     """An owner that answered while an acknowledgement was missing keeps its lease, else loses it.
 
-    In the first case the missing acknowledgement is another subscriber's, in the second one the owner's.
+    In the first case the missing acknowledgement is another subscriber's, in the second one the
+    owner's.
     """
     now = [1000.0]
     monkeypatch.setattr(time, "monotonic", lambda: now[0])

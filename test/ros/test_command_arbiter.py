@@ -9,7 +9,12 @@ import pytest
 from rclpy.qos import QoSProfile
 
 from crane_sim.ros.common.sender_subscription import MessageWithSender
-from crane_sim.ros.plant.command_arbiter import CommandArbiter, CommandLease, CommandTopic, Ownership
+from crane_sim.ros.plant.command_arbiter import (
+    CommandArbiter,
+    CommandLease,
+    CommandTopic,
+    Ownership,
+)
 
 LEASE = 0.1  # s
 TOPIC = "joint_commands"
@@ -25,7 +30,10 @@ def publisher(letter: str, node: str = "") -> SimpleNamespace:
     """Return the graph's entry of a publisher, by default of a node of its own name."""
     qos = QoSProfile(depth=1)  # reliable
     return SimpleNamespace(
-        endpoint_gid=list(gid(letter)), node_namespace="/", node_name=node or letter, qos_profile=qos
+        endpoint_gid=list(gid(letter)),
+        node_namespace="/",
+        node_name=node or letter,
+        qos_profile=qos,
     )
 
 
@@ -40,17 +48,28 @@ class Bench:
         warnings: those that differ from the one before.
     """
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch, exclusive: bool = False, commander: str = "") -> None:
+    def __init__(
+        self, monkeypatch: pytest.MonkeyPatch, exclusive: bool = False, commander: str = ""
+    ) -> None:
         """Begin with two publishers, a and b."""
         self.now, self.matched, self.suspended = 1000.0, 2, False
         monkeypatch.setattr(time, "monotonic", lambda: self.now)
         self.graph = [publisher("a"), publisher("b")]
         self.passed_on, self.warnings, self.refused = list[str](), list[str](), Counter[str]()
-        node = SimpleNamespace(get_namespace=lambda: "/", get_publishers_info_by_topic=lambda _: self.graph)
-        host: Any = SimpleNamespace(node=node, notify=lambda _: None, subscribe_with_sender=self._subscribe)
+        node = SimpleNamespace(
+            get_namespace=lambda: "/", get_publishers_info_by_topic=lambda _: self.graph
+        )
+        host: Any = SimpleNamespace(
+            node=node, notify=lambda _: None, subscribe_with_sender=self._subscribe
+        )
         validator = SimpleNamespace(reject=lambda *_: None)
-        simulation: Any = SimpleNamespace(warn=self._warn, validator=validator, refused_messages=self.refused)
-        lease, topics = CommandLease(LEASE, lambda: self.suspended), {TOPIC: CommandTopic(bytes, self._on_message)}
+        simulation: Any = SimpleNamespace(
+            warn=self._warn, validator=validator, refused_messages=self.refused
+        )
+        lease, topics = (
+            CommandLease(LEASE, lambda: self.suspended),
+            {TOPIC: CommandTopic(bytes, self._on_message)},
+        )
         self.arbiter = CommandArbiter(host, simulation, topics, lease, exclusive, commander)
         self.arbiter.start()
 
@@ -58,8 +77,9 @@ class Bench:
         """Do something.
 
         Args:
-            action: "a: words" sends a message; "wait 1.5" lets so many leases pass; "nodes a b:c" are the publishers
-                from now on, b of a node c; "suspend" and "go on" are about the lease's expiry.
+            action: "a: words" sends a message; "wait 1.5" lets so many leases pass; "nodes a b:c"
+                are the publishers from now on, b of a node c; "suspend" and "go on" are about the
+                lease's expiry.
         """
         word, _, rest = action.partition(" ")
         if word == "wait":
@@ -110,12 +130,14 @@ def test_states_of_the_lease() -> None:
 
 
 SCENARIOS = {
-    "however long a suspended owner is silent, another one is accepted only a lease after the suspension ends": (
+    "however long a suspended owner is silent, another one is accepted only a lease after the "
+    "suspension ends": (
         {},
         ["a: 1", "suspend", "wait 1.5", "b: 2", "a: 3", "go on", "b: 4", "wait 1.5", "b: 5"],
         "1 3 5",
     ),
-    "an exclusive lease ends for a standby of the owner's node alone, as long as that is in the graph": (
+    "an exclusive lease ends for a standby of the owner's node alone, as long as that is in the "
+    "graph": (
         {"exclusive": True},
         [
             *("nodes a:controller b", "a: 1", "wait 90", "b: 2", "a: 3"),
@@ -148,7 +170,8 @@ SCENARIOS = {
         ["suspend", "nodes a", "nodes a b", "b: 2"],
         "2",
     ),
-    "the crane of an owner that has left does not fall to one that remains and never commanded it": (
+    "the crane of an owner that has left does not fall to one that remains and never commanded "
+    "it": (
         {},
         ["nodes a", "nodes a b", "b: 2", "nodes a", "nodes a b", "b: 3"],
         "2 3",
@@ -213,10 +236,15 @@ def test_refused_publishers_in_turn_are_one_warning(bench: Bench) -> None:
     bench.do("a: 1")
     for action in ("b: refused", "c: refused", "wait 0.1", "a: 2") * 100:
         bench.do(action)
-    assert bench.warnings == [f"command of {names} refused: /a owns the crane" for names in ("/b", "/b and /c")]
+    assert bench.warnings == [
+        f"command of {names} refused: /a owns the crane" for names in ("/b", "/b and /c")
+    ]
     for action in ("wait 30", "a: 3"):
         bench.do(action)
-    assert bench.warnings[-1] == "" and bench.refused == {f"{TOPIC} of /b": 100, f"{TOPIC} of /c": 100}
+    assert bench.warnings[-1] == "" and bench.refused == {
+        f"{TOPIC} of /b": 100,
+        f"{TOPIC} of /c": 100,
+    }
 
 
 def test_the_warning_of_a_refused_publisher_ends_when_it_owns_the_crane(bench: Bench) -> None:

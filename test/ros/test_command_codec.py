@@ -36,13 +36,19 @@ def read(scene: Scene, data: bytes) -> tuple[float, ...] | None:
     """Return the command in a message, None where it is refused."""
     codec = CommandCodec(scene)
     frame = codec.decode(data)
-    return CommandValidator(scene.actuated, (1e5,) * 3).match_joints(frame.names, codec.values(frame))
+    return CommandValidator(scene.actuated, (1e5,) * 3).match_joints(
+        frame.names, codec.values(frame)
+    )
 
 
 def test_each_joint_has_the_field_of_its_drive() -> None:
     """A message of mixed drives has each command in its joint's field, NaN in others, both ways."""
     scene = crane(MIXED)
-    assert scene.commands == ("velocity", "position", "effort") and scene.command_units == ("m/s", "m", "N")
+    assert scene.commands == ("velocity", "position", "effort") and scene.command_units == (
+        "m/s",
+        "m",
+        "N",
+    )
     codec = CommandCodec(scene)
     decoded: Any = deserialize_message(codec.encode(7, (0.25, -3.0, 9.0)), JointState)
     assert decoded.velocity[0] == 0.25 and decoded.position[1] == -3.0 and decoded.effort[2] == 9.0
@@ -51,7 +57,10 @@ def test_each_joint_has_the_field_of_its_drive() -> None:
     given = {"position": [NAN, 2.0, NAN], "velocity": [0.1, NAN, NAN], "effort": [NAN, NAN, 5.0]}
     assert read(scene, message(scene, **given)) == (0.1, 2.0, 5.0)
     backwards = JointState(
-        name=["rope", "bridge", "trolley"], position=[0.0, 2.0, NAN], velocity=[0.0, NAN, 0.1], effort=[5.0, NAN, NAN]
+        name=["rope", "bridge", "trolley"],
+        position=[0.0, 2.0, NAN],
+        velocity=[0.0, NAN, 0.1],
+        effort=[5.0, NAN, NAN],
     )
     assert read(scene, serialize_message(backwards)) == (0.1, 2.0, 5.0)
     assert not codec.kind and CommandCodec(crane({"all": SPEED})).kind == "velocity"
@@ -61,7 +70,11 @@ def test_each_joint_has_the_field_of_its_drive() -> None:
 def test_a_command_in_another_field_is_refused(fields: dict[str, list[float]]) -> None:
     """A message that lacks the field of a drive is refused, and so is NaN in it."""
     assert read(crane(MIXED), message(crane(MIXED), **fields)) is None
-    validator, codec, scene = CommandValidator(("a", "b", "c"), (1.0,) * 3), CommandCodec(crane(MIXED)), crane(MIXED)
+    validator, codec, scene = (
+        CommandValidator(("a", "b", "c"), (1.0,) * 3),
+        CommandCodec(crane(MIXED)),
+        crane(MIXED),
+    )
     frame = codec.decode(message(scene, velocity=[0.1] * 3, position=[NAN] * 3, effort=[0.0] * 3))
     assert validator.match_joints(["a", "b", "c"], codec.values(frame)) is None
     assert validator.refused[Refusal.NOT_FINITE] == 1
@@ -80,11 +93,18 @@ def test_ros2_control_has_the_interfaces_of_the_drives() -> None:
     assert interfaces["bridge"] == ("position", [-5.0])  # no limits
     limit = tree.find("joint[@name='trolley']/limit")
     assert limit is not None and float(limit.attrib["velocity"]) == 0.5
-    with pytest.raises(SceneError, match="velocity, bridge: position, rope: effort: a controller commands"):
+    with pytest.raises(
+        SceneError, match="velocity, bridge: position, rope: effort: a controller commands"
+    ):
         controllers_file(scene)
     nodes = yaml.safe_load(controllers_file(crane({"all": SPEED})))
-    assert nodes["/**/velocity_forwarding_controller"]["ros__parameters"]["interface_name"] == "velocity"
-    assert nodes["/**/joint_trajectory_controller"]["ros__parameters"]["command_interfaces"] == ["velocity"]
+    assert (
+        nodes["/**/velocity_forwarding_controller"]["ros__parameters"]["interface_name"]
+        == "velocity"
+    )
+    assert nodes["/**/joint_trajectory_controller"]["ros__parameters"]["command_interfaces"] == [
+        "velocity"
+    ]
 
 
 def test_position_drives_stay_where_they_are_until_they_are_commanded() -> None:

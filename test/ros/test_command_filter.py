@@ -17,7 +17,12 @@ LARGEST = [1e9, 1e9, 1e9, 50.0]
 NOW = 50_000_000  # ns
 
 
-def validate(validator: CommandValidator, stamp: int = NOW, names: list[str] = JOINTS, efforts: list[float] = EFFORTS):
+def validate(
+    validator: CommandValidator,
+    stamp: int = NOW,
+    names: list[str] = JOINTS,
+    efforts: list[float] = EFFORTS,
+):
     """Validate one command as in lockstep."""
     return validator.validate(stamp, names, efforts, StampRange(NOW, NOW))
 
@@ -26,7 +31,9 @@ def validate(validator: CommandValidator, stamp: int = NOW, names: list[str] = J
 def test_joints_are_matched_by_name(order: list[int]) -> None:
     """In any order of its joints, a command reaches each joint with the effort meant for it."""
     names, efforts = [JOINTS[i] for i in order], [EFFORTS[i] for i in order]
-    assert validate(CommandValidator(JOINTS, LARGEST), names=names, efforts=efforts) == tuple(EFFORTS)
+    assert validate(CommandValidator(JOINTS, LARGEST), names=names, efforts=efforts) == tuple(
+        EFFORTS
+    )
 
 
 NAMED = [*JOINTS, "swing"]  # a joint that nothing drives, too
@@ -49,7 +56,9 @@ def test_passive_joints_may_be_named(names: list[str], efforts: list[float], lin
     """A command may name undriven joints without effort, with zero or NaN; others are refused."""
     validator = CommandValidator(JOINTS, LARGEST, NAMED)
     assert validate(validator, names=names, efforts=efforts) == (None if line else tuple(EFFORTS))
-    assert line in validator.last_refusal and validator.last_refusal.endswith("(names)" if line else "")
+    assert line in validator.last_refusal and validator.last_refusal.endswith(
+        "(names)" if line else ""
+    )
 
 
 def test_stamps_of_two_clocks() -> None:
@@ -64,7 +73,9 @@ def test_stamps_of_two_clocks() -> None:
         span = realtime_range("ros", stamp, state, wall, timeouts)
         return span is not None and span.oldest <= stamp <= span.newest
 
-    assert is_possible(state) and is_possible(state - second) and not is_possible(state - second - 1)
+    assert (
+        is_possible(state) and is_possible(state - second) and not is_possible(state - second - 1)
+    )
     assert not is_possible(state + 1) and is_possible(wall - second) and is_possible(wall + second)
     assert not is_possible(wall - second - 1) and not is_possible(wall + second + 1)
 
@@ -76,7 +87,9 @@ def test_the_clock_leads_by_one_period() -> None:
     assert validator.validate(NOW, JOINTS, EFFORTS, possible) is None
     assert validator.validate(NOW + 11, JOINTS, EFFORTS, possible) is None
     assert validator.validate(NOW + 10, JOINTS, EFFORTS, possible) == tuple(EFFORTS)
-    assert lockstep_range("any", NOW, 10) is None and lockstep_range("state", NOW, 10) == StampRange(NOW, NOW)
+    assert lockstep_range("any", NOW, 10) is None and lockstep_range(
+        "state", NOW, 10
+    ) == StampRange(NOW, NOW)
 
 
 @pytest.mark.parametrize(
@@ -130,7 +143,9 @@ def test_lockstep_requires_the_exact_stamp_and_realtime_a_recent_one() -> None:
     """
     assert validate(CommandValidator(JOINTS, LARGEST), stamp=NOW - 1) is None
     validator = CommandValidator(JOINTS, LARGEST)
-    assert validator.validate(NOW - 10, JOINTS, EFFORTS, StampRange(NOW - 10, NOW)) == tuple(EFFORTS)
+    assert validator.validate(NOW - 10, JOINTS, EFFORTS, StampRange(NOW - 10, NOW)) == tuple(
+        EFFORTS
+    )
     validator = CommandValidator(JOINTS, LARGEST)
     assert validator.validate(NOW - 11, JOINTS, EFFORTS, StampRange(NOW - 10, NOW)) is None
     assert validator.refused == {"stale": 1}
@@ -148,7 +163,9 @@ def test_garbage_is_refused(data: bytes) -> None:
 
 
 @given(st.data(), st.integers(0, 200), st.integers(1, 60))
-def test_a_damaged_command_is_accepted_or_refused(data: st.DataObject, at: int, length: int) -> None:
+def test_a_damaged_command_is_accepted_or_refused(
+    data: st.DataObject, at: int, length: int
+) -> None:
     """A command of damaged bytes is accepted with finite efforts, or refused under a reason.
 
     Bytes are overwritten or cut off.
@@ -158,9 +175,13 @@ def test_a_damaged_command_is_accepted_or_refused(data: st.DataObject, at: int, 
     noise = data.draw(st.binary(min_size=length, max_size=length))
     for message in (whole[:at] + noise + whole[at + length :], whole[:at]):
         frame = validator.decode(codec.decode, message)
-        efforts = validate(validator, frame.stamp, frame.names, list(frame.effort)) if frame else None
+        efforts = (
+            validate(validator, frame.stamp, frame.names, list(frame.effort)) if frame else None
+        )
         assert efforts is None or all(map(math.isfinite, efforts))
-    assert validator.received == 2 and validator.refused.total() >= 1  # the second is cut off, or the first one again
+    assert (
+        validator.received == 2 and validator.refused.total() >= 1
+    )  # the second is cut off, or the first one again
 
 
 def test_inertia_and_gravity_of_the_scene_bound_efforts() -> None:
@@ -188,11 +209,15 @@ def test_refusals_of_every_command_are_described() -> None:
         validator.validate(k * 10**18, ["slew"], [0.0], StampRange(1, 2))
     line = validator.describe_refusals()
     assert line.startswith(
-        "all 3 commands so far were refused, the last one: command with stamp 3000000000000000000 ns"
+        "all 3 commands so far were refused, the last one: command with stamp 3000000000000000000 "
+        "ns"
     )
     assert "--command-stamps ros" in line
     validator.validate(2, ["slew"], [0.0], StampRange(1, 2))
     assert validator.describe_refusals() == ""
     other = CommandValidator(["slew"], [1.0])
     other.validate(1, ["boom"], [0.0], StampRange(1, 2))
-    assert "the actuated ones are" in other.describe_refusals() and "--command-stamps" not in other.describe_refusals()
+    assert (
+        "the actuated ones are" in other.describe_refusals()
+        and "--command-stamps" not in other.describe_refusals()
+    )

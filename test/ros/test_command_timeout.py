@@ -43,7 +43,11 @@ def pause(bench: RealtimeBench, realtime: Realtime, seconds: float) -> None:
     ],
 )
 def test_the_timeout_action_follows_a_silent_controller(
-    timeout: float, on_silence: str, last: tuple[float, ...], warned: str, monkeypatch: pytest.MonkeyPatch
+    timeout: float,
+    on_silence: str,
+    last: tuple[float, ...],
+    warned: str,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The last command holds until the time-out, then the chosen action follows, with a warning.
 
@@ -55,7 +59,11 @@ def test_the_timeout_action_follows_a_silent_controller(
     assert bench.efforts[0] == bench.answer(0) == (1.0, 0.0) and bench.efforts[-1] == last
     assert bench.warning == warned and bench.plant.braking == (on_silence == "brake")
     if warned:  # with the first step after the time-out, not with the one before
-        assert bench.times[bench.warned - 2] <= timeout + 0.002 + 1e-3 < bench.times[bench.warned] + 1e-3
+        assert (
+            bench.times[bench.warned - 2]
+            <= timeout + 0.002 + 1e-3
+            < bench.times[bench.warned] + 1e-3
+        )
     assert realtime.metrics()["silences"] == bool(warned)
 
 
@@ -63,14 +71,18 @@ def test_an_array_of_the_wrong_size_is_refused(monkeypatch: pytest.MonkeyPatch) 
     """An array acts in joint order if it has one effort per joint, and is refused otherwise."""
     bench, realtime = make_bench(monkeypatch, 80, None, timeout=0.0)
     for numbers in ([5.0, 6.0], [1.0, 2.0, 3.0]):
-        bench.callbacks["effort_controller/commands"](serialize_message(Float64MultiArray(data=numbers)))
+        bench.callbacks["effort_controller/commands"](
+            serialize_message(Float64MultiArray(data=numbers))
+        )
         realtime.step_once()
     assert bench.efforts == [(5.0, 6.0)] * 2
     assert bench.validator.summary() == {"received": 2, "rejected": 1, "late": 0, "duplicate": 0}
 
 
 @pytest.mark.parametrize(("late", "counts"), [(1.5, True), (1.7, False)])
-def test_a_command_is_stale_by_wall_time(late: float, counts: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_command_is_stale_by_wall_time(
+    late: float, counts: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """At four times real time a command may answer a state that is four time-outs old.
 
     These are time-outs of simulated time.
@@ -108,7 +120,11 @@ def test_a_run_sleeps_without_timer_slack(monkeypatch: pytest.MonkeyPatch) -> No
     [(0.2, False, 0, False), (None, False, 50, True), (None, True, 50, False)],
 )
 def test_steps_without_a_new_command_are_counted(
-    delay: float | None, commanded: bool, unanswered: int, marked: bool, monkeypatch: pytest.MonkeyPatch
+    delay: float | None,
+    commanded: bool,
+    unanswered: int,
+    marked: bool,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A run whose own controller does not answer is marked; a user's may command less often."""
     bench, realtime = make_bench(monkeypatch, 150, None if delay is None else delay * PERIOD)
@@ -116,7 +132,9 @@ def test_steps_without_a_new_command_are_counted(
     realtime.run()
     metrics = realtime.metrics()
     assert metrics["unanswered_steps"] == unanswered
-    assert (metrics.get("real_time_violation") == "0 of 150 steps were late, and 50 had no new command") == marked
+    assert (
+        metrics.get("real_time_violation") == "0 of 150 steps were late, and 50 had no new command"
+    ) == marked
 
 
 @pytest.mark.parametrize(("late", "marked"), [(0, False), (1, False), (2, True), (40, True)])
@@ -127,7 +145,12 @@ def test_a_run_of_which_a_hundredth_was_late_is_marked(
     bench, realtime = make_bench(monkeypatch, 150, 0.2 * PERIOD)
     realtime.run()
     bench.deadline_misses = late
-    assert realtime.metrics().get("real_time_violation", "").startswith(f"{late} of 150 steps were late") == marked
+    assert (
+        realtime.metrics()
+        .get("real_time_violation", "")
+        .startswith(f"{late} of 150 steps were late")
+        == marked
+    )
 
 
 @pytest.mark.parametrize(("on_silence", "last"), [("zero", ZERO), ("brake", (20.0, 0.0))])
@@ -191,7 +214,9 @@ def test_a_reset_resets_the_watchdog(monkeypatch: pytest.MonkeyPatch) -> None:
     assert bench.plant.braking and realtime.metrics()["silences"] == 2
 
 
-def test_the_first_step_after_a_reset_waits_for_its_command(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_first_step_after_a_reset_waits_for_its_command(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """A reset just before a step is due leaves the controller a whole period.
 
     No step is taken without an effort.
@@ -205,7 +230,9 @@ def test_the_first_step_after_a_reset_waits_for_its_command(monkeypatch: pytest.
     bench.events = [(0.2095, reset)]
     realtime.run()
     assert ZERO not in bench.efforts
-    assert bench.times[20] == pytest.approx(0.2095 + PERIOD, abs=5e-4)  # s; the reset comes with the end of a spin
+    assert bench.times[20] == pytest.approx(
+        0.2095 + PERIOD, abs=5e-4
+    )  # s; the reset comes with the end of a spin
 
 
 def test_commands_hold_in_slow_motion(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -229,7 +256,9 @@ def test_an_answer_in_slow_motion_may_be_a_period_old(monkeypatch: pytest.Monkey
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.004])
-def test_single_steps_take_the_controller_s_answers(delay: float, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_single_steps_take_the_controller_s_answers(
+    delay: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Of many steps in one call each takes its own state's answer.
 
     The answer takes almost half a period.
@@ -251,6 +280,8 @@ def test_single_steps_do_not_wait_after_the_timeout(monkeypatch: pytest.MonkeyPa
     for _ in range(300):
         realtime.step_once()
     held = bench.efforts.count(bench.answer(1))
-    assert abs(held - TIMEOUT / PERIOD) <= 2  # the controller answers the last state before its death
+    assert (
+        abs(held - TIMEOUT / PERIOD) <= 2
+    )  # the controller answers the last state before its death
     assert bench.efforts[-1] == ZERO
     assert bench.now - 100.0 == pytest.approx(TIMEOUT, abs=2 * PERIOD)

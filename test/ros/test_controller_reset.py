@@ -33,7 +33,9 @@ def test_a_reset_drops_the_setpoint_of_the_previous_run() -> None:
         node.callback(make_setpoint_message(0, x))
         assert setpoints.apply_to(outer, make_state(0)) and outer.demand[0] == x
     node.callback(make_setpoint_message(10, 4.0))
-    node.callback(make_setpoint_message(0, 5.0))  # the outer loop received the state after the reset first
+    node.callback(
+        make_setpoint_message(0, 5.0)
+    )  # the outer loop received the state after the reset first
     setpoints.reset()
     assert setpoints.apply_to(outer, make_state(0)) and outer.demand[0] == 5.0
     assert setpoints.metrics()["late"] == 0
@@ -58,7 +60,9 @@ def test_every_new_run_waits_for_its_own_setpoint() -> None:
     controller.set_active(True)
     for run in range(3):
         velocity = (0.01 * run, *SCENE.initial_v[1:])
-        node.callbacks["joint_states"](codec.encode(SCENE.period_ns, SCENE.initial_q, velocity, velocity))
+        node.callbacks["joint_states"](
+            codec.encode(SCENE.period_ns, SCENE.initial_q, velocity, velocity)
+        )
         assert len(node.published["joint_commands"]) == run
         node.callbacks["tip_demand"](setpoint_at_first_state(0.1 * run))
         assert len(node.published["joint_commands"]) == run + 1

@@ -17,7 +17,9 @@ from crane_sim.ros.common.nodes import ManagedNode, ServingNode
 
 
 @pytest.fixture(params=[ServingNode, ManagedNode])
-def node(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Node]:
+def node(
+    request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[Node]:
     """Yield a node with a parameter."""
     with graph(tmp_path, monkeypatch):
         rclpy.init()
@@ -45,11 +47,15 @@ def parameter(kind: int, value: float) -> Parameter:
 def test_a_type_that_there_is_not_is_refused(node: Node, kind: int) -> None:
     """Each parameter of the request has its result: those before the bad one are set."""
     parameters = [parameter(3, 2.0), parameter(kind, 3.0), parameter(3, 4.0)]
-    results = answer(node, SetParameters, "set_parameters", SetParameters.Request(parameters=parameters)).results
+    results = answer(
+        node, SetParameters, "set_parameters", SetParameters.Request(parameters=parameters)
+    ).results
     assert [result.successful for result in results] == [True, False, False]
     assert f"{kind} is not a valid" in results[1].reason
     request = SetParametersAtomically.Request(parameters=parameters)
-    assert not answer(node, SetParametersAtomically, "set_parameters_atomically", request).result.successful
+    assert not answer(
+        node, SetParametersAtomically, "set_parameters_atomically", request
+    ).result.successful
     assert node.get_parameter("rate").value == 2.0
 
 

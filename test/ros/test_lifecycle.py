@@ -19,15 +19,21 @@ ACTIVATE, DEACTIVATE, SHUTDOWN = (
 
 
 @pytest.fixture
-def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Remote, NodeProcess, NodeProcess]]:
+def bench(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[tuple[Remote, NodeProcess, NodeProcess]]:
     """Yield a node of the test, a plant in the middle of a run, and its standby controller."""
     scene = tmp_path / "endless.yaml"
     load_scene("knuckle_setpoint", {"duration": 1e5}).dump(scene)
     with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as client:
         client.node.destroy_publisher(client.commands)
         with (
-            NodeProcess("crane_sim.ros.plant_node", env, f"scene:={scene}", "step_timeout:=0.2") as plant,
-            NodeProcess("crane_control.nodes.controller_node", env, f"scene:={scene}", "autostart:=false") as standby,
+            NodeProcess(
+                "crane_sim.ros.plant_node", env, f"scene:={scene}", "step_timeout:=0.2"
+            ) as plant,
+            NodeProcess(
+                "crane_control.nodes.controller_node", env, f"scene:={scene}", "autostart:=false"
+            ) as standby,
         ):
             plant.await_event("ready")
             standby.await_event("ready")
@@ -66,7 +72,8 @@ def test_transitions(bench: tuple[Remote, NodeProcess, NodeProcess]) -> None:
 
     Activated they resume, and shut down they end.
 
-    A controller without autostart is ready but silent until the request go, and then answers the newest state.
+    A controller without autostart is ready but silent until the request go, and then answers the
+    newest state.
     """
     client, plant, standby = bench
     assert get_state(client, "plant") == "active"

@@ -6,7 +6,16 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from lockstep_doubles import SCENE, STEPS_TO_REST, TIMEOUT, ZERO, FakeHost, FakeTopics, make_lockstep, make_simulation
+from lockstep_doubles import (
+    SCENE,
+    STEPS_TO_REST,
+    TIMEOUT,
+    ZERO,
+    FakeHost,
+    FakeTopics,
+    make_lockstep,
+    make_simulation,
+)
 
 from crane_sim.ros.common.messages import SimulationState
 from crane_sim.ros.common.serialization import EFFORT, STATE, JointStateCodec
@@ -44,10 +53,14 @@ def test_waiting_is_reported_after_the_timeout(
     lockstep.run()
     assert waits[0][0] - began >= TIMEOUT
     assert waits[0][1].startswith("no valid command for state 1 within 0.3 s")
-    assert topics.states in ((6, 7) if contested else (3, 4))  # 0.3 s at one in 0.05 s or 0.1 s, with the first
+    assert topics.states in (
+        (6, 7) if contested else (3, 4)
+    )  # 0.3 s at one in 0.05 s or 0.1 s, with the first
 
 
-def test_a_repeated_state_comes_with_a_later_time(topics: FakeTopics, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_repeated_state_comes_with_a_later_time(
+    topics: FakeTopics, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Where the clock leads, a repeated state advances it within the period.
 
     A node that missed the state wakes.
@@ -62,21 +75,28 @@ def test_a_repeated_state_comes_with_a_later_time(topics: FakeTopics, monkeypatc
     monkeypatch.setattr(host, "spin", spin)
     make_lockstep(host, simulation, stamps="ros").run()
     standing, led = topics.clocks[0], [clock for clock in topics.clocks if clock > PERIOD]
-    assert led[0] - standing >= PERIOD, "ros2_control's loop begins a period after the first time that it reads"
+    assert led[0] - standing >= PERIOD, (
+        "ros2_control's loop begins a period after the first time that it reads"
+    )
     assert len(set(led)) >= 3 and led == sorted(led) and led[-1] <= 2 * PERIOD
 
 
 @pytest.mark.usefixtures("stepped_clock")
-def test_the_clock_goes_on_for_a_newcomer(topics: FakeTopics, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_clock_goes_on_for_a_newcomer(
+    topics: FakeTopics, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Where the clock leads, it goes on by periods while a publisher has sent nothing.
 
     One that has sent something is waited for.
 
-    The command of a loop that these periods woke is taken, and the next state's answer is later than all of them.
+    The command of a loop that these periods woke is taken, and the next state's answer is later
+    than all of them.
     """
     host, simulation = FakeHost(), make_simulation(topics, clock_leads=True)
     lockstep = make_lockstep(host, simulation, stamps="ros")
-    arbiter = SimpleNamespace(start=lambda: None, update=lambda: None, contested=False, has_newcomer=False)
+    arbiter = SimpleNamespace(
+        start=lambda: None, update=lambda: None, contested=False, has_newcomer=False
+    )
     monkeypatch.setattr(lockstep, "_commands", arbiter)
     topics.acknowledged = True
     codec = JointStateCodec(SCENE.actuated, EFFORT)
@@ -121,7 +141,10 @@ def test_single_steps_stay_in_sync(simulation: SimulationRun) -> None:
     The refusal has the other crane's name.
     """
     host = FakeHost()
-    lockstep, codec = make_lockstep(host, simulation, beside="other"), JointStateCodec(SCENE.joint_names, STATE)
+    lockstep, codec = (
+        make_lockstep(host, simulation, beside="other"),
+        JointStateCodec(SCENE.joint_names, STATE),
+    )
     simulation.pause(True, "user")
     simulation.start()
 
@@ -130,7 +153,12 @@ def test_single_steps_stay_in_sync(simulation: SimulationRun) -> None:
             (JointStateCodec(SCENE.actuated, EFFORT).encode(command * PERIOD, ZERO), None)
         )
         host.queues["/other/joint_states"].append(
-            (codec.encode(peer_state * PERIOD, SCENE.initial_q, SCENE.initial_v, SCENE.initial_v), None)
+            (
+                codec.encode(
+                    peer_state * PERIOD, SCENE.initial_q, SCENE.initial_v, SCENE.initial_v
+                ),
+                None,
+            )
         )
         return lockstep.step_once()
 
@@ -192,7 +220,12 @@ def test_every_crane_beside_is_waited_for_once(simulation: SimulationRun) -> Non
     scheduler = make_lockstep(host, simulation, beside=beside)
     peers = {topic for topic in host.queues if topic.endswith("/joint_states")}
     assert peers == {"/left/joint_states", "/right/joint_states"}
-    settings = {"expected_controllers": 1, "expected_trackers": 0, "expected_recorders": 0, "beside": beside}
+    settings = {
+        "expected_controllers": 1,
+        "expected_trackers": 0,
+        "expected_recorders": 0,
+        "beside": beside,
+    }
     topics = SimpleNamespace(missing=lambda state_subscribers, _: str(state_subscribers))
     plant: Any = PlantNode
     parts = {"_settings": SimpleNamespace(**settings), "_simulation": simulation, "_topics": topics}

@@ -20,11 +20,15 @@ def test_an_expression_matches_as_posix_says(expression: str, name: str, expecte
 
 
 NESTED = "(" * 40 + "a" + "+)" * 40
-SLOW = "(((" + "|" * 40 + ")+)+)+"  # takes glibc a second, three times as many alternatives half a minute
+SLOW = (
+    "(((" + "|" * 40 + ")+)+)+"
+)  # takes glibc a second, three times as many alternatives half a minute
 LONG = "(" * 8 + "[a-z]*" * 26 + "+)" * 8  # takes glibc ten seconds
 
 
-@pytest.mark.parametrize("expression", ["(a{255}){255}", "(a)\\1", NESTED, LONG, SLOW, "((a+b)+c)+", "a" * 101])
+@pytest.mark.parametrize(
+    "expression", ["(a{255}){255}", "(a)\\1", NESTED, LONG, SLOW, "((a+b)+c)+", "a" * 101]
+)
 def test_a_costly_expression_is_refused(expression: str) -> None:
     """Expressions that would make exponentially many states are refused before they compile.
 

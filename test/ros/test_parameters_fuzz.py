@@ -18,7 +18,9 @@ OPTIONS = [
     for options in (COMMON, *(node.PARAMETERS for node in NODES))
     for name, option in options.items()
 ]
-WORDS = st.sampled_from([word for _, option in OPTIONS for word in option.choices] + ["", "knuckle_setpoint"])
+WORDS = st.sampled_from(
+    [word for _, option in OPTIONS for word in option.choices] + ["", "knuckle_setpoint"]
+)
 
 
 def check_parameter(name: str, option: Option, value: Any) -> None:

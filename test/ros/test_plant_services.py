@@ -5,7 +5,16 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from lockstep_doubles import SCENE, STEPS_TO_REST, TIMEOUT, ZERO, CountingPlant, FakeHost, FakeTopics, make_lockstep
+from lockstep_doubles import (
+    SCENE,
+    STEPS_TO_REST,
+    TIMEOUT,
+    ZERO,
+    CountingPlant,
+    FakeHost,
+    FakeTopics,
+    make_lockstep,
+)
 
 from crane_sim.ros.common import messages
 from crane_sim.ros.plant import braking
@@ -20,7 +29,9 @@ def start_run(topics: Any, events: list[str] | None = None) -> SimulationRun:
     """Return a run that has begun and in which nothing moves; `events` gets its reports."""
     plant: Any = CountingPlant()
     plant.applied = ZERO
-    pipes: Any = SimpleNamespace(report=lambda event, **_: (events if events is not None else []).append(event))
+    pipes: Any = SimpleNamespace(
+        report=lambda event, **_: (events if events is not None else []).append(event)
+    )
     simulation = SimulationRun(SCENE, plant, topics, pipes, (1e9,) * len(ZERO))
     simulation.start()
     return simulation
@@ -34,7 +45,9 @@ class Services:
         host: Any = FakeHost()
         host.active = True
         self._callbacks: dict[str, Any] = {}
-        host.node.create_service = lambda _kind, name, callback: self._callbacks.update({name: callback})
+        host.node.create_service = lambda _kind, name, callback: self._callbacks.update(
+            {name: callback}
+        )
         self.simulation = start_run(FakeTopics())
         lockstep = make_lockstep(host, self.simulation)
         settings = SimpleNamespace(step_count=1)
@@ -115,7 +128,8 @@ class UnacknowledgedPublisher:
 def topics() -> PlantTopics:
     """Return the topics of a plant, whose subscriber has died."""
     node: Any = SimpleNamespace(
-        create_publisher=lambda *_, **__: UnacknowledgedPublisher(), get_namespace=lambda: "/knuckle"
+        create_publisher=lambda *_, **__: UnacknowledgedPublisher(),
+        get_namespace=lambda: "/knuckle",
     )
     return PlantTopics(node, SCENE.joint_names, SCENE.actuated)
 
@@ -136,11 +150,15 @@ def test_a_dead_subscriber_is_waited_for_until_its_lease_ends(
     monkeypatch.setattr(messages, "LIVELINESS_LEASE", 2.0)
     began = time.monotonic()
     topics.flush()
-    assert 2.0 <= time.monotonic() - began < 2.5  # s, and a slice of the wait; 4 s on one topic after the other
+    assert (
+        2.0 <= time.monotonic() - began < 2.5
+    )  # s, and a slice of the wait; 4 s on one topic after the other
 
 
 @pytest.mark.parametrize(("period", "waits"), [(1e-4, 0), (0.0, 1)])
-def test_brakes_in_real_time_wait_for_no_recorder(period: float, waits: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_brakes_in_real_time_wait_for_no_recorder(
+    period: float, waits: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """In real time a braking crane waits for no recorder; at full speed it lets one catch up."""
     monkeypatch.setattr(braking, "BLOCK", 10)
     host: Any = FakeHost()
@@ -178,4 +196,8 @@ def test_brakes_by_service(mode: str, refusal: str) -> None:
     assert simulation.plant.braking and "~/set_brakes" in simulation.warning
     simulation.restart()
     assert simulation.plant.braking
-    assert control.set_brakes(False) == "" and not simulation.plant.braking and simulation.warning == ""
+    assert (
+        control.set_brakes(False) == ""
+        and not simulation.plant.braking
+        and simulation.warning == ""
+    )

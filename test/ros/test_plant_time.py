@@ -25,7 +25,9 @@ def endless(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 @pytest.fixture(scope="module")
-def bench(endless: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[NodeProcess, Remote]]:
+def bench(
+    endless: str, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[tuple[NodeProcess, Remote]]:
     """Yield a plant in lockstep that publishes its first state, and a silent node of the test."""
     with (
         pytest.MonkeyPatch.context() as monkeypatch,
@@ -45,7 +47,10 @@ def paused(bench: tuple[NodeProcess, Remote]) -> Iterator[Remote]:
     _, client = bench
     client.answers = None
     client.pause(True)
-    assert (client.set(step_count=1, reset_positions=[], reset_velocities=[]), client.reset()) == ("", "ok")
+    assert (client.set(step_count=1, reset_positions=[], reset_velocities=[]), client.reset()) == (
+        "",
+        "ok",
+    )
     wait_until(lambda: client.states[-1] == PERIOD)
     yield client
     client.pause(False)
@@ -57,16 +62,26 @@ def test_arrays_of_numbers_are_described_as_doubles(bench: tuple[NodeProcess, Re
     about = DescribeParameters.Request(names=["reset_positions"])
     odd = [
         ParameterValue(type=ParameterType.PARAMETER_BYTE_ARRAY),
-        ParameterValue(type=ParameterType.PARAMETER_INTEGER_ARRAY, integer_array_value=[1, 0, 0, 1, 0, 0]),
+        ParameterValue(
+            type=ParameterType.PARAMETER_INTEGER_ARRAY, integer_array_value=[1, 0, 0, 1, 0, 0]
+        ),
         ParameterValue(type=ParameterType.PARAMETER_STRING_ARRAY),
     ]
     for value in (None, *odd):
         if value is not None:
-            request = SetParametersAtomically.Request(parameters=[Message(name="reset_positions", value=value)])
-            assert client.request(SetParametersAtomically, "plant/set_parameters_atomically", request).result.successful
-        descriptors = client.request(DescribeParameters, "plant/describe_parameters", about).descriptors
+            request = SetParametersAtomically.Request(
+                parameters=[Message(name="reset_positions", value=value)]
+            )
+            assert client.request(
+                SetParametersAtomically, "plant/set_parameters_atomically", request
+            ).result.successful
+        descriptors = client.request(
+            DescribeParameters, "plant/describe_parameters", about
+        ).descriptors
         assert descriptors[0].type == ParameterType.PARAMETER_DOUBLE_ARRAY
-    assert "parameter reset_positions is 1; it must be an array of finite numbers" in client.set(reset_positions=1)
+    assert "parameter reset_positions is 1; it must be an array of finite numbers" in client.set(
+        reset_positions=1
+    )
 
 
 def test_a_plant_without_answers_waits(bench: tuple[NodeProcess, Remote]) -> None:
@@ -77,7 +92,9 @@ def test_a_plant_without_answers_waits(bench: tuple[NodeProcess, Remote]) -> Non
     plant, client = bench
     why = plant.await_event("waiting")["why"]
     assert why.startswith("no valid command for state 1 within 0.6 s")
-    wait_until(lambda: client.modes[-1] == 2 and any(message == why for _, message in client.warnings))
+    wait_until(
+        lambda: client.modes[-1] == 2 and any(message == why for _, message in client.warnings)
+    )
     assert (client.pause(True), client.pause(False)) == ("ok", "ok")
     assert client.modes[-1] == 2  # it still waits
     client.answers = ZERO
@@ -97,7 +114,9 @@ def test_many_steps_in_one_call(paused: Remote) -> None:
     wait_until(lambda: client.states[-1] == 51 * PERIOD)
     client.answers = None
     assert client.set(step_count=50) == ""
-    assert client.step().startswith(("0 of 50 steps: the command for state", "1 of 50 steps: the command for state"))
+    assert client.step().startswith(
+        ("0 of 50 steps: the command for state", "1 of 50 steps: the command for state")
+    )
 
 
 def test_reset_to_a_state(paused: Remote) -> None:
@@ -106,7 +125,9 @@ def test_reset_to_a_state(paused: Remote) -> None:
     first, elsewhere = client.positions[-1], [0.3, 0.4, 0.1, 3.0, 0.0, 0.0]
     assert client.set(reset_positions=elsewhere) == ""
     assert client.reset() == "ok"
-    wait_until(lambda: client.positions[-1] == pytest.approx(elsewhere, abs=1e-12))  # converted to and fro
+    wait_until(
+        lambda: client.positions[-1] == pytest.approx(elsewhere, abs=1e-12)
+    )  # converted to and fro
     assert client.set(reset_positions=[1.0]) == ""
     assert client.reset() != "ok"
     assert client.set(reset_positions=[]) == ""
@@ -123,12 +144,16 @@ def test_a_newcomer_in_a_pause_gets_the_state(paused: Remote) -> None:
         wait_until(lambda: late.states[-1:] == [2 * PERIOD], "the state where the run stands")
 
 
-def test_the_clock_is_published_before_the_run(endless: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_clock_is_published_before_the_run(
+    endless: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A node on simulation time that starts before the run has a clock; its timers follow it."""
     sim_time = {"parameter_overrides": [Parameter("use_sim_time", value=True)]}
     with graph(tmp_path, monkeypatch) as (domain, env), remote(domain, **sim_time) as client:
         ticks: list[int] = []
-        client.node.create_timer(0.1, lambda: ticks.append(client.node.get_clock().now().nanoseconds))
+        client.node.create_timer(
+            0.1, lambda: ticks.append(client.node.get_clock().now().nanoseconds)
+        )
         with NodeProcess(PLANT, env, f"scene:={endless}", "commanded:=true") as plant:
             wait_until(lambda: client.node.get_clock().now().nanoseconds == PERIOD)
             plant.await_event("ready")
@@ -137,18 +162,25 @@ def test_the_clock_is_published_before_the_run(endless: str, tmp_path: Path, mon
             wait_until(lambda: len(ticks) >= 5)
     steps = [later - sooner for sooner, later in zip(ticks, ticks[1:], strict=False)]
     assert ticks == sorted(ticks) and all(step > 0 for step in steps)
-    assert (ticks[-1] - ticks[0]) / len(steps) == pytest.approx(10 * PERIOD, rel=0.5)  # the executor may come late
+    assert (ticks[-1] - ticks[0]) / len(steps) == pytest.approx(
+        10 * PERIOD, rel=0.5
+    )  # the executor may come late
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("mode", ["realtime", "open loop"])
-def test_single_steps_without_a_controller(mode: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_single_steps_without_a_controller(
+    mode: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """In real time and open loop, too, a paused plant can be reset, stepped and resumed."""
     document = load_scene("knuckle_setpoint", {"duration": 1e5}).to_dict()
     if mode == "open loop":
         del document["control"]
     load_scene(document).dump(tmp_path / "scene.yaml")
-    options = (f"scene:={tmp_path / 'scene.yaml'}", f"mode:={'realtime' if mode == 'realtime' else 'lockstep'}")
+    options = (
+        f"scene:={tmp_path / 'scene.yaml'}",
+        f"mode:={'realtime' if mode == 'realtime' else 'lockstep'}",
+    )
     with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as client:
         with NodeProcess(PLANT, env, *options, "step_count:=7") as plant:
             plant.await_event("ready")

@@ -38,10 +38,18 @@ def test_states_are_those_of_the_own_plant() -> None:
     """
     recorder: Any = States()
     take = MessageDecoder(SCENE, recorder, "crane/plant").callbacks()["/diagnostics"]
-    take(diagnostics(1, "crane/plant", warning_commands="no valid command for 0.5 s", refused_names=0))
+    take(
+        diagnostics(
+            1, "crane/plant", warning_commands="no valid command for 0.5 s", refused_names=0
+        )
+    )
     take(diagnostics(2, "other/plant", warning_commands="no valid command for 0.5 s"))
     take(b"no diagnostics")
-    take(diagnostics(3, "crane/plant", warning_brakes="the brakes act", refused_names=2, refused_late=1))
+    take(
+        diagnostics(
+            3, "crane/plant", warning_brakes="the brakes act", refused_names=2, refused_late=1
+        )
+    )
     take(diagnostics(4, "crane/plant", refused_names=2, refused_late=1, refused_huge="many"))
     assert recorder.taken == [
         ("controller", 1, "silent"),

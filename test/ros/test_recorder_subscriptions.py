@@ -41,7 +41,9 @@ def subscriber_node(domain: int) -> Iterator[Node]:
         context.shutdown()
 
 
-def test_pending_messages_are_complete_and_in_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pending_messages_are_complete_and_in_order(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Thousands of messages on three topics are dispatched completely, in order, however rarely."""
     codec = JointStateCodec(SCENE.actuated, EFFORT)
     received: list[tuple[str, int]] = []
@@ -77,7 +79,11 @@ def test_a_plant_that_has_discovered_a_recorder_has_discovered_all_of_it(
             super().__init__(*arguments)
 
     monkeypatch.setattr(subscriptions, "PolledSubscription", SlowSubscription)
-    with graph(tmp_path, monkeypatch) as (domain, _), subscriber_node(domain) as node, subscriber_node(domain) as other:
+    with (
+        graph(tmp_path, monkeypatch) as (domain, _),
+        subscriber_node(domain) as node,
+        subscriber_node(domain) as other,
+    ):
         topics = PlantTopics(other, SCENE.joint_names, SCENE.actuated, sensed=True)
         recorder = Thread(target=RecorderSubscriptions, args=(node, [dict.fromkeys(NAMES, bytes)]))
         recorder.start()

@@ -66,7 +66,14 @@ def test_newest_and_latched_messages_are_replayed(clock: list[float]) -> None:
     assert 19 - SECONDS < 11  # what was skipped was still buffered: it had been written
 
 
-OTHERS = ("applied_effort", "payload_pose", "base/odometry", "base/imu", "camera/payload_pose", "tip_demand")
+OTHERS = (
+    "applied_effort",
+    "payload_pose",
+    "base/odometry",
+    "base/imu",
+    "camera/payload_pose",
+    "tip_demand",
+)
 DELAY = 2  # s, of the camera
 
 
@@ -141,11 +148,19 @@ def test_every_broadcaster_outlives_a_reset(clock: list[float]) -> None:
 
 def test_the_pass_before_a_recorded_reset_is_dropped(clock: list[float]) -> None:
     """If the failed recorder recorded the reset, only latched messages from before are replayed."""
-    assert replayed(buffer_with_a_reset(clock), after=1, resets=4) == [b"playing", state(2, 1.0), state(3, 1.0)]
+    assert replayed(buffer_with_a_reset(clock), after=1, resets=4) == [
+        b"playing",
+        state(2, 1.0),
+        state(3, 1.0),
+    ]
 
 
 def test_the_pass_before_an_unrecorded_reset_is_replayed(clock: list[float]) -> None:
     """Otherwise the run before the reset is replayed to its end, then the new one."""
     rest = [*map(state, (19, 20)), b"late target", *(state(second, 1.0) for second in (1, 2, 3))]
-    assert replayed(buffer_with_a_reset(clock), after=18, resets=3) == [b"playing", b"old target", *rest]
+    assert replayed(buffer_with_a_reset(clock), after=18, resets=3) == [
+        b"playing",
+        b"old target",
+        *rest,
+    ]
     assert 23 - SECONDS < 18  # all of that was still buffered

@@ -9,9 +9,16 @@ import yaml
 from crane_sim import SceneError, load_scene
 from crane_sim.files.catalogue import scene_files
 from crane_sim.files.document import read
-from crane_sim.ros.common.ros2_control import FREQUENCY, controllers_file, joint_gains, urdf_with_ros2_control
+from crane_sim.ros.common.ros2_control import (
+    FREQUENCY,
+    controllers_file,
+    joint_gains,
+    urdf_with_ros2_control,
+)
 
-FORMS = {read(name)["crane"]: name for name in sorted(scene_files(), reverse=True)}  # a scene of each
+FORMS = {
+    read(name)["crane"]: name for name in sorted(scene_files(), reverse=True)
+}  # a scene of each
 
 
 @pytest.mark.parametrize("name", FORMS.values())
@@ -19,8 +26,14 @@ def test_every_joint_has_its_interfaces(name: str) -> None:
     """The tag has the joints in order, commands for the driven ones, and the actuators' limits."""
     scene = load_scene(name)
     tag = ElementTree.fromstring(urdf_with_ros2_control(scene)).find("ros2_control")
-    assert tag is not None and [joint.get("name") for joint in tag.findall("joint")] == list(scene.joint_names)
-    driven = [joint.get("name") for joint in tag.findall("joint") if joint.find("command_interface") is not None]
+    assert tag is not None and [joint.get("name") for joint in tag.findall("joint")] == list(
+        scene.joint_names
+    )
+    driven = [
+        joint.get("name")
+        for joint in tag.findall("joint")
+        if joint.find("command_interface") is not None
+    ]
     assert sorted(map(str, driven)) == sorted(scene.actuated)
     topics = {parameter.get("name"): parameter.text for parameter in tag.findall("hardware/param")}
     assert topics["joint_commands_topic"] == f"/{scene.crane}/joint_commands"
@@ -65,7 +78,9 @@ def test_topics_of_the_root_namespace_are_the_nodes() -> None:
     """The tag's topics are in the namespace: by default the kind of crane, none below the root."""
     scene = load_scene("knuckle_setpoint")
     for namespace, topic in (("", "/knuckle"), ("/", ""), ("/rig/a", "/rig/a"), ("rig", "/rig")):
-        hardware = ElementTree.fromstring(urdf_with_ros2_control(scene, namespace)).find("ros2_control/hardware")
+        hardware = ElementTree.fromstring(urdf_with_ros2_control(scene, namespace)).find(
+            "ros2_control/hardware"
+        )
         assert hardware is not None
         texts = [each.text for each in hardware.iter("param")]
         assert texts[:2] == [f"{topic}/joint_states", f"{topic}/joint_commands"]

@@ -21,14 +21,21 @@ from crane_sim.ros.recorder.decoder import MessageDecoder
 
 SCENE = load_scene("knuckle_setpoint")
 
-NAMES = st.lists(st.text(st.characters(codec="ascii", exclude_characters="\0"), max_size=20), min_size=1, max_size=7)
+NAMES = st.lists(
+    st.text(st.characters(codec="ascii", exclude_characters="\0"), max_size=20),
+    min_size=1,
+    max_size=7,
+)
 STAMPS = st.integers(0, 2**31 * 10**9 - 1)
 NUMBERS = st.floats(allow_nan=False)
 
 
 def vectors(data: st.DataObject, names: list[str], number: int) -> list[list[float]]:
     """Draw `number` vectors with one value per name."""
-    return [data.draw(st.lists(NUMBERS, min_size=len(names), max_size=len(names))) for _ in range(number)]
+    return [
+        data.draw(st.lists(NUMBERS, min_size=len(names), max_size=len(names)))
+        for _ in range(number)
+    ]
 
 
 @pytest.mark.parametrize("fields", [STATE, EFFORT])
@@ -38,21 +45,42 @@ def test_encoded_messages_are_read_by_ros(
 ) -> None:
     """The generated class reads from the encoded bytes exactly what was written."""
     written = dict(zip(fields, vectors(data, names, len(fields)), strict=True))
-    message = deserialize_message(JointStateCodec(names, fields).encode(stamp, *written.values()), JointState)
+    message = deserialize_message(
+        JointStateCodec(names, fields).encode(stamp, *written.values()), JointState
+    )
     assert (nanoseconds(message.header.stamp), message.name) == (stamp, names)
-    assert {field: list(getattr(message, field)) for field in STATE} == {field: [] for field in STATE} | written
+    assert {field: list(getattr(message, field)) for field in STATE} == {
+        field: [] for field in STATE
+    } | written
 
 
-@given(st.data(), NAMES, NAMES, st.sampled_from([(1, 1, 0), (0, 0, 1), (1, 1, 1), (1, 0, 1), (0, 0, 0)]), st.booleans())
+@given(
+    st.data(),
+    NAMES,
+    NAMES,
+    st.sampled_from([(1, 1, 0), (0, 0, 1), (1, 1, 1), (1, 0, 1), (0, 0, 0)]),
+    st.booleans(),
+)
 def test_messages_of_any_layout_are_read(
-    data: st.DataObject, expected_names: list[str], other_names: list[str], present: tuple[int, int, int], effort: bool
+    data: st.DataObject,
+    expected_names: list[str],
+    other_names: list[str],
+    present: tuple[int, int, int],
+    effort: bool,
 ) -> None:
     """Messages of the expected and any other layout are read as the generated class wrote them."""
     names = data.draw(st.sampled_from([expected_names, other_names]))
-    q, v, u = (values if included else [] for values, included in zip(vectors(data, names, 3), present, strict=True))
-    header = Header(stamp=Time(sec=7, nanosec=8), frame_id=data.draw(st.sampled_from(["", "world"])))
+    q, v, u = (
+        values if included else []
+        for values, included in zip(vectors(data, names, 3), present, strict=True)
+    )
+    header = Header(
+        stamp=Time(sec=7, nanosec=8), frame_id=data.draw(st.sampled_from(["", "world"]))
+    )
     message = JointState(header=header, name=names, position=q, velocity=v, effort=u)
-    decoded = JointStateCodec(expected_names, EFFORT if effort else STATE).decode(serialize_message(message))
+    decoded = JointStateCodec(expected_names, EFFORT if effort else STATE).decode(
+        serialize_message(message)
+    )
     assert (decoded.stamp, decoded.names) == (7_000_000_008, names)
     assert [list(field) for field in decoded[2:]] == [q, v, u]
 
@@ -63,7 +91,9 @@ class Received:
     def __init__(self) -> None:
         self.warnings: list[str] = []
         self.taken: list[tuple[Any, ...]] = []
-        self.add_state = self.add_true_state = self.add_effort = lambda *content: self.taken.append(content)
+        self.add_state = self.add_true_state = self.add_effort = lambda *content: self.taken.append(
+            content
+        )
 
     def get_logger(self) -> Any:
         """Return what logs warnings."""
@@ -95,8 +125,13 @@ def test_recorded_states_are_in_the_order_of_the_scene() -> None:
     message = JointState(name=list(SCENE.joint_names)[::-1], position=numbers, velocity=numbers)
     callbacks = MessageDecoder(SCENE, received).callbacks()
     callbacks["joint_states"](serialize_message(message))
-    callbacks["applied_effort"](serialize_message(JointState(name=SCENE.actuated[::-1], effort=numbers[:4])))
-    assert received.taken == [(0, tuple(numbers[::-1]), tuple(numbers[::-1])), (0, tuple(numbers[3::-1]))]
+    callbacks["applied_effort"](
+        serialize_message(JointState(name=SCENE.actuated[::-1], effort=numbers[:4]))
+    )
+    assert received.taken == [
+        (0, tuple(numbers[::-1]), tuple(numbers[::-1])),
+        (0, tuple(numbers[3::-1])),
+    ]
 
 
 @pytest.mark.parametrize("numbers", [(math.nan,) * 6, (0.0, math.inf, 0.0, 0.0, 0.0, 0.0)])
@@ -106,11 +141,17 @@ def test_fields_out_of_range_are_ignored(numbers: tuple[float, ...], seconds: in
     received: Any = Received()
     good = (0.1,) * 6
     for position, velocity in ((numbers, good), (good, numbers), (good, good)):
-        message = JointState(name=list(SCENE.joint_names), position=position, velocity=velocity, effort=good)
+        message = JointState(
+            name=list(SCENE.joint_names), position=position, velocity=velocity, effort=good
+        )
         message.header.stamp.sec = seconds
         data, fits = serialize_message(message), position is velocity and seconds > 0
         assert (StateReader(received, SCENE).read(data) is not None) == fits
-        cause = "not finite: [" if seconds > 0 else f"with the stamp {seconds}000000000 ns, which is before zero:"
+        cause = (
+            "not finite: ["
+            if seconds > 0
+            else f"with the stamp {seconds}000000000 ns, which is before zero:"
+        )
         assert [cause in line for line in received.warnings] == [True] * (not fits)
         received.warnings.clear()
         received.taken.clear()

@@ -48,7 +48,8 @@ class FakeExecutor:
     Attributes:
         pending: number of callbacks.
         silent: number of events without a callback that come first.
-        guards: whether a call without anything follows each callback, as that of a guard condition does.
+        guards: whether a call without anything follows each callback, as that of a guard condition
+            does.
         turns: number of times that it was asked.
     """
 
@@ -84,7 +85,9 @@ def host(monkeypatch: pytest.MonkeyPatch) -> Any:
     monkeypatch.setattr(node_host, "signal", signals)
     subscription, arrivals = FakeSubscription(), select.epoll()
     arrivals.register(subscription.fileno(), select.EPOLLIN)
-    node: Any = SimpleNamespace(served={subscription.fileno(): subscription}, arrivals=arrivals, calls=0)
+    node: Any = SimpleNamespace(
+        served={subscription.fileno(): subscription}, arrivals=arrivals, calls=0
+    )
     pipes: Any = SimpleNamespace(attached=False, read_requests=list)
     return NodeHost(node, pipes)
 

@@ -28,7 +28,13 @@ def crane(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Remote]:
     """Yield a node beside a run in real time that has begun, paused at its first state."""
     file = tmp_path / "scene.yaml"
     load_scene("knuckle_setpoint", CHANGES).dump(file)
-    options = (f"scene:={file}", "mode:=realtime", "commanded:=true", "paused:=true", "command_timeout:=0.0")
+    options = (
+        f"scene:={file}",
+        "mode:=realtime",
+        "commanded:=true",
+        "paused:=true",
+        "command_timeout:=0.0",
+    )
     with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as node:
         with NodeProcess("crane_sim.ros.plant_node", env, *options) as plant:
             plant.await_event("ready")
@@ -53,7 +59,9 @@ def test_speeds_come_by_the_array_topic(crane: Remote) -> None:
         send(wrong)
     assert crane.set(step_count=30) == "" and crane.step() == "ok"
     wait_until(lambda: len(crane.states) > 30, "the states")
-    assert crane.velocities[-1][:4] == pytest.approx(SPEEDS, abs=1e-9)  # exact drives; 0.2 s of ramp at most
+    assert crane.velocities[-1][:4] == pytest.approx(
+        SPEEDS, abs=1e-9
+    )  # exact drives; 0.2 s of ramp at most
     assert crane.positions[0][0] == BIAS
     dark = crane.request(SetBool, "plant/faults/dark", SetBool.Request(data=True))
     assert dark.success and crane.set(step_count=2) == "" and crane.step() == "ok"

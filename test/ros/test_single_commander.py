@@ -24,7 +24,9 @@ SLOWLY = "rate:=0.2"  # in real time: twenty states a second are enough
 
 
 @contextmanager
-def started_commander(env: dict[str, str], name: str, effort: float) -> Iterator[subprocess.Popen[bytes]]:
+def started_commander(
+    env: dict[str, str], name: str, effort: float
+) -> Iterator[subprocess.Popen[bytes]]:
     """Yield a process that answers every state with one effort."""
     with started_program([sys.executable, COMMANDER, name, str(effort)], env=env) as process:
         yield process
@@ -37,7 +39,14 @@ def bench(
     """Yield a node and the environment of nodes, beside a running plant without a controller."""
     scene = tmp_path / "endless.yaml"
     load_scene("knuckle_setpoint", {"duration": 1e5}).dump(scene)
-    options = (f"scene:={scene}", "commanded:=true", f"mode:={request.param}", "expected_controllers:=0", LONG, SLOWLY)
+    options = (
+        f"scene:={scene}",
+        "commanded:=true",
+        f"mode:={request.param}",
+        "expected_controllers:=0",
+        LONG,
+        SLOWLY,
+    )
     with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as client:
         client.node.destroy_publisher(client.commands)
         with NodeProcess("crane_sim.ros.plant_node", env, *options) as plant:

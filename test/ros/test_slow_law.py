@@ -17,14 +17,20 @@ FIRST, SECOND = [1.0] * len(JOINTS), [2.0] * len(JOINTS)
 
 
 @pytest.mark.slow
-def test_a_slow_law_keeps_its_command_lease(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_slow_law_keeps_its_command_lease(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Answers slower than several leases are accepted in lockstep; a second publisher's are not.
 
     That one is faster, but later.
     """
     load_scene("knuckle_setpoint", {"duration": 1e5}).dump(tmp_path / "scene.yaml")
     options = (f"scene:={tmp_path / 'scene.yaml'}", "commanded:=true", "expected_controllers:=2")
-    with graph(tmp_path, monkeypatch) as (domain, env), remote(domain, "slow") as slow, remote(domain) as quick:
+    with (
+        graph(tmp_path, monkeypatch) as (domain, env),
+        remote(domain, "slow") as slow,
+        remote(domain) as quick,
+    ):
         with NodeProcess("crane_sim.ros.plant_node", env, *options) as plant:
             plant.await_event("ready")
             plant.send("go")

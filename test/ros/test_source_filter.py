@@ -29,7 +29,10 @@ class Graph:
         assert topic == TOPIC
         return [
             SimpleNamespace(
-                endpoint_gid=list(gid), node_namespace="/overhead", node_name=name, qos_profile=QoSProfile(depth=1)
+                endpoint_gid=list(gid),
+                node_namespace="/overhead",
+                node_name=name,
+                qos_profile=QoSProfile(depth=1),
             )
             for gid, name in self.publishers.items()
         ]
@@ -73,7 +76,9 @@ def test_another_node_of_the_same_name_is_refused(graph: Graph) -> None:
     graph.publishers[B] = "plant"
     assert not sources.accepts(B) and sources.accepts(A)
     del graph.publishers[A]
-    assert sources.accepts(A) and sources.accepts(B)  # what the first one has sent before is its own
+    assert sources.accepts(A) and sources.accepts(
+        B
+    )  # what the first one has sent before is its own
     assert not sources.accepts(C)
 
 

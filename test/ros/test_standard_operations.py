@@ -42,7 +42,9 @@ class OperatedRun:
             self.simulation.start()
         settings = SimpleNamespace(reset_positions=(), reset_velocities=())
         scheduler = Scheduler(self.host, self.simulation)
-        self.operations = StandardOperations(RunControl(self.host, self.simulation, scheduler, settings))
+        self.operations = StandardOperations(
+            RunControl(self.host, self.simulation, scheduler, settings)
+        )
 
     def set_state(self, state: int) -> Code:
         """Set the state of the simulation; return the result code."""
@@ -67,10 +69,22 @@ def test_a_step_ends_the_state_stopped() -> None:
     A reset does not change that.
     """
     run = OperatedRun()
-    assert run.set_state(PAUSED) == Code.OK and run.operations.step(3).code == Code.OK and run.plant.k == 3
-    assert run.set_state(STOPPED) == Code.OK and run.operations.reset(0).code == Code.OK and run.plant.k == 0
+    assert (
+        run.set_state(PAUSED) == Code.OK
+        and run.operations.step(3).code == Code.OK
+        and run.plant.k == 3
+    )
+    assert (
+        run.set_state(STOPPED) == Code.OK
+        and run.operations.reset(0).code == Code.OK
+        and run.plant.k == 0
+    )
     assert run.operations.state() == STOPPED
-    assert run.operations.step(1).code == Code.OK and run.operations.reset(0).code == Code.OK and run.plant.k == 0
+    assert (
+        run.operations.step(1).code == Code.OK
+        and run.operations.reset(0).code == Code.OK
+        and run.plant.k == 0
+    )
     assert run.operations.state() == PAUSED
     assert run.set_state(STOPPED) == Code.OK and run.operations.state() == STOPPED
 
@@ -107,7 +121,10 @@ def test_unsupported_states_return_their_code() -> None:
 def test_steps_that_fail_say_why() -> None:
     """While the simulation plays a step moves nothing; an early end returns the steps taken."""
     run = OperatedRun()
-    assert run.operations.step(1) == (Code.OPERATION_FAILED, "the simulation is not paused") and run.plant.k == 0
+    assert (
+        run.operations.step(1) == (Code.OPERATION_FAILED, "the simulation is not paused")
+        and run.plant.k == 0
+    )
     steps = run.simulation.scene.steps
     run.set_state(PAUSED)
     run.plant.k = steps - 2
@@ -117,7 +134,13 @@ def test_steps_that_fail_say_why() -> None:
 
 @pytest.mark.parametrize(
     ("scope", "code"),
-    [(0, Code.OK), (7, Code.OK), (255, Code.OK), (1, Code.FEATURE_UNSUPPORTED), (6, Code.FEATURE_UNSUPPORTED)],
+    [
+        (0, Code.OK),
+        (7, Code.OK),
+        (255, Code.OK),
+        (1, Code.FEATURE_UNSUPPORTED),
+        (6, Code.FEATURE_UNSUPPORTED),
+    ],
 )
 def test_scopes_of_a_reset(scope: int, code: Code) -> None:
     """Scopes with both time and state reset the run; others are unsupported.

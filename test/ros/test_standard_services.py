@@ -18,7 +18,8 @@ from crane_sim.ros.plant.standard_operations import Code, Feature
 from crane_sim.simulation.plant import Plant
 
 pytestmark = pytest.mark.skipif(
-    find_spec("simulation_interfaces") is None, reason="simulation_interfaces is absent (./crane interfaces builds it)"
+    find_spec("simulation_interfaces") is None,
+    reason="simulation_interfaces is absent (./crane interfaces builds it)",
 )
 SCENE = load_scene("pendulum_free", {"duration": 1e5})  # open loop
 _FEEDBACK = 5.0  # s for feedback that has been sent
@@ -58,7 +59,9 @@ class Simulator:
     def set_state(self, state: int) -> int:
         """Set the state of the simulation; return the result code."""
         wanted = import_module("simulation_interfaces.msg").SimulationState(state=state)
-        return self.request("SetSimulationState", "set_simulation_state", state=wanted).result.result
+        return self.request(
+            "SetSimulationState", "set_simulation_state", state=wanted
+        ).result.result
 
     def step(self, **steps: int) -> Any:
         """Take steps; return the result."""
@@ -73,7 +76,9 @@ class Simulator:
         assert self._steps.wait_for_server(30.0)
         completed: list[int] = []
         goal = self._action.Goal(steps=steps)
-        sent = self._steps.send_goal_async(goal, lambda message: completed.append(message.feedback.completed_steps))
+        sent = self._steps.send_goal_async(
+            goal, lambda message: completed.append(message.feedback.completed_steps)
+        )
         wait_until(sent.done, "the answer to the goal")
         handle: Any = sent.result()
         assert handle.accepted
@@ -84,8 +89,12 @@ class Simulator:
         wait_until(result.done, "the result")
         answer: Any = result.result()
         if answer.status == GoalStatus.STATUS_SUCCEEDED:
-            with suppress(AssertionError):  # rclpy drops feedback that comes after the end of its goal
-                wait_until(lambda: completed[-1:] == [steps], "the feedback of all steps", _FEEDBACK)
+            with suppress(
+                AssertionError
+            ):  # rclpy drops feedback that comes after the end of its goal
+                wait_until(
+                    lambda: completed[-1:] == [steps], "the feedback of all steps", _FEEDBACK
+                )
         return answer.status, answer.result.result.result, completed
 
     def step_until_heard(self) -> int:
@@ -134,9 +143,15 @@ def test_the_services_keep_their_contract(simulator: Simulator) -> None:
     simulator.begin()
     assert simulator.set_state(PLAYING) == Code.OK
     refused = simulator.step(steps=2)
-    assert (refused.result, refused.error_message) == (Code.OPERATION_FAILED, "the simulation is not paused")
+    assert (refused.result, refused.error_message) == (
+        Code.OPERATION_FAILED,
+        "the simulation is not paused",
+    )
     assert simulator.set_state(NO_WORLD) == Code.FEATURE_UNSUPPORTED
-    assert [simulator.set_state(PAUSED) for _ in range(2)] == [Code.OK, Code.ALREADY_IN_TARGET_STATE]
+    assert [simulator.set_state(PAUSED) for _ in range(2)] == [
+        Code.OK,
+        Code.ALREADY_IN_TARGET_STATE,
+    ]
     assert simulator.reset(1) == Code.FEATURE_UNSUPPORTED and simulator.state == PAUSED
     assert simulator.reset(0) == Code.OK
     simulator.wait_for_step(0)
@@ -164,7 +179,9 @@ def test_entities_are_the_parts_of_the_crane(simulator: Simulator) -> None:
     assert set(FRAMES) <= set(names)
 
     def select(**filters: Any) -> tuple[int, list[str]]:
-        answer = simulator.request("GetEntities", "get_entities", filters=messages.EntityFilters(**filters))
+        answer = simulator.request(
+            "GetEntities", "get_entities", filters=messages.EntityFilters(**filters)
+        )
         return answer.result.result, list(answer.entities)
 
     robot = [messages.EntityCategory(category=1)]
@@ -183,20 +200,39 @@ def test_entities_are_the_parts_of_the_crane(simulator: Simulator) -> None:
     slower = velocity_of_payload(plant)
     plant.advance()
     position, velocity = payload.pose.position, payload.twist.linear
-    assert [position.x, position.y, position.z] == pytest.approx(plant.payload, abs=1e-12)  # rounding
+    assert [position.x, position.y, position.z] == pytest.approx(
+        plant.payload, abs=1e-12
+    )  # rounding
     motion = Entities(plant, "").motions()["payload_link"]  # checked in test_frame_motion.py
-    assert [velocity.x, velocity.y, velocity.z] == motion.velocity.tolist() and max(motion.velocity) > 0.01
+    assert [velocity.x, velocity.y, velocity.z] == motion.velocity.tolist() and max(
+        motion.velocity
+    ) > 0.01
     last, mean = (velocity_of_payload(plant) - slower) / SCENE.period, payload.acceleration.linear
     faster = velocity_of_payload(plant)
     plant.advance()
-    change = np.abs((velocity_of_payload(plant) - faster) / SCENE.period - last).max()  # in a period
-    assert [mean.x, mean.y, mean.z] == pytest.approx(last, abs=change) and change < 0.2 * max(map(abs, last))
+    change = np.abs(
+        (velocity_of_payload(plant) - faster) / SCENE.period - last
+    ).max()  # in a period
+    assert [mean.x, mean.y, mean.z] == pytest.approx(last, abs=change) and change < 0.2 * max(
+        map(abs, last)
+    )
     stamp = payload.header.stamp
-    assert payload.header.frame_id == "world" and stamp.sec * 10**9 + stamp.nanosec == 51 * SCENE.period_ns
+    assert (
+        payload.header.frame_id == "world"
+        and stamp.sec * 10**9 + stamp.nanosec == 51 * SCENE.period_ns
+    )
     unknown = simulator.request("GetEntityState", "get_entity_state", entity="hook").result
     assert unknown.result == Code.NOT_FOUND and "payload_link" in unknown.error_message
-    assert simulator.request("GetEntityInfo", "get_entity_info", entity="hook").result.result == Code.NOT_FOUND
-    assert simulator.request("GetEntityInfo", "get_entity_info", entity="payload_link").info.category.category == 4
+    assert (
+        simulator.request("GetEntityInfo", "get_entity_info", entity="hook").result.result
+        == Code.NOT_FOUND
+    )
+    assert (
+        simulator.request(
+            "GetEntityInfo", "get_entity_info", entity="payload_link"
+        ).info.category.category
+        == 4
+    )
 
 
 UNSUPPORTED = {
@@ -224,17 +260,28 @@ def test_what_is_not_supported_says_so(simulator: Simulator) -> None:
         result = simulator.request(kind, name, **fields).result
         assert (result.result, bool(result.error_message)) == (Code.FEATURE_UNSUPPORTED, True), name
     for name in ("set_entity_state", "set_entity_info", "get_entity_bounds", "delete_entity"):
-        assert simulator.request(UNSUPPORTED[name][0], name, entity="hook").result.result == Code.NOT_FOUND, name
+        assert (
+            simulator.request(UNSUPPORTED[name][0], name, entity="hook").result.result
+            == Code.NOT_FOUND
+        ), name
     assert simulator.request("GetEntitiesStates", "get_entities_states").states == before
     features = simulator.request("GetSimulatorFeatures", "get_simulator_features").features.features
     setting, bounds, spawning, loading, entities = 11, 5, 0, 40, 50  # of SimulatorFeatures.msg
     assert not {setting, bounds, spawning, loading, entities} & set(features)
     kinds = {name for name in dir(import_module("simulation_interfaces.srv")) if name[0].isupper()}
     offered = {kind for kind, _ in UNSUPPORTED.values()} | SUPPORTED
-    assert offered == {kind for kind in kinds if not kind.endswith(("_Request", "_Response", "_Event"))}
+    assert offered == {
+        kind for kind in kinds if not kind.endswith(("_Request", "_Response", "_Event"))
+    }
 
 
-SUPPORTED = {"GetEntities", "GetEntityState", "GetEntitiesStates", "GetEntityInfo", "GetSimulatorFeatures"}
+SUPPORTED = {
+    "GetEntities",
+    "GetEntityState",
+    "GetEntitiesStates",
+    "GetEntityInfo",
+    "GetSimulatorFeatures",
+}
 SUPPORTED |= {"GetSimulationState", "SetSimulationState", "StepSimulation", "ResetSimulation"}
 
 
@@ -256,10 +303,14 @@ def test_the_action_takes_steps_and_can_be_cancelled(simulator: Simulator) -> No
     before = simulator.step_until_heard()
     *answer, completed = simulator.simulate(5)
     assert answer == [GoalStatus.STATUS_SUCCEEDED, Code.OK]
-    assert completed == [1, 2, 3, 4, 5][: len(completed)]  # rclpy drops feedback that it takes with the result
+    assert (
+        completed == [1, 2, 3, 4, 5][: len(completed)]
+    )  # rclpy drops feedback that it takes with the result
     simulator.wait_for_step(before + 5)
     status, _, completed = simulator.simulate(10_000_000, cancel_after=3)
-    assert status == GoalStatus.STATUS_CANCELED and completed == sorted(set(completed))  # a slow client may miss some
+    assert status == GoalStatus.STATUS_CANCELED and completed == sorted(
+        set(completed)
+    )  # a slow client may miss some
     assert simulator.state == PAUSED and simulator.steps < 10_000_000
 
 

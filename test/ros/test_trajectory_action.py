@@ -24,13 +24,16 @@ from crane_sim.scenes.scene import Scene
 
 pytestmark = [
     pytest.mark.skipif(
-        find_spec("control_msgs") is None, reason="control_msgs is absent (./crane interfaces builds it)"
+        find_spec("control_msgs") is None,
+        reason="control_msgs is absent (./crane interfaces builds it)",
     ),
 ]
 NS_PER_S = 10**9
 START, TIME, END = 1.0, 3.0, 0.6  # s by the stamp, s from there, m
 STOP = 2.0  # s
-RECORDER = "expected_recorders:=1"  # the client, which a paused run would not send its first state again
+RECORDER = (
+    "expected_recorders:=1"  # the client, which a paused run would not send its first state again
+)
 
 
 class Answer(NamedTuple):
@@ -58,12 +61,22 @@ class Client:
 
     def send(self, time: float, *position: float, start: float = 0.0, **fields: Any) -> Any:
         """Send a goal of one point, at rest; return its handle."""
-        point = JointTrajectoryPoint(positions=position, velocities=[fields.pop("velocity", 0.0)] * len(position))
-        point.time_from_start.sec, point.time_from_start.nanosec = divmod(round(time * NS_PER_S), NS_PER_S)
-        trajectory = JointTrajectory(joint_names=fields.pop("joint_names", ["trolley"]), points=[point])
-        trajectory.header.stamp.sec, trajectory.header.stamp.nanosec = divmod(round(start * NS_PER_S), NS_PER_S)
+        point = JointTrajectoryPoint(
+            positions=position, velocities=[fields.pop("velocity", 0.0)] * len(position)
+        )
+        point.time_from_start.sec, point.time_from_start.nanosec = divmod(
+            round(time * NS_PER_S), NS_PER_S
+        )
+        trajectory = JointTrajectory(
+            joint_names=fields.pop("joint_names", ["trolley"]), points=[point]
+        )
+        trajectory.header.stamp.sec, trajectory.header.stamp.nanosec = divmod(
+            round(start * NS_PER_S), NS_PER_S
+        )
         goal = self._action.Goal(trajectory=trajectory, **fields)
-        sent = self._client.send_goal_async(goal, lambda message: self.feedback.append(message.feedback))
+        sent = self._client.send_goal_async(
+            goal, lambda message: self.feedback.append(message.feedback)
+        )
         wait_until(sent.done, "the answer to the goal")
         handle: Any = sent.result()
         assert handle.accepted
@@ -102,12 +115,18 @@ class Client:
 
     def check_feedback(self) -> None:
         """Check that feedback came in order, twenty times a second; a slow client may miss some."""
-        stamps = [message.header.stamp.sec * NS_PER_S + message.header.stamp.nanosec for message in self.feedback]
+        stamps = [
+            message.header.stamp.sec * NS_PER_S + message.header.stamp.nanosec
+            for message in self.feedback
+        ]
         assert stamps and stamps == sorted(set(stamps)) and stamps[0] >= START * NS_PER_S
         assert all((stamp - START * NS_PER_S) % (NS_PER_S // 20) == 0 for stamp in stamps)
         for message in self.feedback:
             assert message.joint_names == ["trolley"]
-            assert message.desired.positions[0] - message.actual.positions[0] == message.error.positions[0]
+            assert (
+                message.desired.positions[0] - message.actual.positions[0]
+                == message.error.positions[0]
+            )
 
     def motion(self) -> tuple[float, float]:
         """Return position and velocity of the trolley in the newest state."""
@@ -120,16 +139,24 @@ def tolerance(name: str = "trolley", position: float = 0.0, **limits: float) -> 
 
 
 @contextmanager
-def running(scene: Scene, folder: Path, monkeypatch: pytest.MonkeyPatch, *arguments: str) -> Iterator[Client]:
+def running(
+    scene: Scene, folder: Path, monkeypatch: pytest.MonkeyPatch, *arguments: str
+) -> Iterator[Client]:
     """Yield a client of a run that has begun; `arguments` are parameters of its plant."""
     file = folder / "scene.yaml"
     scene.dump(file)
     mode = [argument for argument in arguments if argument.startswith("mode:=")]
     with graph(folder, monkeypatch) as (domain, env), remote(domain) as node:
         with (
-            NodeProcess("crane_sim.ros.plant_node", env, f"scene:={file}", RECORDER, *arguments) as plant,
             NodeProcess(
-                "crane_control.nodes.controller_node", env, f"scene:={file}", f"stop_time:={STOP}", *mode
+                "crane_sim.ros.plant_node", env, f"scene:={file}", RECORDER, *arguments
+            ) as plant,
+            NodeProcess(
+                "crane_control.nodes.controller_node",
+                env,
+                f"scene:={file}",
+                f"stop_time:={STOP}",
+                *mode,
             ) as controller,
         ):
             for process in (plant, controller):
@@ -168,28 +195,43 @@ def test_a_cancelled_goal_stops_the_joints(client: Client) -> None:
     client.advance(STOP + 0.5)
     after, rest = client.motion()
     assert speed > 0.3 and abs(rest) < 0.1 * speed  # the payload still swings, and pulls
-    assert after - before == pytest.approx(0.5 * speed * STOP, abs=0.1 * speed)  # the drive lags by some 0.1 s
+    assert after - before == pytest.approx(
+        0.5 * speed * STOP, abs=0.1 * speed
+    )  # the drive lags by some 0.1 s
 
 
 @pytest.mark.long
-def test_the_reference_is_where_the_path_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_reference_is_where_the_path_ends(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The topic of the reference follows a goal at once, and goes on with it.
 
     Recordings and bags take this topic.
 
     The controller's own messages are no trajectories for it: the goal succeeds.
     """
-    points = [{"positions": [x], "velocities": [0.0], "time_from_start": t} for x, t in ((0.0, 0.0), (END, TIME))]
+    points = [
+        {"positions": [x], "velocities": [0.0], "time_from_start": t}
+        for x, t in ((0.0, 0.0), (END, TIME))
+    ]
     path = {"kind": "trajectory", "of": "joints", "joint_names": ["trolley"], "points": points}
-    scene, ends = load_scene(DOCUMENT | {"reference": {"path": path}, "duration": 3600.0}), list[float]()
+    scene, ends = (
+        load_scene(DOCUMENT | {"reference": {"path": path}, "duration": 3600.0}),
+        list[float](),
+    )
 
     def comes_again() -> bool:
-        client.advance(1.0)  # s, after which it is published again: the subscription may not have been matched before
+        client.advance(
+            1.0
+        )  # s, after which it is published again: the subscription may not have been matched before
         return ends.count(0.1) >= 2
 
     with running(scene, tmp_path, monkeypatch, "paused:=true") as client:
         client.node.node.create_subscription(
-            JointTrajectory, "joint_trajectory", lambda message: ends.append(message.points[0].positions[0]), 10
+            JointTrajectory,
+            "joint_trajectory",
+            lambda message: ends.append(message.points[0].positions[0]),
+            10,
         )
         client.advance(0.5)
         handle = client.send(1.0, 0.1)
@@ -208,7 +250,10 @@ def test_a_newer_goal_takes_over_at_its_start(client: Client) -> None:
     client.wait_executing(older)
     client.advance(0.3)
     answer = client.answer(older)
-    assert answer[:2] == (GoalStatus.STATUS_ABORTED, GoalCode.INVALID_GOAL) and "newer goal" in answer.line
+    assert (
+        answer[:2] == (GoalStatus.STATUS_ABORTED, GoalCode.INVALID_GOAL)
+        and "newer goal" in answer.line
+    )
     client.advance(1.0)
     assert client.answer(newer).status == GoalStatus.STATUS_SUCCEEDED
 
@@ -221,7 +266,9 @@ def test_tolerances_end_a_goal(client: Client) -> None:
     assert answer[:2] == (GoalStatus.STATUS_ABORTED, GoalCode.PATH_TOLERANCE_VIOLATED)
     assert "trolley: the position deviates by" in answer.line and "tolerance 0.05" in answer.line
     leeway = import_module("builtin_interfaces.msg").Duration(nanosec=100_000_000)
-    late = client.send(0.2, 1.0, goal_tolerance=[tolerance(position=0.01)], goal_time_tolerance=leeway)
+    late = client.send(
+        0.2, 1.0, goal_tolerance=[tolerance(position=0.01)], goal_time_tolerance=leeway
+    )
     client.advance(0.5)
     assert client.answer(late)[:2] == (GoalStatus.STATUS_ABORTED, GoalCode.GOAL_TOLERANCE_VIOLATED)
 
@@ -251,17 +298,40 @@ def test_a_goal_of_the_payload(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     begin, end = (1.35, 0.0), (1.34, 0.02)
     with running(scene, tmp_path, monkeypatch, "paused:=true") as client:
         limits = [tolerance("x", 0.05), tolerance("y", 0.05)]
-        handle = client.send(0.6, *end, start=0.2, joint_names=["x", "y"], path_tolerance=limits, goal_tolerance=limits)
+        handle = client.send(
+            0.6,
+            *end,
+            start=0.2,
+            joint_names=["x", "y"],
+            path_tolerance=limits,
+            goal_tolerance=limits,
+        )
         wrong = client.answer(client.send(1.0, 0.0, joint_names=["slew"]))
-        assert wrong[:2] == (GoalStatus.STATUS_ABORTED, GoalCode.INVALID_JOINTS) and "must be x, y" in wrong.line
+        assert (
+            wrong[:2] == (GoalStatus.STATUS_ABORTED, GoalCode.INVALID_JOINTS)
+            and "must be x, y" in wrong.line
+        )
         client.wait_executing(handle)
         assert client.node.pause(False) == "ok"
         assert client.answer(handle)[:2] == (GoalStatus.STATUS_SUCCEEDED, GoalCode.SUCCESSFUL)
         run = client.plant.await_event("done")["summary"]["state_sha256"]
     assert client.feedback and client.feedback[0].joint_names == ["x", "y"]
-    points = [{"positions": x, "velocities": [0.0] * 2, "time_from_start": t} for x, t in ((begin, 0.0), (end, 0.6))]
-    path = {"kind": "trajectory", "joint_names": ["x", "y"], "start": 0.2 - period, "points": points}
-    assert run == simulate(load_scene("knuckle_tracking", changes | {"reference.path": path})).summary["state_sha256"]
+    points = [
+        {"positions": x, "velocities": [0.0] * 2, "time_from_start": t}
+        for x, t in ((begin, 0.0), (end, 0.6))
+    ]
+    path = {
+        "kind": "trajectory",
+        "joint_names": ["x", "y"],
+        "start": 0.2 - period,
+        "points": points,
+    }
+    assert (
+        run
+        == simulate(load_scene("knuckle_tracking", changes | {"reference.path": path})).summary[
+            "state_sha256"
+        ]
+    )
 
 
 @pytest.mark.long
@@ -298,7 +368,8 @@ def test_a_reset_ends_a_goal_and_the_law_begins_anew(client: Client) -> None:
 def test_a_goal_is_followed_as_the_path_of_a_scene(client: Client) -> None:
     """The run with a goal is that of `simulate` with the goal as the scene's path, bit for bit.
 
-    Wrong goals that come in between end with their codes, and change nothing. The last test of the shared run: it ends.
+    Wrong goals that come in between end with their codes, and change nothing. The last test of the
+    shared run: it ends.
     """
     client.advance(0.5)
     handle = client.send(TIME, END, start=START, path_tolerance=[tolerance(position=0.2)])
@@ -314,13 +385,28 @@ def test_a_goal_is_followed_as_the_path_of_a_scene(client: Client) -> None:
     for code, fields in wrong:
         request = {"time": 1.0, "position": 1.0} | fields
         answer = client.answer(client.send(request.pop("time"), request.pop("position"), **request))
-        assert answer[:2] == (GoalStatus.STATUS_ABORTED, code) and answer.line, (code, fields, answer)
+        assert answer[:2] == (GoalStatus.STATUS_ABORTED, code) and answer.line, (
+            code,
+            fields,
+            answer,
+        )
     client.wait_executing(handle)
     assert client.node.pause(False) == "ok"
     answer = client.answer(handle)
     assert answer[:2] == (GoalStatus.STATUS_SUCCEEDED, GoalCode.SUCCESSFUL)
-    points = [{"positions": [x], "velocities": [0.0], "time_from_start": t} for x, t in ((0.0, 0.0), (END, TIME))]
-    path = {"kind": "trajectory", "of": "joints", "joint_names": ["trolley"], "start": START - 0.01, "points": points}
-    expected = simulate(load_scene(DOCUMENT | {"reference": {"path": path}})).summary["state_sha256"]
+    points = [
+        {"positions": [x], "velocities": [0.0], "time_from_start": t}
+        for x, t in ((0.0, 0.0), (END, TIME))
+    ]
+    path = {
+        "kind": "trajectory",
+        "of": "joints",
+        "joint_names": ["trolley"],
+        "start": START - 0.01,
+        "points": points,
+    }
+    expected = simulate(load_scene(DOCUMENT | {"reference": {"path": path}})).summary[
+        "state_sha256"
+    ]
     assert client.plant.await_event("done")["summary"]["state_sha256"] == expected
     client.check_feedback()

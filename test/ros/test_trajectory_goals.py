@@ -15,9 +15,19 @@ from trajectory_msgs.msg import (
 )
 
 from crane_sim import load_scene
-from crane_sim.ros.controller.coordinate_motion import VelocityErrorDifferentiator, coordinate_names, make_motion_reader
+from crane_sim.ros.controller.coordinate_motion import (
+    VelocityErrorDifferentiator,
+    coordinate_names,
+    make_motion_reader,
+)
 from crane_sim.ros.controller.states import State
-from crane_sim.ros.controller.trajectory_goal import Goal, GoalCode, GoalError, Tolerances, read_goal
+from crane_sim.ros.controller.trajectory_goal import (
+    Goal,
+    GoalCode,
+    GoalError,
+    Tolerances,
+    read_goal,
+)
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.derived import in_base
 from crane_sim.simulation.rollout import simulate
@@ -34,15 +44,23 @@ def request(**changes: Any) -> Any:
     """Return a good request for two joints, with changes."""
     points = [JointTrajectoryPoint(positions=[float(i), 2.0]) for i in range(2)]
     points[1].time_from_start.sec = 3
-    fields: dict[str, Any] = {"trajectory": JointTrajectory(joint_names=["hoist", "trolley"], points=points)}
+    fields: dict[str, Any] = {
+        "trajectory": JointTrajectory(joint_names=["hoist", "trolley"], points=points)
+    }
     fields |= {"multi_dof_trajectory": MultiDOFJointTrajectory(), "goal_time_tolerance": Duration()}
-    fields |= {f"{kind}_tolerance": [] for kind in ("path", "goal", "component_path", "component_goal")}
+    fields |= {
+        f"{kind}_tolerance": [] for kind in ("path", "goal", "component_path", "component_goal")
+    }
     return SimpleNamespace(**fields | changes)
 
 
-def tolerance(name: str = "hoist", position: float = 0.0, velocity: float = 0.0, acceleration: float = 0.0) -> Any:
+def tolerance(
+    name: str = "hoist", position: float = 0.0, velocity: float = 0.0, acceleration: float = 0.0
+) -> Any:
     """Return a tolerance."""
-    return SimpleNamespace(name=name, position=position, velocity=velocity, acceleration=acceleration)
+    return SimpleNamespace(
+        name=name, position=position, velocity=velocity, acceleration=acceleration
+    )
 
 
 def read(now: float = 1.0, **changes: Any) -> Goal:
@@ -65,7 +83,10 @@ def test_a_goal_is_read_as_it_is_meant() -> None:
     0 and -1 are no limits.
     """
     goal = read(
-        path_tolerance=[tolerance(position=0.1, velocity=-1.0), tolerance("trolley", acceleration=0.5)],
+        path_tolerance=[
+            tolerance(position=0.1, velocity=-1.0),
+            tolerance("trolley", acceleration=0.5),
+        ],
         goal_time_tolerance=Duration(sec=2),
     )
     assert goal.immediate and goal.end == 4.0 and goal.leeway == 2.0
@@ -75,7 +96,11 @@ def test_a_goal_is_read_as_it_is_meant() -> None:
         and not goal.at_the_end.limited
     )
     stamped = read(trajectory=trajectory(2 * 10**9 + PERIOD_NS))
-    assert not stamped.immediate and stamped.end == pytest.approx(5.0, abs=1e-12) and stamped.leeway == inf
+    assert (
+        not stamped.immediate
+        and stamped.end == pytest.approx(5.0, abs=1e-12)
+        and stamped.leeway == inf
+    )
 
 
 WIDE = MultiDOFJointTrajectory(points=[MultiDOFJointTrajectoryPoint()])
@@ -86,21 +111,57 @@ WIDE = MultiDOFJointTrajectory(points=[MultiDOFJointTrajectoryPoint()])
     [
         ({"multi_dof_trajectory": WIDE}, GoalCode.INVALID_GOAL, "several degrees of freedom"),
         ({"component_goal_tolerance": [0]}, GoalCode.INVALID_GOAL, "several degrees of freedom"),
-        ({"trajectory": JointTrajectory()}, GoalCode.INVALID_JOINTS, "joint_names = none: must be trolley, hoist"),
-        ({"trajectory": trajectory(positions=[1.0])}, GoalCode.INVALID_GOAL, r"points\[0\].positions has 1 values"),
+        (
+            {"trajectory": JointTrajectory()},
+            GoalCode.INVALID_JOINTS,
+            "joint_names = none: must be trolley, hoist",
+        ),
+        (
+            {"trajectory": trajectory(positions=[1.0])},
+            GoalCode.INVALID_GOAL,
+            r"points\[0\].positions has 1 values",
+        ),
         ({"trajectory": trajectory(positions=[1.0, nan])}, GoalCode.INVALID_GOAL, "positions"),
-        ({"trajectory": trajectory(velocities=[1.0, 0.0])}, GoalCode.INVALID_GOAL, "velocities has 0 values"),
-        ({"trajectory": trajectory(time_from_start=Duration(sec=3))}, GoalCode.INVALID_GOAL, "times must increase"),
-        ({"trajectory": trajectory(time_from_start=Duration(sec=-1))}, GoalCode.INVALID_GOAL, "time_from_start"),
+        (
+            {"trajectory": trajectory(velocities=[1.0, 0.0])},
+            GoalCode.INVALID_GOAL,
+            "velocities has 0 values",
+        ),
+        (
+            {"trajectory": trajectory(time_from_start=Duration(sec=3))},
+            GoalCode.INVALID_GOAL,
+            "times must increase",
+        ),
+        (
+            {"trajectory": trajectory(time_from_start=Duration(sec=-1))},
+            GoalCode.INVALID_GOAL,
+            "time_from_start",
+        ),
         (
             {"trajectory": trajectory(PERIOD_NS), "now": 3.01},
             GoalCode.OLD_HEADER_TIMESTAMP,
             "the last point is 0.01 s ago",
         ),
-        ({"trajectory": trajectory(-2 * 10**9)}, GoalCode.INVALID_GOAL, "stamp of -2 s and 0 ns: must be at least 0"),
-        ({"goal_tolerance": [tolerance("hook")]}, GoalCode.INVALID_JOINTS, "goal_tolerance: 'hook' is no joint"),
-        ({"path_tolerance": [tolerance(position=-2.0)]}, GoalCode.INVALID_GOAL, "hoist: position = -2: must be"),
-        ({"path_tolerance": [tolerance(velocity=nan)]}, GoalCode.INVALID_GOAL, "hoist: velocity = nan: must be"),
+        (
+            {"trajectory": trajectory(-2 * 10**9)},
+            GoalCode.INVALID_GOAL,
+            "stamp of -2 s and 0 ns: must be at least 0",
+        ),
+        (
+            {"goal_tolerance": [tolerance("hook")]},
+            GoalCode.INVALID_JOINTS,
+            "goal_tolerance: 'hook' is no joint",
+        ),
+        (
+            {"path_tolerance": [tolerance(position=-2.0)]},
+            GoalCode.INVALID_GOAL,
+            "hoist: position = -2: must be",
+        ),
+        (
+            {"path_tolerance": [tolerance(velocity=nan)]},
+            GoalCode.INVALID_GOAL,
+            "hoist: velocity = nan: must be",
+        ),
         (
             {"goal_tolerance": [tolerance(acceleration=-0.5)]},
             GoalCode.INVALID_GOAL,
@@ -108,7 +169,9 @@ WIDE = MultiDOFJointTrajectory(points=[MultiDOFJointTrajectoryPoint()])
         ),
     ],
 )
-def test_wrong_goals_have_a_code_and_a_line(changes: dict[str, Any], code: GoalCode, line: str) -> None:
+def test_wrong_goals_have_a_code_and_a_line(
+    changes: dict[str, Any], code: GoalCode, line: str
+) -> None:
     """What cannot be followed is refused with the code of its kind, and one line on the cause."""
     with pytest.raises(GoalError, match=line) as error:
         read(**changes)
@@ -126,7 +189,10 @@ def test_the_first_joint_beyond_its_tolerance_is_named() -> None:
     assert violation(0.6, 0.0, 0.0, 1.0) == "trolley: the position deviates by 0.6, tolerance 0.5"
     assert violation(0.0, 0.0, 0.0, -0.3) == "hoist: the velocity deviates by -0.3, tolerance 0.25"
     assert violation(0.0, nan, 0.0, 0.0)
-    assert violation(0.0, 0.0, 0.0, 0.0, 9.0, 2.5) == "hoist: the acceleration deviates by 2.5, tolerance 2"
+    assert (
+        violation(0.0, 0.0, 0.0, 0.0, 9.0, 2.5)
+        == "hoist: the acceleration deviates by 2.5, tolerance 2"
+    )
 
 
 def test_accelerations_are_means_over_a_period() -> None:
@@ -135,7 +201,10 @@ def test_accelerations_are_means_over_a_period() -> None:
     It is zero at the first state.
     """
     rate = VelocityErrorDifferentiator()
-    errors = [rate.update(State(k * PERIOD_NS, 0.0, (), ()), np.array([0.3 * k, -0.1 * k * k])) for k in (4, 5, 6)]
+    errors = [
+        rate.update(State(k * PERIOD_NS, 0.0, (), ()), np.array([0.3 * k, -0.1 * k * k]))
+        for k in (4, 5, 6)
+    ]
     assert errors[0].tolist() == [0.0, 0.0]
     assert errors[1:] == [pytest.approx([30.0, -90.0]), pytest.approx([30.0, -110.0])]
 
@@ -146,18 +215,25 @@ def test_a_payload_on_its_path_is_measured_from_the_joints(name: str) -> None:
     scene = load_scene(name)
     run, n = simulate(load_scene(name, {"duration": 0.2})), 10
     assert scene.trajectory is not None
-    names, measure = coordinate_names(scene.trajectory, scene), make_motion_reader(scene.trajectory, scene)
+    names, measure = (
+        coordinate_names(scene.trajectory, scene),
+        make_motion_reader(scene.trajectory, scene),
+    )
     assert names in (("x", "y"), ("x", "y", "z"))
 
     def at(k: int) -> Array:
         return measure(State(0, 0.0, tuple(run.q[k].tolist()), tuple(run.v[k].tolist())))
 
     aboard = (
-        in_base(scene.model.base, run.t[n : n + 1], run.payload[n : n + 1])[0] if has_base(scene) else run.payload[n]
+        in_base(scene.model.base, run.t[n : n + 1], run.payload[n : n + 1])[0]
+        if has_base(scene)
+        else run.payload[n]
     )
     assert at(n)[0] == pytest.approx(aboard[: len(names)], abs=1e-12)  # rounding
     rate = (at(n + 1)[0] - at(n - 1)[0]) / (run.t[n + 1] - run.t[n - 1])
-    assert at(n)[1] == pytest.approx(rate, abs=1e-3)  # third derivatives of some m/s³, times the period squared
+    assert at(n)[1] == pytest.approx(
+        rate, abs=1e-3
+    )  # third derivatives of some m/s³, times the period squared
 
 
 def has_base(scene: Scene) -> bool:
@@ -170,7 +246,9 @@ def test_stopping_is_smooth_and_ends_at_rest() -> None:
 
     The old motion is position, velocity and acceleration.
     """
-    old = compile_trajectory(MinimumJerk(((0.0, 1.0), (2.0, -1.0)), (0.0, 4.0)).to_polynomials(), of_joints=True)
+    old = compile_trajectory(
+        MinimumJerk(((0.0, 1.0), (2.0, -1.0)), (0.0, 4.0)).to_polynomials(), of_joints=True
+    )
     stop = stop_trajectory(old, 1.5, 0.8)
     before, now = to_piecewise_polynomial(old), to_piecewise_polynomial(stop)
 
@@ -180,7 +258,9 @@ def test_stopping_is_smooth_and_ends_at_rest() -> None:
     for order in range(3):
         assert at(now, 1.5, order) == pytest.approx(at(before, 1.5, order), abs=1e-12)  # rounding
     for order in (1, 2):
-        assert at(now, 2.3 - 1e-12, order) == pytest.approx(0.0, abs=1e-9)  # a moment before the end
+        assert at(now, 2.3 - 1e-12, order) == pytest.approx(
+            0.0, abs=1e-9
+        )  # a moment before the end
     v, a = at(before, 1.5, 1), at(before, 1.5, 2)
     expected = at(before, 1.5, 0) + v * 0.8 / 2.0 + a * 0.8**2 / 12.0  # the integral of the cubic
     assert at(now, 9.0, 0) == pytest.approx(expected, abs=1e-12)

@@ -23,7 +23,9 @@ PERIOD_NS = 10_000_000
 
 def path_to(position: float) -> JointTrajectory:
     """Return a path of the trolley that rests at a position [m] in four seconds."""
-    point = JointTrajectoryPoint(positions=[position], velocities=[0.0], time_from_start=Duration(sec=4))
+    point = JointTrajectoryPoint(
+        positions=[position], velocities=[0.0], time_from_start=Duration(sec=4)
+    )
     return JointTrajectory(joint_names=["trolley"], points=[point])
 
 
@@ -32,9 +34,15 @@ class FakeHandle:
 
     def __init__(self, position: float) -> None:
         """Go to a position [m]."""
-        empty = {f"{kind}_tolerance": [] for kind in ("path", "goal", "component_path", "component_goal")}
-        fields: dict[str, Any] = {"multi_dof_trajectory": SimpleNamespace(joint_names=[], points=[])} | empty
-        self.request = SimpleNamespace(trajectory=path_to(position), goal_time_tolerance=Duration(), **fields)
+        empty = {
+            f"{kind}_tolerance": [] for kind in ("path", "goal", "component_path", "component_goal")
+        }
+        fields: dict[str, Any] = {
+            "multi_dof_trajectory": SimpleNamespace(joint_names=[], points=[])
+        } | empty
+        self.request = SimpleNamespace(
+            trajectory=path_to(position), goal_time_tolerance=Duration(), **fields
+        )
         self.is_cancel_requested, self.ended, self.line = False, "", ""
 
     def execute(self) -> None:
@@ -74,9 +82,13 @@ def feedback(**fields: Any) -> SimpleNamespace:
 def node(fake_sources: None, monkeypatch: pytest.MonkeyPatch) -> FakeNode:
     """Return the node of an active controller whose scene has neither a target nor a path."""
     action = SimpleNamespace(Result=SimpleNamespace, Feedback=feedback)
-    monkeypatch.setattr(trajectory_action, "import_module", lambda _: SimpleNamespace(FollowJointTrajectory=action))
+    monkeypatch.setattr(
+        trajectory_action, "import_module", lambda _: SimpleNamespace(FollowJointTrajectory=action)
+    )
     monkeypatch.setattr(trajectory_action, "DeferredServer", FakeServer)
-    settings = SimpleNamespace(scene=DOCUMENT, law="", mode="lockstep", expected_recorders=0, stop_time=2.0)
+    settings = SimpleNamespace(
+        scene=DOCUMENT, law="", mode="lockstep", expected_recorders=0, stop_time=2.0
+    )
     node = FakeNode()
     ControllerNode(node, settings).set_active(True)  # type: ignore[arg-type]
     return node
@@ -84,7 +96,9 @@ def node(fake_sources: None, monkeypatch: pytest.MonkeyPatch) -> FakeNode:
 
 def send_state(node: FakeNode, step: int) -> None:
     """Send the state before a step, at rest at the origin."""
-    node.callbacks["joint_states"](CODEC.encode((step + 1) * PERIOD_NS, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0)))
+    node.callbacks["joint_states"](
+        CODEC.encode((step + 1) * PERIOD_NS, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
+    )
 
 
 def send_goal(node: FakeNode, position: float) -> FakeHandle:

@@ -32,7 +32,9 @@ class Graph:
         return SimpleNamespace(publish=kept.append, get_subscription_count=lambda: 1)
 
 
-def publish(name: str, steps: int, monkeypatch: pytest.MonkeyPatch, **changes: Any) -> tuple[Graph, Plant]:
+def publish(
+    name: str, steps: int, monkeypatch: pytest.MonkeyPatch, **changes: Any
+) -> tuple[Graph, Plant]:
     """Return the graph and the plant after so many steps of a scene, the first state included."""
     monkeypatch.setattr(transform_topics, "TFMessage", Message)
     settings: dict[str, Any] = {"publish_tf": "all", "tf_rate": 50.0, "frame_prefix": ""}
@@ -64,7 +66,9 @@ def test_the_rate_is_that_of_the_parameter(monkeypatch: pytest.MonkeyPatch) -> N
     assert stamps == [(k + 1) * period for k in range(0, 21, every)]
 
 
-def test_beside_a_robot_state_publisher_there_is_only_the_base(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_beside_a_robot_state_publisher_there_is_only_the_base(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """With `base` there is world to base_link where the base moves, and nothing of the URDF."""
     graph, _ = publish("overhead_sway", 0, monkeypatch, publish_tf="base", frame_prefix="sea/")
     (message,) = graph.messages["/tf"]

@@ -30,21 +30,36 @@ def is_fifo_permitted() -> bool:
     return True
 
 
-def test_a_timeout_brakes_and_a_command_releases(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_timeout_brakes_and_a_command_releases(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """After the time-out the brakes act, with a warning; the next command ends both.
 
     The warning is in the diagnostics.
     """
-    options = ("mode:=realtime", "command_timeout:=0.3", "on_silence:=brake", "commanded:=true", "fifo_priority:=5")
+    options = (
+        "mode:=realtime",
+        "command_timeout:=0.3",
+        "on_silence:=brake",
+        "commanded:=true",
+        "fifo_priority:=5",
+    )
     with graph(tmp_path, monkeypatch) as (domain, env), remote(domain) as client:
         with NodeProcess(PLANT, env, f"scene:={scene_file(tmp_path)}", *options) as plant:
             plant.await_event("ready")
             client.answers = EFFORT
             plant.send("go")
             wait_until(lambda: client.efforts[-1:] == [EFFORT])
-            assert (os.sched_getscheduler(plant.process.pid) == os.SCHED_FIFO) == is_fifo_permitted()
+            assert (
+                os.sched_getscheduler(plant.process.pid) == os.SCHED_FIFO
+            ) == is_fifo_permitted()
             client.answers = None
-            wait_until(lambda: any("no valid command for 0.3 s: the brakes act" in line for _, line in client.warnings))
+            wait_until(
+                lambda: any(
+                    "no valid command for 0.3 s: the brakes act" in line
+                    for _, line in client.warnings
+                )
+            )
             wait_until(lambda: client.efforts[-1] != EFFORT)
             client.answers = EFFORT
             client.send(client.states[-1], EFFORT)

@@ -23,7 +23,10 @@ def test_every_scene_runs_and_is_recorded(share: int, tmp_path: Path) -> None:
 def test_a_scene_of_other_cranes_runs_and_is_recorded(tmp_path: Path) -> None:
     """The same of the first scene of every kind of crane but those of the other tests of runs."""
     first = {load_scene(name).crane: name for name in reversed(NAMES)}
-    check_runs(sorted(name for crane, name in first.items() if crane not in ("knuckle", "overhead")), tmp_path)
+    check_runs(
+        sorted(name for crane, name in first.items() if crane not in ("knuckle", "overhead")),
+        tmp_path,
+    )
 
 
 def check_runs(names: list[str], tmp_path: Path) -> None:

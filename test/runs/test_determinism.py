@@ -4,7 +4,15 @@ import sys
 
 import pytest
 
-from crane_bench.soak.determinism import KILTED, Setup, busy, determinism_scene, setups, soak_determinism, state_sha256
+from crane_bench.soak.determinism import (
+    KILTED,
+    Setup,
+    busy,
+    determinism_scene,
+    setups,
+    soak_determinism,
+    state_sha256,
+)
 from crane_sim import simulate
 
 SCENE = determinism_scene(3.0)

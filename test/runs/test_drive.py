@@ -37,7 +37,12 @@ def scene_of_the_run() -> Scene:
 
 def run(scene: Scene, operator: ScriptedOperator, domain: int, **options: Any) -> dict[str, Any]:
     """Return the summary of a run that an operator ends."""
-    settings = {"mode": "realtime", "controller": False, "on_silence": "brake", "record": None} | options
+    settings = {
+        "mode": "realtime",
+        "controller": False,
+        "on_silence": "brake",
+        "record": None,
+    } | options
     return orchestration.run(scene, operator=operator, domain_id=domain, **settings)
 
 
@@ -64,7 +69,9 @@ def start_moving(desk: DeskLink, stick: Joystick, expected: dict[str, float]) ->
 
     def moves() -> bool:
         mode = desk.panel().get("mode")
-        if mode == Mode.INTERLOCKED:  # the machine has held the joystick up, which counts as lost: once more
+        if (
+            mode == Mode.INTERLOCKED
+        ):  # the machine has held the joystick up, which counts as lost: once more
             stick.move(REST)
         elif mode == Mode.OPEN:
             stick.move(LEVERS, DEAD_MAN)
@@ -75,16 +82,21 @@ def start_moving(desk: DeskLink, stick: Joystick, expected: dict[str, float]) ->
 
 def wait_at_speed(stick: Joystick, expected: dict[str, float]) -> None:
     """Wait until the winch, which follows its speed with a lag and nothing else, has it."""
-    wait_for(lambda: abs(stick.velocities["rope"] - expected["rope"]) < 1e-4, "the winch at its speed")
+    wait_for(
+        lambda: abs(stick.velocities["rope"] - expected["rope"]) < 1e-4, "the winch at its speed"
+    )
 
 
 @pytest.mark.long
-def test_a_joystick_commands_exactly_and_stops(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_joystick_commands_exactly_and_stops(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Drives take the levers' exact speeds; switch, loss, stop and a hung node stop the crane.
 
     The run repeats.
 
-    Each of these has its own way back. The recorded commands lead a fresh plant through the same states, bit for bit.
+    Each of these has its own way back. The recorded commands lead a fresh plant through the same
+    states, bit for bit.
     """
     scene, nodes = scene_of_the_run(), dict[str, int]()
     expected = speeds_of(scene, LEVERS)
@@ -105,7 +117,9 @@ def test_a_joystick_commands_exactly_and_stops(tmp_path: Path, monkeypatch: pyte
         start_moving(desk, stick, expected)
         stick.move(LEVERS, DEAD_MAN, STOP)
         wait_mode(desk, Mode.STOPPED)  # the brakes may be those of a time-out
-        wait_for(lambda: all(map(np.isnan, stick.held.values())), "the brakes at the emergency stop")
+        wait_for(
+            lambda: all(map(np.isnan, stick.held.values())), "the brakes at the emergency stop"
+        )
         stick.move(LEVERS, DEAD_MAN, RELEASE)
         wait_for(lambda: rests(stick), "rest by the brakes")
         settle(0.3)
@@ -114,13 +128,20 @@ def test_a_joystick_commands_exactly_and_stops(tmp_path: Path, monkeypatch: pyte
         wait_mode(desk, Mode.OPEN)
         stick.move(REST, DEAD_MAN)
         wait_mode(desk, Mode.MOVING)
-        assert all(map(np.isnan, stick.held.values())) and desk.panel()["braked"]  # a load that swings moves nothing
+        assert (
+            all(map(np.isnan, stick.held.values())) and desk.panel()["braked"]
+        )  # a load that swings moves nothing
         start_moving(desk, stick, expected)
         os.kill(nodes["operator"], signal.SIGSTOP)
-        wait_for(lambda: all(map(np.isnan, stick.held.values())), "the brakes after the time-out of commands")
+        wait_for(
+            lambda: all(map(np.isnan, stick.held.values())),
+            "the brakes after the time-out of commands",
+        )
         wait_for(lambda: rests(stick), "rest by the brakes of the time-out")
         os.kill(nodes["operator"], signal.SIGCONT)
-        wait_for(lambda: not any(map(np.isnan, stick.held.values())), "commands of the node that hung")
+        wait_for(
+            lambda: not any(map(np.isnan, stick.held.values())), "commands of the node that hung"
+        )
 
     with graph(tmp_path, monkeypatch) as (domain, _), Joystick(domain, "bridge") as stick:
         # a joystick that a busy machine holds up for half a second is not lost
@@ -142,12 +163,18 @@ def held_commands(bag: Path) -> np.ndarray:
     """Return the commands of each period in a bag (K, nu), NaN where the brakes acted."""
     with AnyReader([bag], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
         connections = [each for each in reader.connections if each.topic == "/bridge/held_command"]
-        messages = [reader.deserialize(raw, each.msgtype) for each, _, raw in reader.messages(connections)]
-    velocities, efforts = (np.array([getattr(m, field) for m in messages]) for field in ("velocity", "effort"))
+        messages = [
+            reader.deserialize(raw, each.msgtype) for each, _, raw in reader.messages(connections)
+        ]
+    velocities, efforts = (
+        np.array([getattr(m, field) for m in messages]) for field in ("velocity", "effort")
+    )
     return np.where(np.isnan(velocities), efforts, velocities)
 
 
-def test_a_killed_operator_node_stops_the_crane(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_killed_operator_node_stops_the_crane(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Where the operator's node dies, the crane is braked to rest; the run ends with a line why."""
     scene, nodes = with_operator_drives(load_scene(DOCUMENT)), dict[str, int]()
     speed = LEVERS[1] * float(scene.hardware.servos.max_speed[0])
@@ -157,10 +184,18 @@ def test_a_killed_operator_node_stops_the_crane(tmp_path: Path, monkeypatch: pyt
         wait_for(lambda: stick.velocities["trolley"] / speed > 0.5, "the trolley on its way")
         os.kill(nodes["operator"], signal.SIGKILL)
         wait_for(lambda: rests(stick, ["trolley"]), "rest after the operator's node was killed")
-        wait_for(lambda: has_exited(nodes["plant"]), "the end of the run, which the script is not to end first")
+        wait_for(
+            lambda: has_exited(nodes["plant"]),
+            "the end of the run, which the script is not to end first",
+        )
 
     with graph(tmp_path, monkeypatch) as (domain, _), Joystick(domain, "overhead") as stick:
-        operator = ScriptedOperator(script, device_timeout=60.0)  # s: a joystick that is held up is not lost
+        operator = ScriptedOperator(
+            script, device_timeout=60.0
+        )  # s: a joystick that is held up is not lost
         summary = run(scene, operator, domain, on_activated=nodes.__setitem__)
         operator.check()
-    assert summary["error"].startswith("operator: it was killed by SIGKILL") and "\n" not in summary["error"]
+    assert (
+        summary["error"].startswith("operator: it was killed by SIGKILL")
+        and "\n" not in summary["error"]
+    )

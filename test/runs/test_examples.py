@@ -47,7 +47,9 @@ def test_a_controller_of_plain_rclpy(domain_id: int) -> None:
 def test_a_controller_that_sends_plain_arrays(domain_id: int) -> None:
     """Arrays of efforts, which have no names and stamps, command the crane in real time."""
     with started_example("my_array_controller.py", domain_id):
-        for _ in range(3):  # where the machine holds it up for half a second, efforts are zero meanwhile
+        for _ in range(
+            3
+        ):  # where the machine holds it up for half a second, efforts are zero meanwhile
             summary = run(domain_id, mode="realtime", rate=2.0)
             if not summary["silences"]:
                 break
@@ -64,7 +66,9 @@ def test_a_controller_that_sends_plain_arrays(domain_id: int) -> None:
     ],
     ids=["rclpy starts", "the node is made", "the executor is made"],
 )
-def test_an_example_handles_sigterm_at_any_time(name: str, call: str, ros_environment: dict[str, str]) -> None:
+def test_an_example_handles_sigterm_at_any_time(
+    name: str, call: str, ros_environment: dict[str, str]
+) -> None:
     """An example that gets SIGTERM while rclpy starts exits with code 0, without a traceback."""
     command = [sys.executable, "-c", TERMINATED_DURING, *call.split(), str(EXAMPLES / name)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}

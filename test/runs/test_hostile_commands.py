@@ -27,7 +27,9 @@ PROGRAMS = Path(__file__).parents[1] / "programs"
 LIMIT = 300.0  # s for the controller, only so that a failure ends
 
 
-def run_with_invalid_commands(scene: Scene, number: int) -> tuple[Plant, CommandValidator, Counter[str]]:
+def run_with_invalid_commands(
+    scene: Scene, number: int
+) -> tuple[Plant, CommandValidator, Counter[str]]:
     """Run a scene in lockstep by decoder and validator, `number` invalid commands over its states.
 
     Returns:
@@ -38,12 +40,19 @@ def run_with_invalid_commands(scene: Scene, number: int) -> tuple[Plant, Command
     expected: Counter[str] = Counter()
     for k in range(1, scene.steps + 1):
         now = k * scene.period_ns
-        batch = [invalid.generate(now) for _ in range(number * k // scene.steps - number * (k - 1) // scene.steps)]
+        batch = [
+            invalid.generate(now)
+            for _ in range(number * k // scene.steps - number * (k - 1) // scene.steps)
+        ]
         expected += Counter(reason for reason, _ in batch)
-        answer = command_message(now, JOINTS, scene.law(plant.t, plant.q, plant.v)) if scene.law else b""
+        answer = (
+            command_message(now, JOINTS, scene.law(plant.t, plant.q, plant.v)) if scene.law else b""
+        )
         for data in (*(data for _, data in batch), answer):
             frame = validator.decode(codec.decode, data)
-            effort = frame and validator.validate(frame.stamp, frame.names, frame.effort, StampRange(now, now))
+            effort = frame and validator.validate(
+                frame.stamp, frame.names, frame.effort, StampRange(now, now)
+            )
             if effort:
                 plant.advance(effort)
     return plant, validator, expected
@@ -74,9 +83,14 @@ def run_over_dds(
         return summary, Counter(json.loads(process.communicate(timeout=60.0)[0]))
 
 
-def test_a_hostile_controller(domain_id: int, ros_environment: dict[str, str], tmp_path: Path) -> None:
+def test_a_hostile_controller(
+    domain_id: int, ros_environment: dict[str, str], tmp_path: Path
+) -> None:
     """Over DDS, too, all invalid commands are counted, and change no bit and no recording."""
-    scene, each = load_scene("knuckle_setpoint", {"duration": 4.0}), 8  # with the valid one 9: a queue holds 10
+    scene, each = (
+        load_scene("knuckle_setpoint", {"duration": 4.0}),
+        8,
+    )  # with the valid one 9: a queue holds 10
     summary, sent = run_over_dds(scene, domain_id, ros_environment, each, tmp_path)
     assert "error" not in summary
     assert summary["recorded_steps"] == scene.steps and summary["lost_steps"] == 0
@@ -96,14 +110,23 @@ def run_with_flood(
 ) -> tuple[dict[str, Any], dict[str, float]]:
     """Run plant and controller beside a flood of commands; return summary and flood's counters.
 
-    After one step the run is paused until a command of the flood was refused: however late it comes, it comes in time.
+    After one step the run is paused until a command of the flood was refused: however late it
+    comes, it comes in time.
     """
     file = folder / "scene.yaml"
     scene.dump(file)
     common = (f"scene:={file}", f"mode:={mode}")
-    matched = ("paused:=true", "expected_controllers:=2", "expected_recorders:=1")  # flood and client, too
-    # On a busy machine controller and flood may both stall for longer than the usual lease of 0.3 s.
-    long_lease = (f"command_lease:={LIVELINESS_LEASE}", *(["rate:=2.0"] if mode == "realtime" else []))
+    matched = (
+        "paused:=true",
+        "expected_controllers:=2",
+        "expected_recorders:=1",
+    )  # flood and client, too
+    # On a busy machine controller and flood may both stall for longer than the usual lease of 0.3
+    # s.
+    long_lease = (
+        f"command_lease:={LIVELINESS_LEASE}",
+        *(["rate:=2.0"] if mode == "realtime" else []),
+    )
     flood = [sys.executable, PROGRAMS / "hostile_flood.py"]
     with (
         graph(folder, monkeypatch) as (domain, env),
@@ -126,14 +149,18 @@ def run_with_flood(
 
 
 @pytest.mark.parametrize("mode", ["lockstep", pytest.param("realtime", marks=pytest.mark.slow)])
-def test_a_flood_from_another_publisher(mode: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_flood_from_another_publisher(
+    mode: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Another publisher's commands at 20 kHz, some valid, are refused and counted.
 
     The owner stays.
     """
     scene = load_scene("knuckle_setpoint", {"duration": 4.0})
     summary, sent = run_with_flood(scene, mode, tmp_path, monkeypatch)
-    print(f"{sent['sent']} commands at {sent['rate']:.0f} Hz")  # fewer where the machine is busy; shown by -rP
+    print(
+        f"{sent['sent']} commands at {sent['rate']:.0f} Hz"
+    )  # fewer where the machine is busy; shown by -rP
     commands = summary["commands"]
     refused = commands["rejected"] + commands["late"] + commands["duplicate"]
     assert "error" not in summary
@@ -154,7 +181,9 @@ def test_a_recording_beside_a_flood(
 
     On a busy machine messages may be lost in a flood at 20 kHz: then the run says so.
     """
-    monkeypatch.setattr(supervisor, "_ANSWER_TIMEOUT", LIMIT)  # s: our controller's answers may be held up for long
+    monkeypatch.setattr(
+        supervisor, "_ANSWER_TIMEOUT", LIMIT
+    )  # s: our controller's answers may be held up for long
     scene, lines = load_scene("knuckle_setpoint", {"duration": 4.0}), list[str]()
     with started_program([sys.executable, PROGRAMS / "hostile_flood.py"], env=ros_environment):
         path = tmp_path / "run.rrd"
@@ -163,4 +192,6 @@ def test_a_recording_beside_a_flood(
     assert summary["refused_messages"]["/knuckle/joint_commands of /knuckle/flood"] > 0
     assert "command of /knuckle/flood refused: /knuckle/controller owns the crane" in lines
     missing = int(np.isnan(read_recording(path).commands).any(axis=1).sum())
-    assert missing == summary.get("lost_commands", 0) and bool(summary["lost_steps"]) == ("error" in summary)
+    assert missing == summary.get("lost_commands", 0) and bool(summary["lost_steps"]) == (
+        "error" in summary
+    )

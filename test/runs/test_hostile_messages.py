@@ -23,14 +23,18 @@ LIMIT = 300.0  # s for the node, only so that a failure ends
 OWN_TOPICS = ("joint_states", "applied_effort", "held_command", "joint_commands")
 
 
-def run_beside(mode: str, seed: int, number: int, domain: int, env: dict[str, str], path: Path) -> dict[str, Any]:
+def run_beside(
+    mode: str, seed: int, number: int, domain: int, env: dict[str, str], path: Path
+) -> dict[str, Any]:
     """Run the scene, recorded, beside `number` hostile messages of a node; return the summary."""
     command = [sys.executable, PROGRAM, str(seed), str(number), SCENE.name]
     pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
     with started_program(command, limit=LIMIT, env=env, **pipes) as process:
         rate = 2.0 if mode == "realtime" else None
         mcap = path.with_suffix(".mcap")
-        summary = orchestration.run(SCENE, mode=mode, rate=rate, record=path, mcap=mcap, paused=True, domain_id=domain)
+        summary = orchestration.run(
+            SCENE, mode=mode, rate=rate, record=path, mcap=mcap, paused=True, domain_id=domain
+        )
         sent = json.loads(process.communicate(timeout=60.0)[0])
     assert sent["sent"] >= number and sent["requests"] >= number // 50
     return summary
@@ -39,11 +43,17 @@ def run_beside(mode: str, seed: int, number: int, domain: int, env: dict[str, st
 def check_run(summary: dict[str, Any], path: Path) -> None:
     """Check that no node has ended, the recording is whole, and the summary names the refused."""
     assert "error" not in summary
-    assert summary["steps"] == summary["recorded_steps"] == SCENE.steps and summary["lost_steps"] == 0
+    assert (
+        summary["steps"] == summary["recorded_steps"] == SCENE.steps and summary["lost_steps"] == 0
+    )
     refused = summary["refused_messages"]
     for topic in OWN_TOPICS:
         assert refused[f"{NAMESPACE}/{topic} of {NAMESPACE}/stranger"] > 0, refused
-    assert not [source for source in refused if source.endswith((f"{NAMESPACE}/plant", f"{NAMESPACE}/controller"))]
+    assert not [
+        source
+        for source in refused
+        if source.endswith((f"{NAMESPACE}/plant", f"{NAMESPACE}/controller"))
+    ]
     run = read_recording(path)
     assert run.finished and np.isfinite(run.commands).all()
     assert replay(run).difference is None
@@ -58,7 +68,12 @@ def check_run(summary: dict[str, Any], path: Path) -> None:
     ],
 )
 def test_hostile_messages_and_requests(
-    mode: str, seed: int, number: int, domain_id: int, ros_environment: dict[str, str], tmp_path: Path
+    mode: str,
+    seed: int,
+    number: int,
+    domain_id: int,
+    ros_environment: dict[str, str],
+    tmp_path: Path,
 ) -> None:
     """They end no node and change no recorded number; in lockstep no state, either."""
     path = tmp_path / "run.rrd"

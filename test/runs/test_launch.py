@@ -25,7 +25,9 @@ control: {law: lqr}
 
 pytestmark = [
     pytest.mark.long,
-    pytest.mark.skipif(find_spec("ros2launch") is None, reason="ros2launch is absent (ROS 2 installations have it)"),
+    pytest.mark.skipif(
+        find_spec("ros2launch") is None, reason="ros2launch is absent (ROS 2 installations have it)"
+    ),
 ]
 
 
@@ -36,7 +38,14 @@ def test_a_launched_crane_runs_to_its_end(ros_environment: dict[str, str], tmp_p
     """
     scene, recording, install = tmp_path / "scene.yaml", tmp_path / "run.rrd", tmp_path / "install"
     scene.write_text(SCENE)
-    bases = ["--build-base", str(tmp_path / "build"), "--install-base", str(install), "--base-paths", str(ROOT)]
+    bases = [
+        "--build-base",
+        str(tmp_path / "build"),
+        "--install-base",
+        str(install),
+        "--base-paths",
+        str(ROOT),
+    ]
     build = [sys.executable, "-m", "colcon", "--log-base", str(tmp_path / "log"), "build", *bases]
     run_to_completion([*build, "--packages-select", "crane_sim"], cwd=tmp_path, check=True)
     prefixes = f"{install / 'crane_sim'}:{os.environ.get('AMENT_PREFIX_PATH', '')}"

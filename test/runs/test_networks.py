@@ -40,7 +40,9 @@ def open_files(pid: int) -> list[str]:
     """Return what every open file descriptor of a process refers to."""
     links = []
     for descriptor in Path(f"/proc/{pid}/fd").iterdir():
-        with suppress(FileNotFoundError):  # closed since it was listed: a node that starts opens and closes files
+        with suppress(
+            FileNotFoundError
+        ):  # closed since it was listed: a node that starts opens and closes files
             links.append(os.readlink(descriptor))
     return links
 
@@ -88,19 +90,29 @@ def test_the_profiles_differ_by_their_interfaces_only() -> None:
     for name in PROFILES:
         root = ET.parse(config_folder() / name).getroot()
         elements = {(leaf.tag, (leaf.text or "").strip()) for leaf in root.iter() if not len(leaf)}
-        leaves.append({(tag, text) for tag, text in elements if text not in ("loopback", "network", "127.0.0.1")})
+        leaves.append(
+            {
+                (tag, text)
+                for tag, text in elements
+                if text not in ("loopback", "network", "127.0.0.1")
+            }
+        )
     assert leaves[0] == leaves[1]
 
 
 @pytest.mark.parametrize("name", PROFILES)
-def test_newer_versions_have_the_same_profiles(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_newer_versions_have_the_same_profiles(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """They differ by the name of one element, and a node of either version finds its own file."""
     monkeypatch.setenv("CRANE_SIM_DDS", str(config_folder() / name))
     env = node_environment(7, tmp_path)
     old, new = (env[f"{library}_DEFAULT_PROFILES_FILE"] for library in ("FASTRTPS", "FASTDDS"))
     assert (Path(old).name, Path(new).name) == (name, name.replace("fastdds", "fastdds3"))
     text = ET.canonicalize(Path(old).read_text(), with_comments=False)
-    assert text.replace("heartbeatPeriod", "heartbeat_period") == ET.canonicalize(Path(new).read_text())
+    assert text.replace("heartbeatPeriod", "heartbeat_period") == ET.canonicalize(
+        Path(new).read_text()
+    )
 
 
 @pytest.mark.skipif(not KILTED, reason="CRANE_SIM_KILTED_PYTHON names no Python with ROS 2 Kilted")
@@ -108,7 +120,9 @@ def test_sockets_of_a_newer_version_are_bound_to_loopback(tmp_path: Path) -> Non
     """Every socket of a node of ROS 2 Kilted is bound to the loopback interface, too."""
     with (
         reserve_domain() as domain,
-        started_node("crane_sim.ros.plant_node", clean_environment(KILTED, domain, tmp_path), KILTED) as pid,
+        started_node(
+            "crane_sim.ros.plant_node", clean_environment(KILTED, domain, tmp_path), KILTED
+        ) as pid,
     ):
         addresses = sockets(pid)
     assert len(addresses) >= 2  # discovery and data
@@ -142,9 +156,13 @@ def allowed_names(name: str) -> dict[str, list[str]]:
             for group in profile:
                 ((what, rule),) = group.attrib.items()
                 assert rule == "ALLOW"
-                full_names = [full_name(entry.text or "", profile.get("ns", ""), name) for entry in group]
+                full_names = [
+                    full_name(entry.text or "", profile.get("ns", ""), name) for entry in group
+                ]
                 for part, parts in ACTION_PARTS.get(what, {what: ("",)}).items():
-                    names.setdefault(part, []).extend(f"{each}{end}" for each in full_names for end in parts)
+                    names.setdefault(part, []).extend(
+                        f"{each}{end}" for each in full_names for end in parts
+                    )
     return names
 
 
@@ -188,14 +206,21 @@ def test_the_policy_allows_the_topics_and_services_of_the_nodes(
         "crane_sim.ros.plant_node": ["-p", "expected_controllers:=3"],
         "crane_control.nodes.controller_node": [],
         "crane_control.nodes.operator_node": [],
-        "crane_sim.ros.recorder_node": ["-p", f"path:={tmp_path / 'run.rrd'}", "-p", f"mcap:={tmp_path / 'run.mcap'}"],
+        "crane_sim.ros.recorder_node": [
+            "-p",
+            f"path:={tmp_path / 'run.rrd'}",
+            "-p",
+            f"mcap:={tmp_path / 'run.mcap'}",
+        ],
     }
     assert not names_beyond_the_policy(programs, ros_environment)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("scene", ["knuckle_sea", "knuckle_bench", "bridge_speed_drive"])
-def test_the_policy_allows_the_topics_of_every_plant(scene: str, ros_environment: dict[str, str]) -> None:
+def test_the_policy_allows_the_topics_of_every_plant(
+    scene: str, ros_environment: dict[str, str]
+) -> None:
     """Moving bases with instruments, sensors, and drives by speed: the policy has their topics."""
     own = ["-p", f"scene:={scene}", "-p", "mode:=realtime"]
     assert not names_beyond_the_policy({"crane_sim.ros.plant_node": own}, ros_environment)
@@ -208,9 +233,13 @@ def test_a_secure_node_needs_valid_keys(tmp_path: Path, ros_environment: dict[st
     """
     folder = tmp_path / "enclaves"
     folder.mkdir()
-    for name in "identity_ca.cert.pem cert.pem key.pem permissions_ca.cert.pem governance.p7s permissions.p7s".split():
+    for name in "identity_ca.cert.pem cert.pem key.pem permissions_ca.cert.pem governance.p7s permissions.p7s".split():  # noqa: E501
         (folder / name).write_text("no key\n")
-    secure = {"ROS_SECURITY_ENABLE": "true", "ROS_SECURITY_STRATEGY": "Enforce", "ROS_SECURITY_KEYSTORE": str(tmp_path)}
+    secure = {
+        "ROS_SECURITY_ENABLE": "true",
+        "ROS_SECURITY_STRATEGY": "Enforce",
+        "ROS_SECURITY_KEYSTORE": str(tmp_path),
+    }
     command = [sys.executable, "-m", "crane_sim.ros.plant_node"]
     run = run_to_completion(command, env=ros_environment | secure)
     assert run.returncode == 2
@@ -224,7 +253,15 @@ def test_a_controller_on_another_machine() -> None:
     It does so bit for bit as locally.
     """
     env = os.environ | {"CRANE_SIM_DDS": str(config_folder() / "fastdds_network.xml")}
-    command = ["unshare", "-Urn", "sh", PROGRAMS / "two_machines.sh", sys.executable, EXAMPLES, str(DURATION)]
+    command = [
+        "unshare",
+        "-Urn",
+        "sh",
+        PROGRAMS / "two_machines.sh",
+        sys.executable,
+        EXAMPLES,
+        str(DURATION),
+    ]
     run = run_to_completion(command, env=env)
     summary = json.loads(run.stdout.splitlines()[-1])
     assert "error" not in summary

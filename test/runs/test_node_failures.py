@@ -21,7 +21,9 @@ from crane_sim.simulation.plant import SLOW
 from crane_sim.simulation.rollout import simulate
 
 SCENE = load_scene("knuckle_setpoint", {"duration": 60.0})
-ENDLESS = load_scene("knuckle_setpoint", {"duration": 1e5})  # a killer that is held up comes before its end, too
+ENDLESS = load_scene(
+    "knuckle_setpoint", {"duration": 1e5}
+)  # a killer that is held up comes before its end, too
 
 
 class NodeKiller:
@@ -60,16 +62,23 @@ class NodeKiller:
 def test_killed_nodes_are_replaced_and_no_bit_changes(tmp_path: Path) -> None:
     """With restarts a run has the same states; the recording has them all, as have the bags."""
     path = tmp_path / "run.rrd"
-    summary = NodeKiller({"controller": 500, "recorder": 2000}).run(path, restart=True, mcap=tmp_path / "run.mcap")
+    summary = NodeKiller({"controller": 500, "recorder": 2000}).run(
+        path, restart=True, mcap=tmp_path / "run.mcap"
+    )
     assert "error" not in summary and summary["restarts"] == {"controller": 1, "recorder": 1}
     assert summary["state_sha256"] == simulate(SCENE).summary["state_sha256"]
     assert summary["recorded_steps"] == read_summary(path)["recorded_steps"] == SCENE.steps
     assert summary["lost_steps"] == 0
-    assert np.array_equal(np.unique(read_curves(path, "plots/q").step), np.arange(1, SCENE.steps + 1))
+    assert np.array_equal(
+        np.unique(read_curves(path, "plots/q").step), np.arange(1, SCENE.steps + 1)
+    )
     assert read_recording(path).finished
     bags = [tmp_path / name for name in ("run.recovered.mcap", "run.part2.mcap")]
     assert summary["bag_parts"] == [*map(str, bags)]
-    for topic, count in (("/knuckle/joint_states", SCENE.steps + 1), ("/knuckle/applied_effort", SCENE.steps)):
+    for topic, count in (
+        ("/knuckle/joint_states", SCENE.steps + 1),
+        ("/knuckle/applied_effort", SCENE.steps),
+    ):
         stamps = {stamp_of(message) for bag in bags for _, message in read(bag)[topic]}
         assert stamps == set(range(SCENE.period_ns, (count + 1) * SCENE.period_ns, SCENE.period_ns))
     assert summary["mcap"] == str(bags[-1])
@@ -101,11 +110,18 @@ def test_a_killed_recorder_costs_no_step(tmp_path: Path) -> None:
     recovered = tmp_path / "run.recovered.rrd"
     assert summary["recording"] == str(recovered)
     counted = f"it has {summary['recorded_steps']} of {SCENE.steps} steps"
-    assert summary["error"] == f"recorder: it was killed by SIGKILL; {recovered} is incomplete, {counted}"
+    assert (
+        summary["error"]
+        == f"recorder: it was killed by SIGKILL; {recovered} is incomplete, {counted}"
+    )
     # steps that were being written when the process was killed may be there, too
     assert len(read_curves(recovered, "plots/q").step) >= summary["recorded_steps"] > 0
     run = read_recording(recovered)
-    assert run.completeness.state == CUT and len(run.t) >= summary["recorded_steps"] and not run.finished
+    assert (
+        run.completeness.state == CUT
+        and len(run.t) >= summary["recorded_steps"]
+        and not run.finished
+    )
 
 
 def test_control_is_back_with_the_next_controller_s_command() -> None:
@@ -124,7 +140,10 @@ def test_overruns_are_counted_from_outside() -> None:
     """A step's lateness is that of its last message, by the schedule of the most punctual state."""
     late = np.array([0, 400, 1100, 0, 2500, 900])  # ns, of periods of 1000 ns
     first = Received(-5000, 1000, ())  # from before the schedule
-    states = [first, *(Received(k * 1000 + by, (k + 2) * 1000, ()) for k, by in enumerate(late.tolist()))]
+    states = [
+        first,
+        *(Received(k * 1000 + by, (k + 2) * 1000, ()) for k, by in enumerate(late.tolist())),
+    ]
     efforts = [Received(state.sent + 30, state.stamp - 1000, ()) for state in states[1:]]
     assert completion_delays(states, efforts, 1000).tolist() == (late + 30).tolist()
 

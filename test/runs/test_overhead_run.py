@@ -26,7 +26,9 @@ def test_a_run_that_the_model_ends_keeps_its_recording(tmp_path: Path) -> None:
     assert summary["recorded_steps"] == summary["steps"] > 10 and summary["lost_steps"] == 0
 
 
-@pytest.mark.parametrize("scene", ["overhead_friction", pytest.param("overhead_drum", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "scene", ["overhead_friction", pytest.param("overhead_drum", marks=pytest.mark.slow)]
+)
 def test_a_reset_repeats_the_run(scene: str) -> None:
     """A plant that is reset in mid-run repeats it bit for bit, events included."""
     plant = Plant(load_scene(scene))
@@ -51,8 +53,12 @@ def test_a_trolley_on_an_elastic_cable_breaks_loose() -> None:
     }
     cable = {"lengths": 2.0, "node_masses": 10.0}
     rigid = simulate(scene | {"cable": cable})
-    elastic = simulate(scene | {"cable": cable | {"model": "elastic", "stiffness": 1e6, "damping": 2e3}})
-    assert [what for _, what in rigid.events] == [what for _, what in elastic.events] and len(rigid.events) > 2
+    elastic = simulate(
+        scene | {"cable": cable | {"model": "elastic", "stiffness": 1e6, "damping": 2e3}}
+    )
+    assert [what for _, what in rigid.events] == [what for _, what in elastic.events] and len(
+        rigid.events
+    ) > 2
     for (t, _), (other, _) in zip(rigid.events, elastic.events, strict=True):
         assert t == pytest.approx(other, abs=1e-3)  # the cable stretches by m g / k = 1e-4 m
 

@@ -10,7 +10,9 @@ from typing import Any
 import pytest
 from example_helpers import EXAMPLES, check_lockstep, run, started_example
 
-PYTHON = os.environ.get("CRANE_SIM_CYCLONE_PYTHON", sys.executable if find_spec("cyclonedds") else "")
+PYTHON = os.environ.get(
+    "CRANE_SIM_CYCLONE_PYTHON", sys.executable if find_spec("cyclonedds") else ""
+)
 needs_python = pytest.mark.skipif(
     not PYTHON, reason="no cyclonedds here; CRANE_SIM_CYCLONE_PYTHON may name a Python with it"
 )
@@ -28,7 +30,9 @@ def test_plain_dds_outlasts_a_pause(monkeypatch: pytest.MonkeyPatch) -> None:
         position_=[0.0] * 4,
         velocity_=[0.0] * 4,
     )
-    batches = iter([[], [], [state], [], [SimpleNamespace(sample_info=SimpleNamespace(valid_data=False))]])
+    batches = iter(
+        [[], [], [state], [], [SimpleNamespace(sample_info=SimpleNamespace(valid_data=False))]]
+    )
     written: list[Any] = []
     reader = SimpleNamespace(take=lambda _: next(batches))
     writer = SimpleNamespace(write=written.append)

@@ -10,7 +10,15 @@ from pathlib import Path
 
 import pytest
 from bench_graph import graph, remote
-from process_helpers import children, next_line, nodes_of, run_to_completion, started_program, wait_exited, wait_until
+from process_helpers import (
+    children,
+    next_line,
+    nodes_of,
+    run_to_completion,
+    started_program,
+    wait_exited,
+    wait_until,
+)
 
 from crane_sim import load_scene, orchestration
 from crane_sim.recording.rerun.reader import read_curves
@@ -26,23 +34,36 @@ orchestration.run(scene, record=None, on_progress=lambda step, steps: print(step
 @contextmanager
 def started_run(folder: Path) -> Iterator[tuple[subprocess.Popen[str], dict[str, int]]]:
     """Yield a process that is in the middle of an endless run, and its children."""
-    env = os.environ | {"TMPDIR": str(folder)}  # a killed supervisor cannot remove its temporary files
-    with started_program([sys.executable, "-c", SUPERVISOR], stdout=subprocess.PIPE, env=env) as process:
+    env = os.environ | {
+        "TMPDIR": str(folder)
+    }  # a killed supervisor cannot remove its temporary files
+    with started_program(
+        [sys.executable, "-c", SUPERVISOR], stdout=subprocess.PIPE, env=env
+    ) as process:
         while int(next_line(process)) < 10:
             pass
         yield process, nodes_of(process.pid)
 
 
-def test_a_run_that_is_reset_is_recorded_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_that_is_reset_is_recorded_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """After single steps and a reset a run has the states of an uninterrupted one.
 
     A file has what was before the reset.
     """
     scene, file = load_scene("knuckle_setpoint", {"duration": 10.0}), tmp_path / "run.rrd"
-    with graph(tmp_path, monkeypatch) as (domain, _), remote(domain) as client, ThreadPoolExecutor() as pool:
+    with (
+        graph(tmp_path, monkeypatch) as (domain, _),
+        remote(domain) as client,
+        ThreadPoolExecutor() as pool,
+    ):
         client.node.destroy_publisher(client.commands)
         running = pool.submit(orchestration.run, scene, domain_id=domain, record=file, paused=True)
-        wait_until(lambda: running.done() or (client.modes[-1:] == [2] and bool(client.states)), "a run that is paused")
+        wait_until(
+            lambda: running.done() or (client.modes[-1:] == [2] and bool(client.states)),
+            "a run that is paused",
+        )
         client.take_steps(3)
         assert client.reset() == "ok" and client.pause(False) == "ok"
         summary = running.result()
@@ -66,7 +87,8 @@ BAD_PARAMETERS = {
     "control_fd:=none": "parameter control_fd is 'none'",
     "scene:=knukle_setpoint": "knukle_setpoint",
     "sceen:=knuckle_setpoint": "unknown parameter sceen",
-    "mode:=realtime beside:=other": "parameter beside is 'other'; only a crane in lockstep can have it",
+    "mode:=realtime beside:=other": "parameter beside is 'other'; only a crane in lockstep can "
+    "have it",
 }
 FORKING = """
 import os, sys

@@ -24,7 +24,12 @@ SEA: dict[str, Any] = {
         },
         "mount": {"position": [-18.0, 4.0, 6.5], "yaw": "90 deg"},
     },
-    "imu": {"position": [1.0, 0.0, -0.5], "acceleration_noise": 0.01, "orientation_noise": 0.002, "rate": 50.0},
+    "imu": {
+        "position": [1.0, 0.0, -0.5],
+        "acceleration_noise": 0.01,
+        "orientation_noise": 0.002,
+        "rate": 50.0,
+    },
     "camera": {"noise": 0.02, "delay": 0.02},
 }
 
@@ -49,7 +54,9 @@ def test_cranes_on_a_ship_are_whole_on_the_graph(tmp_path: Path) -> None:
 def check_instruments(scene: Scene, messages: dict[str, list[Any]]) -> None:
     """Check that every message of base and instruments has the numbers of its state."""
     instruments, period = scene.instruments, scene.period_ns
-    assert instruments is not None and instruments.imu is not None and instruments.camera is not None
+    assert (
+        instruments is not None and instruments.imu is not None and instruments.camera is not None
+    )
     for message in messages["base/odometry"]:
         state = base_state(scene, (stamp_of(message) // period - 1) * scene.period)
         assert (message.header.frame_id, message.child_frame_id) == ("world", "base_link")
@@ -61,11 +68,15 @@ def check_instruments(scene: Scene, messages: dict[str, list[Any]]) -> None:
         expected = measure_imu(scene, instruments.imu, k)
         assert vector(message.linear_acceleration).tolist() == expected.specific_force.tolist()
         assert vector(message.angular_velocity).tolist() == expected.angular_velocity.tolist()
-    poses = {stamp_of(message): vector(message.pose.position) for message in messages["payload_pose"]}
+    poses = {
+        stamp_of(message): vector(message.pose.position) for message in messages["payload_pose"]
+    }
     frames = {stamp_of(message): message for message in messages["camera/payload_pose"]}
     delay = instruments.camera.sampling.delay
     assert sorted(frames) == [(k + 1) * period for k in range(scene.steps + 1 - delay)]
     for stamp in frames.keys() & poses.keys():
-        expected = measure_payload(scene, instruments.camera, stamp // period - 1, poses[stamp].tolist())
+        expected = measure_payload(
+            scene, instruments.camera, stamp // period - 1, poses[stamp].tolist()
+        )
         assert frames[stamp].header.frame_id == "base_link"
         assert vector(frames[stamp].pose.position).tolist() == expected.tolist()

@@ -12,10 +12,25 @@ from pathlib import Path
 
 import pytest
 from mcap_samples import read
-from process_helpers import has_exited, next_line, nodes_of, run_to_completion, started_program, wait_until
+from process_helpers import (
+    has_exited,
+    next_line,
+    nodes_of,
+    run_to_completion,
+    started_program,
+    wait_until,
+)
 
 from crane_bench.soak.monitor import MonitorFile, monitor
-from crane_bench.soak.signals import DURATION, RUN_KINDS, SCENE, Interruption, interrupt_run, plan, soak_signals
+from crane_bench.soak.signals import (
+    DURATION,
+    RUN_KINDS,
+    SCENE,
+    Interruption,
+    interrupt_run,
+    plan,
+    soak_signals,
+)
 from crane_sim import load_scene, orchestration
 from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
 from crane_sim.recording.rerun.reader import read_curves
@@ -27,7 +42,10 @@ STEPS_ON_DISK = 2_000_000  # bytes of a recording, thrice those before its first
 @pytest.fixture(scope="module")
 def monitored() -> Iterator[tuple[int, MonitorFile]]:
     """Yield a ROS domain and the messages of an independent subscriber in it."""
-    with reserve_domain() as domain, monitor(load_scene(SCENE, {"duration": DURATION}), domain) as account:
+    with (
+        reserve_domain() as domain,
+        monitor(load_scene(SCENE, {"duration": DURATION}), domain) as account,
+    ):
         yield domain, account
 
 
@@ -39,9 +57,16 @@ def monitored() -> Iterator[tuple[int, MonitorFile]]:
         Interruption(signal.SIGINT, 4.0, 0.2, fresh=True),
         Interruption(signal.SIGINT, 4.0, 0.1, fresh=False),
     ],
-    ids=["as Python starts", "during imports", "while compiling", "in the run or before, and again"],
+    ids=[
+        "as Python starts",
+        "during imports",
+        "while compiling",
+        "in the run or before, and again",
+    ],
 )
-def test_an_interrupted_run_ends_cleanly(how: Interruption, monitored: tuple[int, MonitorFile]) -> None:
+def test_an_interrupted_run_ends_cleanly(
+    how: Interruption, monitored: tuple[int, MonitorFile]
+) -> None:
     """It exits soon: no traceback, process or part of a file is left; the last effort is zero."""
     end = interrupt_run(how, *monitored)
     assert end.failures == ()
@@ -51,12 +76,16 @@ def test_an_interrupted_run_ends_cleanly(how: Interruption, monitored: tuple[int
 
 @pytest.mark.long  # variations of the next one
 @pytest.mark.parametrize("kind", [kind for kind in RUN_KINDS if kind != "realtime"])
-def test_every_kind_of_run_is_interrupted_cleanly(kind: str, monitored: tuple[int, MonitorFile]) -> None:
+def test_every_kind_of_run_is_interrupted_cleanly(
+    kind: str, monitored: tuple[int, MonitorFile]
+) -> None:
     """In lockstep, with restarts, with a bag: once it has begun it exits soon.
 
     No orphan and no part of a file is left, and the last effort is zero.
     """
-    end = interrupt_run(Interruption(signal.SIGTERM, 0.3, None, fresh=False, way=kind, begun=True), *monitored)
+    end = interrupt_run(
+        Interruption(signal.SIGTERM, 0.3, None, fresh=False, way=kind, begun=True), *monitored
+    )
     assert end.failures == ()
     assert 0.0 < end.took < LIMIT
     assert end.code == 1
@@ -68,13 +97,19 @@ def test_a_stopped_subscriber_delays_no_shutdown(monitored: tuple[int, MonitorFi
     domain, _ = monitored
     with (
         tempfile.TemporaryDirectory() as folder,
-        started_program(frozen, env=node_environment(domain, Path(folder)), stdout=subprocess.PIPE) as subscriber,
+        started_program(
+            frozen, env=node_environment(domain, Path(folder)), stdout=subprocess.PIPE
+        ) as subscriber,
     ):
         assert next_line(subscriber) == "subscribed\n"
         how = Interruption(signal.SIGINT, 0.3, None, fresh=False, way="lockstep", begun=True)
         end = interrupt_run(how, *monitored)
         state = Path(f"/proc/{subscriber.pid}/stat")
-        wait_until(lambda: state.read_text().rpartition(")")[2].split()[0] == "T", "the subscriber's stop", 60.0)
+        wait_until(
+            lambda: state.read_text().rpartition(")")[2].split()[0] == "T",
+            "the subscriber's stop",
+            60.0,
+        )
     assert end.failures == ()
     assert 0.0 < end.took < LIMIT
     assert end.code == 1
@@ -82,18 +117,33 @@ def test_a_stopped_subscriber_delays_no_shutdown(monitored: tuple[int, MonitorFi
 
 def test_the_command_reports_that_its_plant_was_killed(tmp_path: Path) -> None:
     """`crane run` exits soon with exit code 1 and one line on the cause."""
-    command = [Path(sys.executable).with_name("crane"), "run", "--duration", "1e5", "--record", "run.rrd", "--json"]
-    with started_program(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+    command = [
+        Path(sys.executable).with_name("crane"),
+        "run",
+        "--duration",
+        "1e5",
+        "--record",
+        "run.rrd",
+        "--json",
+    ]
+    with started_program(
+        command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as process:
         part = tmp_path / "run.rrd.part"
         wait_until(
-            lambda: has_exited(process.pid) or (part.exists() and part.stat().st_size > STEPS_ON_DISK), "a recording"
+            lambda: (
+                has_exited(process.pid) or (part.exists() and part.stat().st_size > STEPS_ON_DISK)
+            ),
+            "a recording",
         )
         os.kill(nodes_of(process.pid)["plant"], signal.SIGKILL)
         began = time.monotonic()
         out, errors = process.communicate()
     assert time.monotonic() - began < LIMIT
     assert process.returncode == 1
-    assert [line for line in errors.splitlines() if "[INFO]" not in line] == ["crane: plant: it was killed by SIGKILL"]
+    assert [line for line in errors.splitlines() if "[INFO]" not in line] == [
+        "crane: plant: it was killed by SIGKILL"
+    ]
     summary, steps = json.loads(out), read_curves(tmp_path / "run.rrd", "plots/q").step
     assert summary["recorded_steps"] == summary["steps"] == len(steps) > 0
     assert steps.tolist() == list(range(1, len(steps) + 1))
@@ -111,7 +161,9 @@ def test_an_interrupted_run_switches_the_drives_off(tmp_path: Path) -> None:
             signal.raise_signal(signal.SIGINT)
 
     scene, path = load_scene(SCENE, {"duration": 1e4}), tmp_path / "run.mcap"
-    summary = orchestration.run(scene, record=tmp_path / "run.rrd", mcap=path, on_progress=interrupt_run_at)
+    summary = orchestration.run(
+        scene, record=tmp_path / "run.rrd", mcap=path, on_progress=interrupt_run_at
+    )
     assert summary["error"] == "interrupted"
     assert summary["recorded_steps"] == summary["steps"] > 100
     assert summary["lost_steps"] == 0
@@ -127,7 +179,7 @@ from crane_sim import process_signals
 process_signals.exit_on_signal(lambda: (print("ended", flush=True), __import__("os")._exit(1)))
 print("ready", flush=True)
 hashlib.pbkdf2_hmac("sha256", b"", b"", 2**31 - 1)  # like a compiler: for minutes no Python handler runs
-"""
+"""  # noqa: E501
 
 
 def test_a_signal_is_handled_during_a_long_call() -> None:
@@ -149,7 +201,7 @@ print("ready", flush=True)
 library, mutex = ctypes.PyDLL(None), ctypes.create_string_buffer(64)  # calls keep the interpreter's lock, like LAPACK
 while True:
     library.pthread_mutex_lock(mutex)  # the second time for good: no other thread runs
-"""
+"""  # noqa: E501
 
 
 def test_a_signal_ends_a_call_that_lets_no_thread_run() -> None:

@@ -45,7 +45,9 @@ def whole() -> tuple[Plant, list[int]]:
     return run_plant(lambda t, q, v: (law(t, q, v), law.outer_loop.demand))
 
 
-def test_the_tracker_is_evaluated_at_the_first_step_of_every_interval(whole: tuple[Plant, list[int]]) -> None:
+def test_the_tracker_is_evaluated_at_the_first_step_of_every_interval(
+    whole: tuple[Plant, list[int]],
+) -> None:
     """Demands change at first control steps at or after multiples of 1/30 s, and hold between."""
     assert whole[1] == [ceil(j / 30.0 / PERIOD - 1e-6) for j in range(15)]
 
@@ -54,7 +56,9 @@ def test_the_two_halves_equal_the_whole_law(whole: tuple[Plant, list[int]]) -> N
     """A servo with a separate tracker's setpoints moves the crane as the law does, bit for bit."""
     slow, fast = with_initial_state(SCENE.law), inner_loop_of(with_initial_state(SCENE.law))
 
-    def both(t: float, q: tuple[float, ...], v: tuple[float, ...]) -> tuple[tuple[float, ...], None]:
+    def both(
+        t: float, q: tuple[float, ...], v: tuple[float, ...]
+    ) -> tuple[tuple[float, ...], None]:
         if slow.outer_loop.due(t):
             slow(t, q, v)
             fast.outer_loop.take(slow.outer_loop.demand)
@@ -71,7 +75,9 @@ def test_lockstep_waits_for_the_tracker(whole: tuple[Plant, list[int]], domain_i
     assert summary["state_sha256"] == whole[0].summary()["state_sha256"]
     assert summary["demands"]["received"] in (15, 16)  # the servo may exit before the last one
     assert summary["demands"]["late"] == 0
-    assert summary["demands"]["longest_hold"] == pytest.approx(8 * PERIOD)  # 33 ms are 8 steps and a third
+    assert summary["demands"]["longest_hold"] == pytest.approx(
+        8 * PERIOD
+    )  # 33 ms are 8 steps and a third
     assert 0.0 < summary["law_us"]["p50"] <= summary["law_us"]["max"]
     assert 0.0 < summary["tracker_us"]["p50"] <= summary["tracker_us"]["max"]
 
@@ -83,7 +89,9 @@ def test_realtime_does_not_wait_for_the_tracker(domain_id: int) -> None:
     summary = orchestration.run(scene, mode="realtime", record=None, domain_id=domain_id)
     assert "error" not in summary
     assert summary["steps"] == 500 and summary["demands"]["received"] > 0
-    assert summary["tracking_peak"] < 0.5  # m; 1.35, the distance to the origin, if zeros held until the first setpoint
+    assert (
+        summary["tracking_peak"] < 0.5
+    )  # m; 1.35, the distance to the origin, if zeros held until the first setpoint
 
 
 def test_lockstep_waits_for_the_setpoint_of_the_state() -> None:
@@ -91,16 +99,26 @@ def test_lockstep_waits_for_the_setpoint_of_the_state() -> None:
     node, answered, setpoints, outer = make_setpoint_fixture(lockstep=True)
     assert not setpoints.apply_to(outer, make_state(0))
     node.callback(make_setpoint_message(0, 1.0))
-    assert answered == [make_state(0)] and setpoints.apply_to(outer, make_state(0)) and outer.demand[0] == 1.0
-    assert setpoints.apply_to(outer, make_state(9)) and not setpoints.apply_to(outer, make_state(10))
+    assert (
+        answered == [make_state(0)]
+        and setpoints.apply_to(outer, make_state(0))
+        and outer.demand[0] == 1.0
+    )
+    assert setpoints.apply_to(outer, make_state(9)) and not setpoints.apply_to(
+        outer, make_state(10)
+    )
     node.callback(make_setpoint_message(10, 2.0))
     assert (
         answered == [make_state(0), make_state(10)]
         and setpoints.apply_to(outer, make_state(10))
         and outer.demand[0] == 2.0
     )
-    node.callback(make_setpoint_message(10, 2.0))  # the answer to a state that lockstep has sent again counts once
-    assert not setpoints.apply_to(outer, make_state(0))  # the plant was reset: the setpoint is of the previous run
+    node.callback(
+        make_setpoint_message(10, 2.0)
+    )  # the answer to a state that lockstep has sent again counts once
+    assert not setpoints.apply_to(
+        outer, make_state(0)
+    )  # the plant was reset: the setpoint is of the previous run
     assert setpoints.metrics() == {"received": 2, "late": 0, "longest_hold": 0.036}
 
 
@@ -115,7 +133,11 @@ def test_realtime_holds_and_counts() -> None:
     assert answered == [make_state(0)]
     assert setpoints.apply_to(outer, make_state(10)) and outer.demand[0] == 1.0
     node.callback(make_setpoint_message(10, 2.0))
-    assert setpoints.apply_to(outer, make_state(11)) and outer.demand[0] == 2.0 and setpoints.metrics()["late"] == 0
+    assert (
+        setpoints.apply_to(outer, make_state(11))
+        and outer.demand[0] == 2.0
+        and setpoints.metrics()["late"] == 0
+    )
     assert setpoints.apply_to(outer, make_state(21))
     node.callback(make_setpoint_message(20, 3.0))
     assert setpoints.metrics()["late"] == 1 and not setpoints.warning(outer)
@@ -153,19 +175,27 @@ def test_diagnostics_have_the_execution_time(monkeypatch: pytest.MonkeyPatch) ->
 
     assert execution_time.evaluate(slow, make_state(5), 2) == (5 * PERIOD, 2.0)
     assert execution_time.is_due()
-    monkeypatch.setattr(states, "_DIAGNOSTICS_PERIOD", 60.0)  # s, in which a busy machine comes to the next line
+    monkeypatch.setattr(
+        states, "_DIAGNOSTICS_PERIOD", 60.0
+    )  # s, in which a busy machine comes to the next line
     execution_time.publish("no setpoint", {"received": 3})
     assert not execution_time.is_due()
     status = published[0].status[0]
     values = {pair.key: pair.value for pair in status.values}
-    assert (status.name, status.message, values["received"]) == ("pendulum/controller", "no setpoint", "3")
+    assert (status.name, status.message, values["received"]) == (
+        "pendulum/controller",
+        "no setpoint",
+        "3",
+    )
     assert float(values["law p50 [us]"]) >= 2000.0 and float(values["law max [us]"]) >= 2000.0
     assert messages.nanoseconds(published[0].header.stamp) == make_state(5).stamp
 
 
 def test_the_tracker_rate_is_limited_by_the_period() -> None:
     """A tracker rate above one a period, and a law's node without tracker, are one-line errors."""
-    with pytest.raises(SceneError, match=r"control.tracker_rate = 300: must be at most 1 / period = 250 Hz"):
+    with pytest.raises(
+        SceneError, match=r"control.tracker_rate = 300: must be at most 1 / period = 250 Hz"
+    ):
         load_scene("offshore_two_rate", {"control.tracker_rate": 300.0})
     with pytest.raises(ValueError, match=r"offshore_resonant: its law has no outer loop"):
         make_two_rate_law(SimpleNamespace(scene="offshore_resonant", law=""))

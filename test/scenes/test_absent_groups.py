@@ -18,7 +18,10 @@ from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.plant import Plant
 from crane_sim.stepping.periods import begin
 
-RUN = {"knuckle": "knuckle_setpoint", "overhead": "overhead_swing"}  # scenes that are run, one of each kind of crane
+RUN = {
+    "knuckle": "knuckle_setpoint",
+    "overhead": "overhead_swing",
+}  # scenes that are run, one of each kind of crane
 
 
 class OptionalGroup(NamedTuple):
@@ -39,7 +42,9 @@ def records_in(annotation: Any) -> list[type]:
     """Return the types of parameters that an annotation allows, in unions and tuples, too."""
     if is_record(annotation):
         return [annotation]
-    parts = get_args(annotation)[:1] if get_origin(annotation) is Annotated else get_args(annotation)
+    parts = (
+        get_args(annotation)[:1] if get_origin(annotation) is Annotated else get_args(annotation)
+    )
     return [kind for part in parts for kind in records_in(part)]
 
 
@@ -47,9 +52,14 @@ def fields_of(schema: type) -> dict[str, tuple[Any, Any, bool]]:
     """Return (annotation, default, whether there is one) of every field of a schema."""
     if issubclass(schema, BaseModel):
         model_fields: dict[str, FieldInfo] = schema.model_fields
-        return {name: (f.annotation, f.default, not f.is_required()) for name, f in model_fields.items()}
+        return {
+            name: (f.annotation, f.default, not f.is_required()) for name, f in model_fields.items()
+        }
     defaults: dict[str, Any] = getattr(schema, "_field_defaults", {})
-    return {name: (kind, defaults.get(name), name in defaults) for name, kind in schema.__annotations__.items()}
+    return {
+        name: (kind, defaults.get(name), name in defaults)
+        for name, kind in schema.__annotations__.items()
+    }
 
 
 def absence(default: Any) -> Any:
@@ -78,7 +88,9 @@ def subgroups(annotation: Any, held: Any) -> list[tuple[Any, tuple[str | int, ..
     return [(held, ())]
 
 
-def optional_groups(schema: type, document: Any, path: tuple[str | int, ...] = ()) -> Iterator[OptionalGroup]:
+def optional_groups(
+    schema: type, document: Any, path: tuple[str | int, ...] = ()
+) -> Iterator[OptionalGroup]:
     """Yield every optional group that a document may have at `path` of the schema `schema`."""
     for key, (annotation, default, optional) in fields_of(schema).items():
         if optional and is_group(default):
@@ -120,7 +132,9 @@ def types_and_values(part: Any) -> Any:
     if isinstance(part, tuple):
         return type(part), tuple(map(types_and_values, part))
     if hasattr(part, "__dict__"):
-        return type(part), tuple((name, types_and_values(value)) for name, value in vars(part).items())
+        return type(part), tuple(
+            (name, types_and_values(value)) for name, value in vars(part).items()
+        )
     return type(part), part.hex() if isinstance(part, float) else part
 
 
@@ -130,9 +144,24 @@ def outcome(document: dict[str, Any]) -> Any:
         scene = load_scene(document)
     except SceneError as error:
         return str(error)
-    parts = (scene.model, scene.law, scene.method, scene.source, scene.initial_q, scene.initial_v, scene.reference)
+    parts = (
+        scene.model,
+        scene.law,
+        scene.method,
+        scene.source,
+        scene.initial_q,
+        scene.initial_v,
+        scene.reference,
+    )
     parts = (*parts, scene.hardware, scene.instruments, getattr(scene.file, "legs", None))
-    return types_and_values(parts), scene.joint_names, scene.actuated, scene.sampled, scene.law_name, scene.period
+    return (
+        types_and_values(parts),
+        scene.joint_names,
+        scene.actuated,
+        scene.sampled,
+        scene.law_name,
+        scene.period,
+    )
 
 
 def in_wind(document: dict[str, Any]) -> dict[str, Any]:
@@ -144,7 +173,12 @@ def in_wind(document: dict[str, Any]) -> dict[str, Any]:
         "cut_off": 2.0,
         "seed": 1,
     }
-    wind = {"speed": 8.0, "profile": {"law": "power", "exponent": 0.2}, "gusts": gusts, "origin_height": 30.0}
+    wind = {
+        "speed": 8.0,
+        "profile": {"law": "power", "exponent": 0.2},
+        "gusts": gusts,
+        "origin_height": 30.0,
+    }
     windage = {"windage": {"area": 0.1, "drag_coefficient": 1.2}}
     rods = ("boom", "jib") if document["crane"] == "knuckle" else ()
     bodies = {name: document[name] | windage for name in ("payload", *rods) if name in document}
@@ -182,9 +216,17 @@ def catalogue(crane: str) -> list[dict[str, Any]]:
         documents.append(on_falls(kind) | {"flexibility": {"lateral": {"stiffness": 3e8}} | jib})
     if crane == "pendulum":
         limits = {"x": [-9.0, 9.0], "y": [-9.0, 9.0], "z": [-9.0, 9.0]}
-        documents.append(read("pendulum_free") | {"suspension": {"height": "driven", "limits": limits}})
+        documents.append(
+            read("pendulum_free") | {"suspension": {"height": "driven", "limits": limits}}
+        )
     if crane == "knuckle":
-        bristles = {"coulomb": 1.0, "static": 1.0, "stribeck": 0.1, "stiffness": 1e3, "damping": 10.0}
+        bristles = {
+            "coulomb": 1.0,
+            "static": 1.0,
+            "stribeck": 0.1,
+            "stiffness": 1e3,
+            "damping": 10.0,
+        }
         for group, friction in (("friction", {"coulomb": 1.0, "static": 1.0}), ("lugre", bristles)):
             documents.append(read("knuckle_setpoint") | {group: {"slew": friction}})
     if crane == "mobile":
@@ -237,7 +279,10 @@ def test_every_group_is_tried() -> None:
     for crane, schema in ALL_SCHEMAS.items():
         known |= set(all_groups(schema))
         for document in catalogue(crane):
-            tried |= {(optional.schema.__name__, optional.key) for optional in optional_groups(schema, document)}
+            tried |= {
+                (optional.schema.__name__, optional.key)
+                for optional in optional_groups(schema, document)
+            }
     assert tried == known, "no scene of the catalogue can hold these groups"
 
 
@@ -256,7 +301,9 @@ def test_a_group_that_is_there_shows(crane: str) -> None:
     """The comparison sees groups: each in the catalogue makes a difference in one scene."""
     used, effective = set(), set()
     for document in catalogue(crane):
-        whole = None  # made once, and only for a scene with a group that no scene before it has shown
+        whole = (
+            None  # made once, and only for a scene with a group that no scene before it has shown
+        )
         for optional in optional_groups(ALL_SCHEMAS[crane], document):
             kind, bare = (optional.schema.__name__, optional.key), written_as(document, optional)
             if bare != document and kind not in effective:

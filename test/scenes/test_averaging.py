@@ -33,7 +33,10 @@ def test_forces_are_at_their_mean() -> None:
         (Polynomial((2.0, 0.0)), Polynomial((2.0, 0.0))),
         (Polynomial((2.0, 1.0)), Polynomial((0.0, 0.0))),
         (Table((0.0, 1.0), (3.0, 3.0)), Table((0.0, 1.0), (3.0, 3.0))),
-        (Table((0.0, 1.0, 4.0), (2.0, 4.0, 0.0)), Table((0.0, 1.0, 4.0), (2.25, 2.25, 2.25))),  # (3 + 6) / 4
+        (
+            Table((0.0, 1.0, 4.0), (2.0, 4.0, 0.0)),
+            Table((0.0, 1.0, 4.0), (2.25, 2.25, 2.25)),
+        ),  # (3 + 6) / 4
     )
     for force, mean in cases:
         assert average(force) == mean and type(average(force)) is type(force)
@@ -51,12 +54,26 @@ def test_a_base_rests_at_the_mean_of_its_motion(tmp_path: Path) -> None:
     """Sinusoids leave their offsets, a record its mean, neither a velocity nor an acceleration."""
     t = np.linspace(0.0, 10.0, 101)
     roll = 0.1 + 0.05 * np.sin(0.2 * pi * t) + 0.002 * t**2
-    np.savetxt(tmp_path / "roll.csv", np.column_stack([t, roll]), delimiter=",", header="time,roll", comments="")
+    np.savetxt(
+        tmp_path / "roll.csv",
+        np.column_stack([t, roll]),
+        delimiter=",",
+        header="time,roll",
+        comments="",
+    )
     still = {"amplitude": 0.3, "frequency": 0.0, "phase": pi / 2}
-    record, mean = {"file": str(tmp_path / "roll.csv")}, 0.1 + 0.002 * 100.0 / 3.0  # of t² over 10 s
-    moving = {"heave": SWING | {"amplitude": 2.0}, "roll": [SWING | {"amplitude": 0.1, "offset": 0.2}, still]}
+    record, mean = (
+        {"file": str(tmp_path / "roll.csv")},
+        0.1 + 0.002 * 100.0 / 3.0,
+    )  # of t² over 10 s
+    moving = {
+        "heave": SWING | {"amplitude": 2.0},
+        "roll": [SWING | {"amplitude": 0.1, "offset": 0.2}, still],
+    }
     for motion, expected in ((moving, 0.5), (record, mean)):
-        base = average_scene(load_scene("knuckle_setpoint", {"base_motion": motion, "duration": 5.0})).model.base
+        base = average_scene(
+            load_scene("knuckle_setpoint", {"base_motion": motion, "duration": 5.0})
+        ).model.base
         positions = base_positions(base, np.array([0.0, 3.0]))
         # the spline's own error: (0.2 pi 0.1 s)^6, and some digits of rounding
         assert np.allclose(positions, [[0.0, 0.0, 0.0, expected, 0.0, 0.0]] * 2, rtol=0, atol=1e-8)
@@ -71,7 +88,9 @@ def bases_in(part: Any) -> list[Base]:
     return [base for each in part for base in bases_in(each)] if isinstance(part, tuple) else []
 
 
-@pytest.mark.parametrize("name", ["set_down_on_deck", "spreader_pick_up", "knuckle_sea", "tower_gust"])
+@pytest.mark.parametrize(
+    "name", ["set_down_on_deck", "spreader_pick_up", "knuckle_sea", "tower_gust"]
+)
 def test_nothing_in_a_model_moves_at_the_mean(name: str) -> None:
     """Every moving base in a model, below the crane or a deck, becomes a base at rest."""
     scene = load_scene(name)
@@ -104,14 +123,22 @@ GUSTY = {"wind": BREEZE["wind"] | {"gusts": {"spectrum": "dryden", "intensity": 
 CASES: dict[str, tuple[str, dict[str, Any], dict[str, Any]]] = {
     "surge": ("knuckle_lqr", {"base_motion": {"surge": SWING | {"amplitude": 0.5}}}, {}),
     "roll": ("knuckle_lqr", {"base_motion": {"roll": SWING | {"amplitude": "5 deg"}}}, {}),
-    "sea": ("knuckle_lqr", {"base_motion": {"sea": {"significant_height": 2.0, "peak_period": 9.0}}}, {}),
+    "sea": (
+        "knuckle_lqr",
+        {"base_motion": {"sea": {"significant_height": 2.0, "peak_period": 9.0}}},
+        {},
+    ),
     "list": (
         "knuckle_lqr",
         {"base_motion": {"roll": SWING | {"amplitude": "2 deg", "offset": "3 deg"}}},
         {"base_motion": LIST},
     ),
     "gusts": ("knuckle_lqr", WINDAGE | GUSTY, WINDAGE | BREEZE),
-    "wind": ("knuckle_lqr", {"payload_force": {"x": SWING | {"kind": "sine", "amplitude": 3.0}}}, {}),
+    "wind": (
+        "knuckle_lqr",
+        {"payload_force": {"x": SWING | {"kind": "sine", "amplitude": 3.0}}},
+        {},
+    ),
     "pitch and gusts": ("overhead_lqr", PITCHED, {}),
 }
 
@@ -122,7 +149,8 @@ def test_lqr_is_computed_at_the_mean(case: str) -> None:
     name, disturbed, mean = CASES[case]
     law, at_mean = (load_scene(name, changes).law for changes in (disturbed, mean))
     expected = numbers_of(at_mean)
-    # one mean in two types of model: rounding over the differences' step, 1e-11, and what Riccati equations lose
+    # one mean in two types of model: rounding over the differences' step, 1e-11, and what Riccati
+    # equations lose
     assert np.allclose(numbers_of(law), expected, rtol=1e-6, atol=1e-6 * np.abs(expected).max())
 
 
@@ -134,14 +162,21 @@ def test_lqr_holds_the_target_on_a_surging_base() -> None:
         simulate(load_scene("knuckle_lqr", moving | {"control.nominal": nominal}), duration=30.0)
         for nominal in ({}, {"base_motion": None})
     )
-    assert max(map(abs, own.summary["final_error"].values())) < 0.1  # swung by the base; 0.35 about t = 0
-    assert np.allclose(own.q, ignoring.q, rtol=0, atol=1e-5)  # two laws that differ by 1e-6 of their gains, see above
+    assert (
+        max(map(abs, own.summary["final_error"].values())) < 0.1
+    )  # swung by the base; 0.35 about t = 0
+    assert np.allclose(
+        own.q, ignoring.q, rtol=0, atol=1e-5
+    )  # two laws that differ by 1e-6 of their gains, see above
 
 
 def test_default_brakes_do_not_depend_on_the_instant() -> None:
     """Brakes are computed with a base at rest, independent of the base's motion at t = 0."""
     still, pitching = (
-        joint_mechanics(load_scene(ROD | changes)) for changes in ({}, {"base_motion": PITCHED["base_motion"]})
+        joint_mechanics(load_scene(ROD | changes))
+        for changes in ({}, {"base_motion": PITCHED["base_motion"]})
     )
     for one, other in zip(still, pitching, strict=True):
-        assert np.allclose(one, other, rtol=1e-9)  # of two models of one crane: rounding, over a small velocity
+        assert np.allclose(
+            one, other, rtol=1e-9
+        )  # of two models of one crane: rounding, over a small velocity

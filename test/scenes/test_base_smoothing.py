@@ -34,7 +34,8 @@ def test_the_response_of_the_low_pass(times: np.ndarray[Any, Any], ratio: float)
 
     The rows are even or uneven in time.
     """
-    # rows of 0.02 s sample a wave of 0.5 s, the shortest, 25 times: their sums are integrals to 1e-3 and better
+    # rows of 0.02 s sample a wave of 0.5 s, the shortest, 25 times: their sums are integrals to
+    # 1e-3 and better
     assert abs(left_of(times, ratio * CUT_OFF) - 1.0 / (1.0 + ratio**4)) < 1e-3
 
 
@@ -47,16 +48,29 @@ def test_a_drift_stays_as_it_is() -> None:
 def written(folder: Path, noise: float, **columns: Any) -> str:
     """Return the path of a file with these columns over EVEN, and noise [m, rad] on each."""
     file = folder / "motion.csv"
-    rows = [EVEN, *(column + noise * RANDOM.standard_normal(len(EVEN)) for column in columns.values())]
+    rows = [
+        EVEN,
+        *(column + noise * RANDOM.standard_normal(len(EVEN)) for column in columns.values()),
+    ]
     np.savetxt(
-        file, np.stack(rows, axis=1), delimiter=",", header=",".join(("time", *columns)), comments="", fmt="%.17g"
+        file,
+        np.stack(rows, axis=1),
+        delimiter=",",
+        header=",".join(("time", *columns)),
+        comments="",
+        fmt="%.17g",
     )
     return str(file)
 
 
 def on_base(dimensions: int = 2, **base_motion: Any) -> crane_sim.Scene:
     """Return a scene on a base that moves."""
-    document = {"crane": "overhead", "dimensions": dimensions, "duration": 60.0, "trolley": {"drive": "fixed"}}
+    document = {
+        "crane": "overhead",
+        "dimensions": dimensions,
+        "duration": 60.0,
+        "trolley": {"drive": "fixed"},
+    }
     cable = {"lengths": [5.0], "node_masses": [10.0]}
     return crane_sim.load_scene(document | {"cable": cable, "base_motion": base_motion})
 
@@ -78,18 +92,26 @@ def test_noise_is_named_and_a_cut_off_takes_it_away(tmp_path: Path) -> None:
     assert noisy["peak_base_acceleration"] > 10.0 and len(noisy["warnings"]) == 2
     assert all("motion.csv" in line and "cut_off" in line for line in noisy["warnings"])
     scene = on_base(file=file, cut_off=CUT_OFF)
-    # of 1 mm at 50 Hz, 0.7 mm/s² rms are left behind this low pass, at the peaks four times that; beside the ends more
+    # of 1 mm at 50 Hz, 0.7 mm/s² rms are left behind this low pass, at the peaks four times that;
+    # beside the ends more
     assert scene.notes["peak_base_acceleration"] == pytest.approx(0.5 * 0.6**2, abs=5e-3)
     assert scene.notes["peak_base_angular_acceleration"] == pytest.approx(0.02 * 0.5**2, abs=5e-3)
     assert "warnings" not in scene.notes
-    assert not scene.model.base.coefficients[[1, 3, 5]].any()  # axes that the file does not name stay at rest
+    assert not scene.model.base.coefficients[
+        [1, 3, 5]
+    ].any()  # axes that the file does not name stay at rest
 
 
 def test_the_largest_acceleration_is_the_motions_own(tmp_path: Path) -> None:
     """The notes have the largest linear and angular acceleration within the run, by norm."""
-    columns = {"surge": 0.3 * np.cos(EVEN), "heave": 0.4 * np.cos(EVEN), "roll": 0.1 * np.sin(2.0 * EVEN)}
+    columns = {
+        "surge": 0.3 * np.cos(EVEN),
+        "heave": 0.4 * np.cos(EVEN),
+        "roll": 0.1 * np.sin(2.0 * EVEN),
+    }
     peaks, times = peak_accelerations(spline_base(written(tmp_path, 0.0, **columns), 60.0), 60.0)
-    # between the nine looks at a piece of 0.02 s less than 1e-6 is missed; a quintic's second derivative errs by h⁴
+    # between the nine looks at a piece of 0.02 s less than 1e-6 is missed; a quintic's second
+    # derivative errs by h⁴
     assert peaks == pytest.approx([0.5, 0.4], rel=1e-5)
     assert np.abs(np.sin(times[0])) < 0.05 and np.abs(np.cos(2.0 * times[1])) < 0.05
 
@@ -98,7 +120,11 @@ def test_the_largest_acceleration_is_the_motions_own(tmp_path: Path) -> None:
     ("cut_off", "line"),
     [
         (0.0, "base_motion.cut_off = 0.0: must be greater than 0"),
-        (1e-3, "base_motion.cut_off = 0.001: must be 0.01 to 25 Hz: the file covers 99.98 s, 50 rows a second"),
+        (
+            1e-3,
+            "base_motion.cut_off = 0.001: must be 0.01 to 25 Hz: the file covers 99.98 s, 50 rows "
+            "a second",
+        ),
         (30.0, "base_motion.cut_off = 30: must be 0.01 to 25 Hz"),
     ],
 )
@@ -112,6 +138,7 @@ def test_a_cut_off_out_of_range_is_rejected(cut_off: float, line: str, tmp_path:
 def test_a_cut_off_without_a_file_is_rejected() -> None:
     """Sinusoids have no rows to be smoothed: a cut-off beside them is refused by name."""
     with pytest.raises(
-        crane_sim.SceneError, match=r"base_motion.cut_off = 1: smooths the rows of a file, and there is"
+        crane_sim.SceneError,
+        match=r"base_motion.cut_off = 1: smooths the rows of a file, and there is",
     ):
         on_base(heave={"amplitude": 0.1, "frequency": 1.0}, cut_off=1.0)

@@ -31,9 +31,16 @@ AXES: dict[str, dict[str, Any]] = {
     "fixed bridge": {"trolley": {"mass": 8.0}, "bridge": {"drive": "fixed"}},
     "fixed trolley": {"trolley": {"drive": "fixed", "mass": 8.0}, "bridge": {"mass": 3.0}},
     "both fixed": {"trolley": {"drive": "fixed"}, "bridge": {"drive": "fixed"}},
-    "moved trolley": {"trolley": {"drive": "prescribed", "mass": 8.0, "motion": MOTION}, "bridge": {"mass": 3.0}},
+    "moved trolley": {
+        "trolley": {"drive": "prescribed", "mass": 8.0, "motion": MOTION},
+        "bridge": {"mass": 3.0},
+    },
     "moved bridge": {"trolley": {"mass": 8.0}, "bridge": {"drive": "prescribed", "motion": MOTION}},
-    "dry": {"trolley": {"mass": 8.0}, "bridge": {"mass": 3.0}, "friction": {"trolley": DRY, "bridge": DRY}},
+    "dry": {
+        "trolley": {"mass": 8.0},
+        "bridge": {"mass": 3.0},
+        "friction": {"trolley": DRY, "bridge": DRY},
+    },
 }
 
 
@@ -46,11 +53,18 @@ def simulate(kind: str, axes: dict[str, Any]) -> Any:
     (s1, s2), (c1, c2) = np.sin(SWUNG), np.cos(SWUNG)
     if kind == "overhead":
         cable = {"lengths": [2.0], "node_masses": [5.0]}
-        document |= {"dimensions": 3, "cable": cable, "initial": {"directions": [[s2, c2 * s1, -c2 * c1]]}}
+        document |= {
+            "dimensions": 3,
+            "cable": cable,
+            "initial": {"directions": [[s2, c2 * s1, -c2 * c1]]},
+        }
     elif kind == "bridge":
         document |= ROPE | {"initial": {"q": [0.0, 0.0, 2.0, *SWUNG]}}
     else:
-        document |= FALLS | {"hoist": {"drive": "rate"}, "initial": {"length": 2.0, "velocity": [0.3, 0.1, 0.0]}}
+        document |= FALLS | {
+            "hoist": {"drive": "rate"},
+            "initial": {"length": 2.0, "velocity": [0.3, 0.1, 0.0]},
+        }
     return crane_sim.simulate(document)
 
 
@@ -59,7 +73,9 @@ def test_overhead_and_bridge_are_one_crane(case: str) -> None:
     """The same trolley and bridge carry the same load along the same path, whatever drives them."""
     overhead, bridge = (simulate(kind, AXES[case]) for kind in ("overhead", "bridge"))
     assert overhead.scene.actuated == bridge.scene.actuated
-    np.testing.assert_allclose(bridge.payload, overhead.payload, rtol=0.0, atol=1e-12)  # rounding of 100 steps
+    np.testing.assert_allclose(
+        bridge.payload, overhead.payload, rtol=0.0, atol=1e-12
+    )  # rounding of 100 steps
     np.testing.assert_allclose(bridge.q[:, :2], overhead.q[:, :2], rtol=0.0, atol=1e-12)
 
 
@@ -76,23 +92,51 @@ def test_a_gantry_has_these_axes_too(case: str) -> None:
 
 def test_a_law_moves_the_joint_that_is_driven() -> None:
     """With a fixed trolley laws move the bridge to its target or hold it; a picture is drawn."""
-    follow = {"drive": "velocity", "servo": {"gain": math.inf, "max_speed": 1.0, "max_acceleration": 0.5}}
-    law = {"control": {"law": "anti_swing", "period": 0.1, "damping": 0.1}, "actuators": {"bridge": follow}}
+    follow = {
+        "drive": "velocity",
+        "servo": {"gain": math.inf, "max_speed": 1.0, "max_acceleration": 0.5},
+    }
+    law = {
+        "control": {"law": "anti_swing", "period": 0.1, "damping": 0.1},
+        "actuators": {"bridge": follow},
+    }
     axes = {"trolley": {"drive": "fixed"}, "bridge": {"mass": 30.0}, "reference": {"q": [2.0, 2.0]}}
-    document = COMMON | ROPE | axes | law | {"crane": "bridge", "initial": {"q": [0.5, 0.0, 2.0, 0.0, 0.0]}}
-    run = crane_sim.simulate(document | {"duration": 3.0, "integrator": {"method": "rk4", "step": 0.1}})
+    document = (
+        COMMON
+        | ROPE
+        | axes
+        | law
+        | {"crane": "bridge", "initial": {"q": [0.5, 0.0, 2.0, 0.0, 0.0]}}
+    )
+    run = crane_sim.simulate(
+        document | {"duration": 3.0, "integrator": {"method": "rk4", "step": 0.1}}
+    )
     assert run.q[-1, 0] == 0.5
     assert 0.5 < run.q[-1, 1] < 2.0
     assert layout_of_scene(run.scene, "").framing.size > 0.0
-    follow_path = document | {"control": {"law": "joint_trajectory", "period": 0.1}, "duration": 0.1}
-    assert crane_sim.simulate(follow_path | {"reference": None}).q[-1, 1] == pytest.approx(0.0, abs=1e-3)
+    follow_path = document | {
+        "control": {"law": "joint_trajectory", "period": 0.1},
+        "duration": 0.1,
+    }
+    assert crane_sim.simulate(follow_path | {"reference": None}).q[-1, 1] == pytest.approx(
+        0.0, abs=1e-3
+    )
 
 
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
-    "input": ({"inputs": {"bridge": PUSH}}, "inputs.bridge: drives nothing, bridge.drive = 'fixed'"),
+    "input": (
+        {"inputs": {"bridge": PUSH}},
+        "inputs.bridge: drives nothing, bridge.drive = 'fixed'",
+    ),
     "friction": ({"friction": {"bridge": DRY}}, "friction.bridge: belongs to a drive by force"),
-    "speed": ({"initial": {"q": [0, 0, 2, 0, 0], "v": [0, 1, 0, 0, 0]}}, r"initial.v\[1\] = 1: a fixed bridge"),
-    "target": ({"reference": {"q": [1.0, 2.0, 2.0]}}, r"reference.q: has 3 values, actuated are \('trolley', 'rope'\)"),
+    "speed": (
+        {"initial": {"q": [0, 0, 2, 0, 0], "v": [0, 1, 0, 0, 0]}},
+        r"initial.v\[1\] = 1: a fixed bridge",
+    ),
+    "target": (
+        {"reference": {"q": [1.0, 2.0, 2.0]}},
+        r"reference.q: has 3 values, actuated are \('trolley', 'rope'\)",
+    ),
     "length": ({"reference": {"q": [1.0, 0.0]}}, r"reference.q\[1\] = 0: is a length"),
     "massless": ({"trolley": {"mass": 0.0}}, "trolley.mass = 0.0: .* must be greater than 0"),
     "mass": ({"bridge": {"drive": "fixed", "mass": 3.0}}, "bridge.mass = 3.0: nothing moves it"),
@@ -108,7 +152,13 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
 def test_what_contradicts_an_axis_is_named(case: str) -> None:
     """What a fixed or a prescribed axis cannot have is refused in one line."""
     groups, match = REFUSED[case]
-    document = COMMON | ROPE | AXES["fixed bridge"] | {"crane": "bridge", "initial": {"q": [0, 0, 2, 0, 0]}} | groups
+    document = (
+        COMMON
+        | ROPE
+        | AXES["fixed bridge"]
+        | {"crane": "bridge", "initial": {"q": [0, 0, 2, 0, 0]}}
+        | groups
+    )
     with pytest.raises(SceneError, match=match):
         crane_sim.load_scene(document)
 
@@ -117,7 +167,11 @@ def test_what_contradicts_an_axis_is_named(case: str) -> None:
 def test_friction_of_the_swing_takes_its_energy(links: int) -> None:
     """Friction of swing joints damps a body on rope and links; the energy balance holds."""
     friction = {"swing_friction": {"model": "linear", "tangential": 4.0, "radial": 6.0}}
-    chain = {"payload": FALLS["payload"], "rope": {"drive": "locked"}, "links": [{"mass": 2.0, "length": 0.5}] * links}
+    chain = {
+        "payload": FALLS["payload"],
+        "rope": {"drive": "locked"},
+        "links": [{"mass": 2.0, "length": 0.5}] * links,
+    }
     axes = AXES["driven"] | {"crane": "bridge", "initial": {"q": [0.0, 0.0, 2.0, *SWUNG]}}
     run, free = (crane_sim.simulate(COMMON | axes | chain | more) for more in (friction, {}))
     assert run.energy[-1] < free.energy[-1] - 0.1
@@ -125,7 +179,13 @@ def test_friction_of_the_swing_takes_its_energy(links: int) -> None:
 
 
 PLAY = {"inertia": 5.0, "play": 0.02, "stiffness": 1e5, "damping": 100.0}
-SERVO = {"gain": 400.0, "integral_time": 0.2, "max_speed": 0.6, "max_acceleration": 0.3, "max_jerk": 2.0}
+SERVO = {
+    "gain": 400.0,
+    "integral_time": 0.2,
+    "max_speed": 0.6,
+    "max_acceleration": 0.3,
+    "max_jerk": 2.0,
+}
 DRIVEN: dict[str, dict[str, Any]] = {
     "inputs": {"inputs": {"trolley": PUSH}, "rope": {"drive": "locked"}},
     "rope": {
@@ -144,24 +204,37 @@ def as_bridge(groups: Any) -> Any:
     """Return groups of a driven trolley as those of a driven bridge."""
     if not isinstance(groups, dict):
         return groups
-    return {"bridge" if key == "trolley" else key: as_bridge(value) for key, value in groups.items()}
+    return {
+        "bridge" if key == "trolley" else key: as_bridge(value) for key, value in groups.items()
+    }
 
 
 @pytest.mark.parametrize("case", DRIVEN)
 def test_drives_with_play_are_those_of_their_own_axis(case: str) -> None:
     """A fixed trolley on a driven bridge with play moves as a trolley with the mass of both."""
     groups = DRIVEN[case] | {"backlash": {"trolley": [PLAY]}}
-    common = COMMON | {"crane": "bridge", "payload": {"mass": 5.0}, "initial": {"q": [0.0, 0.0, 2.0, 0.0, 0.0]}}
-    straight = crane_sim.simulate(common | groups | {"trolley": {"mass": 11.0}, "bridge": {"drive": "fixed"}})
+    common = COMMON | {
+        "crane": "bridge",
+        "payload": {"mass": 5.0},
+        "initial": {"q": [0.0, 0.0, 2.0, 0.0, 0.0]},
+    }
+    straight = crane_sim.simulate(
+        common | groups | {"trolley": {"mass": 11.0}, "bridge": {"drive": "fixed"}}
+    )
     across = crane_sim.simulate(common | as_bridge(groups) | AXES["fixed trolley"])
-    np.testing.assert_allclose(across.q[:, [1, 2]], straight.q[:, [0, 2]], rtol=0.0, atol=1e-9)  # of the tolerance
+    np.testing.assert_allclose(
+        across.q[:, [1, 2]], straight.q[:, [0, 2]], rtol=0.0, atol=1e-9
+    )  # of the tolerance
     assert np.ptp(straight.q[:, 0]) > 0.01 and across.summary["energy_audit_error"] < 1e-8
 
 
 @pytest.mark.parametrize("kind", ["bridge", "gantry"])
 def test_a_girder_is_below_all_that_its_trolley_comes_to(kind: str) -> None:
     """A prescribed motion is in the picture: girder or portal reach as far as the trolley."""
-    axes = {"trolley": {"drive": "prescribed", "motion": MOTION | {"amplitude": 30.0}}, "bridge": {"mass": 3.0}}
+    axes = {
+        "trolley": {"drive": "prescribed", "motion": MOTION | {"amplitude": 30.0}},
+        "bridge": {"mass": 3.0},
+    }
     hanging = ROPE | {"initial": {"q": [0.0, 0.0, 2.0, 0.0, 0.0]}}
     if kind == "gantry":
         hanging = FALLS | {"hoist": {"drive": "rate"}, "initial": {"length": 2.0}}

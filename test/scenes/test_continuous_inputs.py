@@ -36,13 +36,29 @@ CRANES: tuple[tuple[str, Mapping[str, Any]], ...] = (
     ("knuckle_setpoint", {}),
 )
 RIGID = (  # whose payload's mass no fault changes
-    *("pendulum_lifeboat", "bridge_hook_and_sling", "tandem_play", "port_sts_container", "mobile_lift"),
+    *(
+        "pendulum_lifeboat",
+        "bridge_hook_and_sling",
+        "tandem_play",
+        "port_sts_container",
+        "mobile_lift",
+    ),
     *("knuckle_ship_falls", "spreader_pick_up"),
 )
 SENSED = {"sensors": {"all": {"noise": 0.01, "bias": 1.0, "delay": 0.02}}}
 LIMITED = {"actuators": {"all": {"limit": 1e12}}}
-LATE = {"faults": {"lighter": {"kind": "payload", "mass": 1.0, "at": 1e6}, "dark": {"kind": "sensor_loss", "joint": 0}}}
-JAMMED = {"faults": {"jam": {"kind": "stuck", "joint": 0}, "later": {"kind": "stuck", "joint": 0, "at": 1e6}}}
+LATE = {
+    "faults": {
+        "lighter": {"kind": "payload", "mass": 1.0, "at": 1e6},
+        "dark": {"kind": "sensor_loss", "joint": 0},
+    }
+}
+JAMMED = {
+    "faults": {
+        "jam": {"kind": "stuck", "joint": 0},
+        "later": {"kind": "stuck", "joint": 0, "at": 1e6},
+    }
+}
 FAR = {"actuators": {"trolley": {"limit_switches": [-1e3, 1e3], "delay": 0.0, "lag": 0.0}}}
 PERIODS = 6
 
@@ -55,7 +71,10 @@ def brief(name: str, changes: Mapping[str, Any]) -> Scene:
 
 def group_for(scene: Scene, group: Mapping[str, Any]) -> dict[str, Any]:
     """Return a group whose faults are at the scene's first joint."""
-    faults = {name: fault | {"joint": scene.joint_names[0]} for name, fault in group.get("faults", {}).items()}
+    faults = {
+        name: fault | {"joint": scene.joint_names[0]}
+        for name, fault in group.get("faults", {}).items()
+    }
     for fault in faults.values():
         if fault["kind"] == "payload":
             del fault["joint"]
@@ -86,11 +105,17 @@ TROLLEY: dict[str, Any] = {
     "initial": {"angles": 0.3, "v": 0.5},
 }
 SINE = {"inputs": {"trolley": {"kind": "sine", "amplitude": 30.0, "frequency": 40.0}}}
-PULSE = {"inputs": {"trolley": {"kind": "table", "times": [0.1, 0.103, 0.3], "values": [0.0, 50.0, -20.0]}}}
+PULSE = {
+    "inputs": {
+        "trolley": {"kind": "table", "times": [0.1, 0.103, 0.3], "values": [0.0, 50.0, -20.0]}
+    }
+}
 
 
 @pytest.mark.parametrize("inputs", [SINE, PULSE, {}], ids=["sine", "table", "none"])
-@pytest.mark.parametrize("group", [SENSED, LIMITED, LATE, JAMMED], ids=["sensors", "limit", "faults", "stuck"])
+@pytest.mark.parametrize(
+    "group", [SENSED, LIMITED, LATE, JAMMED], ids=["sensors", "limit", "faults", "stuck"]
+)
 def test_each_group_alone(inputs: Mapping[str, Any], group: Mapping[str, Any]) -> None:
     """Each kind of group leaves the bits alone at any instant, with inputs of any kind.
 
@@ -108,14 +133,19 @@ def test_each_group_alone(inputs: Mapping[str, Any], group: Mapping[str, Any]) -
 def test_switches_that_never_trip() -> None:
     """Limit switches out of reach leave the bits alone where there are inputs."""
     scene = load_scene(TROLLEY | SINE)
-    assert simulate(scene, overrides=FAR).summary["state_sha256"] == simulate(scene).summary["state_sha256"]
+    assert (
+        simulate(scene, overrides=FAR).summary["state_sha256"]
+        == simulate(scene).summary["state_sha256"]
+    )
 
 
 def test_a_rotor_of_no_weight() -> None:
     """A motor whose rotor weighs next to nothing changes next to nothing."""
     scene = load_scene("bridge_hook_and_sling", {"duration": 0.1})
     joint = scene.actuated[0]
-    turning = simulate(scene, overrides={"actuators": {joint: {"motor": {"ratio": 1.0, "inertia": 1e-12}}}})
+    turning = simulate(
+        scene, overrides={"actuators": {joint: {"motor": {"ratio": 1.0, "inertia": 1e-12}}}}
+    )
     assert turning.q[-1] == pytest.approx(simulate(scene).q[-1], abs=1e-11)  # of steps of 1e-9
 
 
@@ -143,13 +173,17 @@ FOLLOWS = {"trolley": {"drive": "velocity", "servo": {"gain": inf, "max_accelera
     ],
     ids=["limit", "lag", "rate limit", "delay", "speed drive"],
 )
-def test_drives_of_other_joints_leave_an_input_continuous(actuators: Mapping[str, Any], held: tuple[str, ...]) -> None:
+def test_drives_of_other_joints_leave_an_input_continuous(
+    actuators: Mapping[str, Any], held: tuple[str, ...]
+) -> None:
     """A winch with the acceleration sin 100 t has the rate (1 - cos 100 t) / 100.
 
     That does not depend on the trolley's drives.
     """
     run = simulate(WINCH | {"actuators": actuators})
-    assert run.v[-1, 2] == pytest.approx((1.0 - cos(10.0)) / 100.0, abs=1e-9)  # held over periods, it is 0.01 off
+    assert run.v[-1, 2] == pytest.approx(
+        (1.0 - cos(10.0)) / 100.0, abs=1e-9
+    )  # held over periods, it is 0.01 off
     assert run.scene.held == held and not run.scene.sampled
     assert run.summary.get("held_inputs", []) == list(held)
 
@@ -160,7 +194,9 @@ def test_a_fault_begins_in_the_motion_without_it() -> None:
     weak = {"kind": "effort_loss", "joint": "trolley", "factor": 0.5, "at": at}
     run, beside = simulate(scene), simulate(scene, overrides={"faults": {"weak": weak}})
     before, after = run.t <= at, run.t > at
-    assert np.array_equal(run.q[before], beside.q[before]) and not np.any(run.q[after, 0] == beside.q[after, 0])
+    assert np.array_equal(run.q[before], beside.q[before]) and not np.any(
+        run.q[after, 0] == beside.q[after, 0]
+    )
     assert beside.u[run.t >= at] == pytest.approx(0.5 * run.u[run.t >= at], rel=1e-15)
     assert beside.summary["energy_audit_max"] < 1e-9
 
@@ -188,7 +224,11 @@ def test_a_plant_takes_the_same_steps(inputs: Mapping[str, Any]) -> None:
 
 def test_released_brakes_give_continuous_inputs_back() -> None:
     """A plant whose brakes have acted goes on as a new one from its state, by smooth inputs."""
-    late = {"inputs": {"trolley": {"kind": "sine", "amplitude": 30.0, "frequency": 40.0, "phase": 40.0 * 0.1}}}
+    late = {
+        "inputs": {
+            "trolley": {"kind": "sine", "amplitude": 30.0, "frequency": 40.0, "phase": 40.0 * 0.1}
+        }
+    }
     plant, fresh = Plant(load_scene(TROLLEY | SINE)), Plant(load_scene(TROLLEY | late))
     for k in range(40):
         plant.braking = k < 10
@@ -197,7 +237,9 @@ def test_released_brakes_give_continuous_inputs_back() -> None:
         plant.advance()
         if k >= 10:
             fresh.advance()
-    assert plant.q == pytest.approx(fresh.q, abs=1e-9)  # of the steps; held over periods it is 1e-3 off
+    assert plant.q == pytest.approx(
+        fresh.q, abs=1e-9
+    )  # of the steps; held over periods it is 1e-3 off
 
 
 def test_delays_and_limits_of_an_input_are_exact() -> None:

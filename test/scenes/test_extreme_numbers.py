@@ -39,7 +39,10 @@ def test_numbers_that_overflow_are_named(scene: str, key: str, value: float) -> 
 def test_a_boom_that_bends_has_inertia_at_its_shortest(modes: Any, limits: Any) -> None:
     """A point mass that can telescope to a bending boom's foot pin is refused without inertia."""
     shortest = {"initial.q.2": 36.0 if limits is None else 40.0, "reference": None, "control": None}
-    changes = shortest | {"flexibility": modes, "telescope": {"mass": 8e3, "centre": 36.0, "inertia": 0.0}}
+    changes = shortest | {
+        "flexibility": modes,
+        "telescope": {"mass": 8e3, "centre": 36.0, "inertia": 0.0},
+    }
     changes["telescope.limits"] = limits
     with pytest.raises(SceneError, match="telescope.inertia = 0: must be greater than 0"):
         load_scene("mobile_lift", changes)

@@ -16,11 +16,24 @@ RUBBING = {"friction": 0.5, "slip_velocity": 0.1}  # a slower one has the run ta
 BELOW = 0.4  # m, of the corners below the load's centre
 WINDAGE = {"area": 2.0, "drag_coefficient": 1.2, "centre": [0.1, 0.0, 0.1]}
 WIND = {"speed": 10.0, "height": 10.0, "origin_height": 10.0}
-HEAVIER = {"mass": 150.0, "inertia": [60.0, 45.0, 75.0], "attachment": [0.05, 0.02, 0.6], "windage": WINDAGE}
+HEAVIER = {
+    "mass": 150.0,
+    "inertia": [60.0, 45.0, 75.0],
+    "attachment": [0.05, 0.02, 0.6],
+    "windage": WINDAGE,
+}
 STUCK = {"coulomb": 2e5, "static": 2e5}
-HELD = {"tower": ("slew",), "mobile": ("slew", "boom", "telescope"), "knuckle": ("boom", "jib"), "pendulum": ()}
+HELD = {
+    "tower": ("slew",),
+    "mobile": ("slew", "boom", "telescope"),
+    "knuckle": ("boom", "jib"),
+    "pendulum": (),
+}
 DRAGGED = {"tower": "trolley", "mobile": None, "knuckle": "slew", "pendulum": "tip_x"}
-KINDS: dict[str, Any] = {"rigid": {}, "compliant": {"kind": "compliant", "stiffness": 2e4, "damping": 0.5}}
+KINDS: dict[str, Any] = {
+    "rigid": {},
+    "compliant": {"kind": "compliant", "stiffness": 2e4, "damping": 0.5},
+}
 
 
 def table(*points: tuple[float, float]) -> dict[str, Any]:
@@ -31,22 +44,34 @@ def table(*points: tuple[float, float]) -> dict[str, Any]:
 
 def landing(name: str, kind: str) -> dict[str, Any]:
     """Return a load set down in wind at sea, dragged, exchanged and taken up, with friction."""
-    scene = scene_document(name) | {"duration": 1.0, "payload": LOAD | {"windage": WINDAGE}, "wind": WIND}
+    scene = scene_document(name) | {
+        "duration": 1.0,
+        "payload": LOAD | {"windage": WINDAGE},
+        "wind": WIND,
+    }
     crane = load_scene(scene)
     centre = crane.initial_q[crane.joint_names.index("payload_z")]
     scene["contact"] = {"points": CORNERS, "height": centre - BELOW - 0.02, **RUBBING} | KINDS[kind]
     scene["events"] = [{"at": 0.5, "set": {"payload": HEAVIER, "contact": {"points": CORNERS}}}]
     scene["integrator"] = {"method": "dop853", "rtol": 1e-8, "atol": 1e-9}
     scene |= {"base_motion": SHIP_MOTION, "friction": {joint: STUCK for joint in HELD[name]}}
-    pull = {DRAGGED[name]: table((0.0, 0.0), (0.3, 0.0), (0.35, 500.0), (0.6, 0.0))} if DRAGGED[name] else {}
+    pull = (
+        {DRAGGED[name]: table((0.0, 0.0), (0.3, 0.0), (0.35, 500.0), (0.6, 0.0))}
+        if DRAGGED[name]
+        else {}
+    )
     if name == "pendulum":
         del scene["friction"]
         scene["suspension"] = {"drive": "acceleration", "height": "driven"}
-        lift = table((0.0, 0.0), (0.05, -2.0), (0.1, 0.0), (0.55, 0.0), (0.6, 2.0), (0.8, 2.0), (0.9, 0.0))
+        lift = table(
+            (0.0, 0.0), (0.05, -2.0), (0.1, 0.0), (0.55, 0.0), (0.6, 2.0), (0.8, 2.0), (0.9, 0.0)
+        )
         pull = {"tip_x": table((0.3, 0.0), (0.35, 2.0), (0.4, 0.0)), "tip_z": lift}
     else:
         scene["hoist"] = {"drive": "rate", "time_constant": 0.1}
-        pull["hoist"] = table((0.0, 0.0), (0.1, 0.4), (0.3, 0.4), (0.4, 0.0), (0.55, 0.0), (0.6, -0.5))
+        pull["hoist"] = table(
+            (0.0, 0.0), (0.1, 0.4), (0.3, 0.4), (0.4, 0.0), (0.55, 0.0), (0.6, -0.5)
+        )
     return scene | {"inputs": pull}
 
 
@@ -63,4 +88,6 @@ def test_a_load_is_set_down_and_taken_up(name: str, kind: str) -> None:
     row = np.stack([2.0 * (a * c - w * b), 2.0 * (b * c + w * a), 1.0 - 2.0 * (a * a + b * b)])
     heights = run.q[:, i] + (np.array(CORNERS) + LOAD["attachment"]) @ row
     deepest = float((heights - run.scene.document["contact"]["height"]).min())
-    assert -1e-9 < deepest < 1e-6 if kind == "rigid" else -0.1 < deepest < -0.005  # springs give way by m g / 4 k
+    assert (
+        -1e-9 < deepest < 1e-6 if kind == "rigid" else -0.1 < deepest < -0.005
+    )  # springs give way by m g / 4 k

@@ -16,12 +16,18 @@ from crane_sim.scenes.scene import load_scene
 from crane_sim.simulation.derived import world_points
 from crane_sim.simulation.hardware import joint_mechanics
 
-LATERAL, VERTICAL = {"stiffness": 8.2e7, "damping_ratio": 0.01}, {"stiffness": 3.3e8, "damping_ratio": 0.01}
+LATERAL, VERTICAL = (
+    {"stiffness": 8.2e7, "damping_ratio": 0.01},
+    {"stiffness": 3.3e8, "damping_ratio": 0.01},
+)
 JIB = {"jib": {"mass": 10.5e3, "centre": 30.0, "inertia": 3.15e6}}
 BOTH = {"lateral": LATERAL, "vertical": VERTICAL}
 SCENES: dict[str, tuple[str, Any]] = {
     "tower": ("tower_flexible_jib", {"flexibility": BOTH | JIB}),
-    "mobile": ("mobile_lift", {"flexibility": BOTH, "payload.inertia": None, "payload.attachment": None}),
+    "mobile": (
+        "mobile_lift",
+        {"flexibility": BOTH, "payload.inertia": None, "payload.attachment": None},
+    ),
 }
 FREE = {"control": None, "reference": None}
 
@@ -38,13 +44,17 @@ def test_the_urdf_bends_as_the_model_does(name: str, modes: tuple[str, ...]) -> 
     """Hook and load are where the model puts them, from the joint positions and the URDF alone."""
     rigid = {f"flexibility.{mode}": None for mode in BOTH if mode not in modes}
     scene = load_bent(name, FREE | rigid)
-    q = np.array(scene.initial_q) + np.random.default_rng(3).uniform(0.05, 0.2, len(scene.initial_q))
+    q = np.array(scene.initial_q) + np.random.default_rng(3).uniform(
+        0.05, 0.2, len(scene.initial_q)
+    )
     i = scene.joint_names.index("link_2_x")
     q[i : i + 3] /= np.linalg.norm(q[i : i + 3])
     nodes, _ = world_points(scene.model, 0.0, q, np.zeros_like(q))
     document, joints = urdf(scene), dict(zip(scene.joint_names, q, strict=True))
     for k, link in ((-2, "node_1"), (-1, "payload_link")):
-        assert link_position(document, joints, link) == pytest.approx(nodes[k], abs=1e-12)  # rounding of 60 m
+        assert link_position(document, joints, link) == pytest.approx(
+            nodes[k], abs=1e-12
+        )  # rounding of 60 m
 
 
 def held(scene: Any) -> Any:
@@ -80,7 +90,9 @@ def test_the_deflection_at_rest_is_that_of_weights_on_a_spring() -> None:
     inertia = 10.5e3 * 30.0**2 + 3.15e6 + 550.0 * radius**2
     damping = scene.model.support.structure.vertical.damping
     assert damping == pytest.approx(2.0 * 0.01 * np.sqrt(3.3e8 * inertia), rel=1e-12)
-    nodes, tip = world_points(scene.model, 0.0, np.array(scene.initial_q), np.zeros(len(scene.initial_q)))
+    nodes, tip = world_points(
+        scene.model, 0.0, np.array(scene.initial_q), np.zeros(len(scene.initial_q))
+    )
     assert asin(nodes[tip][2] / radius) == pytest.approx(angle, rel=1e-12)
 
 
@@ -89,7 +101,10 @@ def test_laws_and_brakes_take_the_crane_for_rigid(name: str) -> None:
     """Rigid joints come first, the law is the rigid crane's, brakes too but for the posture."""
     rigid, bent = load_bent(name, {"flexibility": None}), load_bent(name, {})
     assert bent.joint_names[: len(rigid.joint_names)] == rigid.joint_names
-    assert bent.joint_names[len(rigid.joint_names) :] == ("lateral_deflection", "vertical_deflection")
+    assert bent.joint_names[len(rigid.joint_names) :] == (
+        "lateral_deflection",
+        "vertical_deflection",
+    )
     for got, expected in zip(leaves(bent.law), leaves(rigid.law), strict=True):
         np.testing.assert_array_equal(got, expected)
     for got, expected in zip(joint_mechanics(bent), joint_mechanics(rigid), strict=True):
@@ -102,8 +117,12 @@ def test_a_law_can_know_that_the_jib_bends() -> None:
     law: Any = load_bent("tower", {f"control.{key}": value for key, value in weights.items()}).law
     angle = law.target[-1]
     moment = 9.81 * cos(angle) * (10.5e3 * 30.0 + (550.0 + 4450.0) * 40.0)
-    assert 3.3e8 * angle == pytest.approx(-moment, rel=1e-9)  # accelerations at rest are below 1e-9 rad/s²
-    assert law.rows[1].effort == pytest.approx(5000.0 * 9.81 * sin(angle), rel=1e-9)  # on the trolley
+    assert 3.3e8 * angle == pytest.approx(
+        -moment, rel=1e-9
+    )  # accelerations at rest are below 1e-9 rad/s²
+    assert law.rows[1].effort == pytest.approx(
+        5000.0 * 9.81 * sin(angle), rel=1e-9
+    )  # on the trolley
     assert abs(law.poles).max() < 1.0
 
 
@@ -120,13 +139,37 @@ def test_a_summary_has_the_largest_deflections() -> None:
 REJECTED = [
     ("tower", {"flexibility": JIB}, "flexibility: needs `lateral`, `vertical` or both"),
     ("mobile", {"flexibility": {}}, "flexibility: needs `lateral`, `vertical` or both"),
-    ("mobile", {"flexibility": BOTH | JIB}, "flexibility.jib: belongs to crane: tower; here is crane: mobile"),
+    (
+        "mobile",
+        {"flexibility": BOTH | JIB},
+        "flexibility.jib: belongs to crane: tower; here is crane: mobile",
+    ),
     ("tower", {"flexibility.jib": None}, "flexibility.jib: is missing"),
-    ("tower", {"slew.inertia": 10e6}, "slew.inertia = 1e+07: must be greater than that of flexibility.jib, 1.26"),
-    ("tower", {"slew": {"drive": "locked"}}, "flexibility: belongs to a jib that a drive slews, slew.drive is"),
-    ("mobile", {"flexibility.lateral.stiffness": 0.0}, "flexibility.lateral.stiffness = 0.0: must be greater"),
-    ("mobile", {"flexibility.vertical.stiffness": 2e5}, "flexibility.vertical.stiffness = 200000: bends by more"),
-    ("mobile", {"flexibility.vertical.damping": 1.0}, "flexibility.vertical: unknown key 'damping'"),
+    (
+        "tower",
+        {"slew.inertia": 10e6},
+        "slew.inertia = 1e+07: must be greater than that of flexibility.jib, 1.26",
+    ),
+    (
+        "tower",
+        {"slew": {"drive": "locked"}},
+        "flexibility: belongs to a jib that a drive slews, slew.drive is",
+    ),
+    (
+        "mobile",
+        {"flexibility.lateral.stiffness": 0.0},
+        "flexibility.lateral.stiffness = 0.0: must be greater",
+    ),
+    (
+        "mobile",
+        {"flexibility.vertical.stiffness": 2e5},
+        "flexibility.vertical.stiffness = 200000: bends by more",
+    ),
+    (
+        "mobile",
+        {"flexibility.vertical.damping": 1.0},
+        "flexibility.vertical: unknown key 'damping'",
+    ),
     (
         "mobile",
         {"integrator": {"method": "rk4", "step": 0.02}, "flexibility.lateral.stiffness": 1e13},

@@ -36,7 +36,9 @@ def fits(part: Any, value: Any) -> bool:
     """Return whether the keys of a value, and its choices in words, are those of a schema."""
     if isinstance(value, dict):
         groups = [each for each in kinds(part) if each.get("type", "object") == "object"]
-        return any(not each or all(fits(entry(each, k), v) for k, v in value.items()) for each in groups)
+        return any(
+            not each or all(fits(entry(each, k), v) for k, v in value.items()) for each in groups
+        )
     if isinstance(value, list):
         lists = [each for each in kinds(part) if each.get("type", "array") == "array"]
         return any(all(fits(each.get("items", {}), v) for v in value) for each in lists)

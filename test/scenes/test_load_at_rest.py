@@ -42,14 +42,18 @@ def test_a_beam_on_two_cables_hangs_aside_and_tilted() -> None:
     np.testing.assert_allclose(angles, [0.0, 12.94, 0.0], atol=5e-3)
     stiff, _ = posture_of(load_scene(BEAM, {"falls.axial_stiffness": 1e12}))
     ends = [np.array([-2.0, 0.0, 0.0]), np.array([2.0, 0.0, 0.0])]
-    turn = Rotation.from_quat([*np.array(load_scene(BEAM, {"falls.axial_stiffness": 1e12}).initial_q)[[7, 8, 9, 6]]])
+    turn = Rotation.from_quat(
+        [*np.array(load_scene(BEAM, {"falls.axial_stiffness": 1e12}).initial_q)[[7, 8, 9, 6]]]
+    )
     cables = [np.linalg.norm(stiff + turn.apply(end) - 1.5 * end) for end in ends]
     np.testing.assert_allclose(cables, [2.7, 3.7], atol=1e-8)  # rigid ones
 
 
 def test_a_boat_is_trimmed_by_its_falls() -> None:
     """The lifeboat on falls that differ by 0.4 m hangs at its trim, whatever the signs' order."""
-    place, (roll, pitch, yaw) = posture_of(load_scene("pendulum_lifeboat", {"falls.offsets": [0.2, -0.2]}))
+    place, (roll, pitch, yaw) = posture_of(
+        load_scene("pendulum_lifeboat", {"falls.offsets": [0.2, -0.2]})
+    )
     np.testing.assert_allclose(place, [-0.1724, 0.0, -3.1942], atol=5e-5)
     np.testing.assert_allclose([roll, pitch, yaw], [0.0, 3.4246, 0.0], atol=5e-5)
 
@@ -57,7 +61,9 @@ def test_a_boat_is_trimmed_by_its_falls() -> None:
 @pytest.mark.parametrize("offset", np.linspace(-1.9, 1.9, 15))
 def test_offsets_move_the_boat_continuously(offset: float) -> None:
     """Rest is found for any offsets, and near that of neighbouring ones."""
-    places = [posture_of(load_scene(BEAM, {"falls.offsets": [o, -o]}))[0] for o in (offset, offset + 1e-6)]
+    places = [
+        posture_of(load_scene(BEAM, {"falls.offsets": [o, -o]}))[0] for o in (offset, offset + 1e-6)
+    ]
     assert np.linalg.norm(places[1] - places[0]) < 1e-4
 
 
@@ -73,7 +79,9 @@ def test_rest_is_no_saddle() -> None:
     payload = {"mass": 120.0, "inertia": [20.0, 20.0, 20.0], "attachment": [0.0, 0.0, -0.5]}
     falls = {"top": [[0, 0, 0]], "bottom": [[0, 0, 0]], "axial_stiffness": 1e6, "offsets": None}
     place, _ = posture_of(load_scene(BEAM, {"falls": falls, "payload": payload}))
-    np.testing.assert_allclose(place, [0.0, 0.0, -(3.2 * (1.0 + 120.0 * 9.8 / 1e6) + 0.5)], atol=1e-9)
+    np.testing.assert_allclose(
+        place, [0.0, 0.0, -(3.2 * (1.0 + 120.0 * 9.8 / 1e6) + 0.5)], atol=1e-9
+    )
 
 
 def test_a_given_posture_is_where_the_search_begins() -> None:
@@ -81,11 +89,15 @@ def test_a_given_posture_is_where_the_search_begins() -> None:
     falls = {"top": [[0, 0, 0]], "bottom": [[0, 0, 0]], "axial_stiffness": 1e6}
     turned = {"position": [0.0, 0.0, -3.6], "orientation": [np.cos(0.3), 0.0, 0.0, np.sin(0.3)]}
     payload = {"mass": 120.0, "inertia": [20.0, 20.0, 20.0], "attachment": [0.0, 0.0, 0.5]}
-    scene = load_scene(BEAM | {"falls": falls, "payload": payload, "initial": {"length": 3.2} | turned})
+    scene = load_scene(
+        BEAM | {"falls": falls, "payload": payload, "initial": {"length": 3.2} | turned}
+    )
     rest = scene.file.rest_positions((0.0, 0.0))
     assert rest is not None
     np.testing.assert_allclose(rest[6:], turned["orientation"], atol=1e-9)
-    np.testing.assert_allclose(rest[3:6], [0.0, 0.0, -(3.2 * (1.0 + 120.0 * 9.8 / 1e6) + 0.5)], atol=1e-9)
+    np.testing.assert_allclose(
+        rest[3:6], [0.0, 0.0, -(3.2 * (1.0 + 120.0 * 9.8 / 1e6) + 0.5)], atol=1e-9
+    )
 
 
 def random_falls(rng: np.random.Generator, stiffest: float) -> tuple[Falls, RigidLoad]:
@@ -97,11 +109,16 @@ def random_falls(rng: np.random.Generator, stiffest: float) -> tuple[Falls, Rigi
         10.0 ** rng.uniform(0, 4.5),
     )
     corners = width * np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])[rng.permutation(4)[:n]]
-    top, bottom = (np.column_stack([corners * rng.uniform(0.3, 1.0, (n, 2)), rng.uniform(-0.2, 0.2, n)]) for _ in "tb")
+    top, bottom = (
+        np.column_stack([corners * rng.uniform(0.3, 1.0, (n, 2)), rng.uniform(-0.2, 0.2, n)])
+        for _ in "tb"
+    )
     bottom[:, 2] += rng.uniform(0.0, 1.5)  # the centre of mass is below
     offsets = rng.uniform(-0.6, 0.6, n) * min(length, width)
     stiffness = np.full(n, mass * GRAVITY * 10.0 ** rng.uniform(1.5, stiffest))
-    return Falls(top, bottom, length, offsets, stiffness, np.zeros(n)), RigidLoad(mass, NOTHING, NOTHING, NOTHING[0])
+    return Falls(top, bottom, length, offsets, stiffness, np.zeros(n)), RigidLoad(
+        mass, NOTHING, NOTHING, NOTHING[0]
+    )
 
 
 def potential(z: Any, falls: Falls, weight: float, place: Any, turn: Rotation) -> float:
@@ -132,11 +149,15 @@ def test_rest_is_found_on_falls_of_any_stiffness(seed: int) -> None:
     arms, rest = Rotation.from_quat([*xyz, w]).apply(falls.bottom), falls.length + falls.offset
     apart = falls.top - place - arms
     distance = np.linalg.norm(apart, axis=1)
-    pulls = (falls.axial_stiffness / rest * np.maximum(distance - rest, 0.0) / distance)[:, None] * apart
+    pulls = (falls.axial_stiffness / rest * np.maximum(distance - rest, 0.0) / distance)[
+        :, None
+    ] * apart
     rounding = 1e-9 * falls.axial_stiffness.max() / rest.min()  # N: places are rounded to 1e-10 m
     weight = [0.0, 0.0, load.mass * GRAVITY]
     np.testing.assert_allclose(pulls.sum(axis=0), weight, atol=rounding)
-    np.testing.assert_allclose(np.cross(arms, pulls).sum(axis=0), 0.0, atol=5.0 * rounding)  # m, of the longest levers
+    np.testing.assert_allclose(
+        np.cross(arms, pulls).sum(axis=0), 0.0, atol=5.0 * rounding
+    )  # m, of the longest levers
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.3, -1.2])

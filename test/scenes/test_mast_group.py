@@ -16,21 +16,33 @@ from crane_sim.simulation.hardware import joint_mechanics
 
 SCENE, FREE = "tower_sway", {"inputs": None, "actuators": {}}
 EXACT = {"integrator": {"method": "dop853", "rtol": 1e-11, "atol": 1e-12}, "duration": 0.1}
-SEA = {"heave": {"amplitude": 0.3, "frequency": 1.1}, "roll": {"amplitude": 0.04, "frequency": 0.9, "phase": 1.0}}
-MASTS = {"flexibility": {"jib": {"mass": 10.5e3, "centre": 30.0, "inertia": 3.15e6}, "mast": {"height": 41.0}}}
+SEA = {
+    "heave": {"amplitude": 0.3, "frequency": 1.1},
+    "roll": {"amplitude": 0.04, "frequency": 0.9, "phase": 1.0},
+}
+MASTS = {
+    "flexibility": {
+        "jib": {"mass": 10.5e3, "centre": 30.0, "inertia": 3.15e6},
+        "mast": {"height": 41.0},
+    }
+}
 MASTS["flexibility"]["mast"] |= {"stiffness": 3.8e8, "damping_ratio": 0.01, "mass": 6e3}
 
 
 def test_the_urdf_sways_as_the_model_does() -> None:
     """Trolley, hook and load are at the model's places by joint positions and URDF alone."""
     scene = load_scene(SCENE, FREE)
-    q = np.array(scene.initial_q) + np.random.default_rng(3).uniform(0.05, 0.2, len(scene.initial_q))
+    q = np.array(scene.initial_q) + np.random.default_rng(3).uniform(
+        0.05, 0.2, len(scene.initial_q)
+    )
     i = scene.joint_names.index("link_2_x")
     q[i : i + 3] /= np.linalg.norm(q[i : i + 3])
     nodes, tip = world_points(scene.model, 0.0, q, np.zeros_like(q))
     document, joints = urdf(scene), dict(zip(scene.joint_names, q, strict=True))
     for k, link in ((tip, "trolley_link"), (-2, "node_1"), (-1, "payload_link")):
-        assert link_position(document, joints, link) == pytest.approx(nodes[k], abs=1e-12)  # rounding of 60 m
+        assert link_position(document, joints, link) == pytest.approx(
+            nodes[k], abs=1e-12
+        )  # rounding of 60 m
 
 
 def held(scene: Any) -> Any:
@@ -59,7 +71,9 @@ def test_laws_and_brakes_take_the_crane_for_rigid() -> None:
     rigid, bent = (load_scene(SCENE, FREE | group) for group in ({"flexibility": None}, {}))
     assert bent.joint_names == (*rigid.joint_names, "mast_x_deflection", "mast_y_deflection")
     for got, expected in zip(joint_mechanics(bent), joint_mechanics(rigid), strict=True):
-        np.testing.assert_allclose(got[:2], expected[:2], rtol=0.05, atol=500.0)  # N, of weights on a slope of 0.01
+        np.testing.assert_allclose(
+            got[:2], expected[:2], rtol=0.05, atol=500.0
+        )  # N, of weights on a slope of 0.01
     metrics = metrics_of(bent, np.array([bent.initial_q]))
     assert {"peak_mast_x_deflection_deg", "peak_mast_y_deflection_deg"} <= metrics.keys()
 
@@ -68,8 +82,15 @@ def test_runs_keep_their_balance_of_energy() -> None:
     """On a moving base, with play, a body and torsion of its rope, the energy balance holds."""
     play = {"slew": [{"inertia": 2e5, "play": 1e-3, "stiffness": 1e9, "damping": 1e7}]}
     body = {"mass": 4e3, "inertia": [2.8e3, 8.9e3, 9.3e3], "attachment": [0.1, 0.0, 0.7]}
-    more = {"backlash": play, "payload": body, "rope.torsion": {"stiffness": 6e3}, "base_motion": SEA}
-    run = crane_sim.simulate(SCENE, overrides=more | EXACT | {"initial.v": [0.03, 0.2, 0.1, 0.05, 0.1]})
+    more = {
+        "backlash": play,
+        "payload": body,
+        "rope.torsion": {"stiffness": 6e3},
+        "base_motion": SEA,
+    }
+    run = crane_sim.simulate(
+        SCENE, overrides=more | EXACT | {"initial.v": [0.03, 0.2, 0.1, 0.05, 0.1]}
+    )
     assert run.summary["energy_audit_max"] < 1e-9 and np.ptp(run.q[:, -2]) > 0.0
 
 
@@ -95,12 +116,25 @@ REJECTED: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"actuators": {"slew": {"motor": {"ratio": 50.0, "inertia": 1e-3}}}},
-        "flexibility.mast: stands beside actuators.slew.motor.inertia, which would turn with the mast, too",
+        "flexibility.mast: stands beside actuators.slew.motor.inertia, which would turn with the "
+        "mast, too",
     ),
-    ({"slew.jib_windage": WINDAGE, "wind": {"speed": 9.0, "height": 40.0}}, "flexibility.mast: stands beside slew.jib"),
-    ({"slew": {"drive": "locked"}, "inputs": None}, "flexibility: belongs to a jib that a drive slews, slew.drive is"),
-    ({"slew.inertia": 10e6}, "slew.inertia = 1e+07: must be greater than that of flexibility.jib, 1.26"),
-    ({"flexibility.mast.stiffness": 1e6}, "flexibility.mast.stiffness = 1e+06: bends by more than 0.5 rad at rest"),
+    (
+        {"slew.jib_windage": WINDAGE, "wind": {"speed": 9.0, "height": 40.0}},
+        "flexibility.mast: stands beside slew.jib",
+    ),
+    (
+        {"slew": {"drive": "locked"}, "inputs": None},
+        "flexibility: belongs to a jib that a drive slews, slew.drive is",
+    ),
+    (
+        {"slew.inertia": 10e6},
+        "slew.inertia = 1e+07: must be greater than that of flexibility.jib, 1.26",
+    ),
+    (
+        {"flexibility.mast.stiffness": 1e6},
+        "flexibility.mast.stiffness = 1e+06: bends by more than 0.5 rad at rest",
+    ),
     ({"flexibility.mast.height": 0.0}, "flexibility.mast.height = 0.0: must be greater than 0"),
     (
         {"integrator": {"method": "rk4", "step": 0.05}, "flexibility.mast.stiffness": 3.8e12},

@@ -56,12 +56,20 @@ def test_extensions_choose_the_suspended_model(case: str) -> None:
     scene = scene_of(base, changes)
     assert type(scene_of(base).model) is Crane and type(scene.model) is SuspendedCrane
     assert isinstance(scene.model.support.structure, Knuckle if base is KNUCKLE else DrivenPoint)
-    assert len(scene.joint_names) == len(scene.joint_units) == len(scene.initial_q) == len(scene.initial_v)
+    assert (
+        len(scene.joint_names)
+        == len(scene.joint_units)
+        == len(scene.initial_q)
+        == len(scene.initial_v)
+    )
     assert len(layout_of_scene(scene, "1").joints) == len(scene.initial_q)  # with its URDF
 
 
 EVERYTHING = {
-    "springs": {"boom": {"stiffness": 200.0, "rest": 0.3}, "jib": {"stiffness": 90.0, "rest": -0.4, "relative": True}},
+    "springs": {
+        "boom": {"stiffness": 200.0, "rest": 0.3},
+        "jib": {"stiffness": 90.0, "rest": -0.4, "relative": True},
+    },
     "actuators": {"slew": {"motor": {"ratio": 50.0, "inertia": 1e-3}}},
     "friction": {"jib": DRY, "slew": DRY},
     "lugre": {"boom": DRY | {"stribeck": 0.05, "stiffness": 1e3, "damping": 10.0}},
@@ -81,9 +89,19 @@ RUNS: dict[str, tuple[Any, dict[str, Any]]] = {
     "knuckle boom with a reeving": (
         KNUCKLE,
         {
-            "rope": {"drive": "rate", "slack": "stop", "reeving": {"falls": 2}, "limits": [1.0, 3.0]},
-            "inputs": {"boom": {"kind": "constant", "value": 300.0}, "jib": {"kind": "constant", "value": 150.0}},
-            "events": [EVENTS[0] | {"velocity": "hook"}],  # at rest it would push the rope: the boom comes down
+            "rope": {
+                "drive": "rate",
+                "slack": "stop",
+                "reeving": {"falls": 2},
+                "limits": [1.0, 3.0],
+            },
+            "inputs": {
+                "boom": {"kind": "constant", "value": 300.0},
+                "jib": {"kind": "constant", "value": 150.0},
+            },
+            "events": [
+                EVENTS[0] | {"velocity": "hook"}
+            ],  # at rest it would push the rope: the boom comes down
         },
     ),
     "point by acceleration": (PENDULUM, {"rope.torsion": TORSION}),
@@ -112,7 +130,9 @@ def test_runs_keep_their_balance_of_energy(case: str) -> None:
 def test_friction_and_backlash_are_those_of_the_support() -> None:
     """With further links the support has friction, drives with play and motors."""
     motors = {"actuators": {"boom": {"motor": {"ratio": 50.0, "inertia": 1e-3}}}}
-    scene = scene_of(KNUCKLE, {"links": LINKS, "friction": {"boom": DRY}, "backlash": {"jib": [DRIVE]}}, motors)
+    scene = scene_of(
+        KNUCKLE, {"links": LINKS, "friction": {"boom": DRY}, "backlash": {"jib": [DRIVE]}}, motors
+    )
     support = scene.model.support
     assert support.motors == pytest.approx((0.0, 2.5, 0.0))
     assert [part is not None for part in support.frictions] == [False, True, False]
@@ -124,8 +144,12 @@ def test_laws_that_know_one_rope_drive_links_and_bodies(law: str) -> None:
     """The law of the nominal one-rope crane gives the real one the same efforts at each joint."""
     nominal = {"links": [], "payload": {"mass": 4.0, "inertia": None, "attachment": None}}
     control = {"law": law, "period": 0.01, "nominal": nominal}
-    scene = load_scene("knuckle_setpoint", {"control": control, "links": LINKS, "payload": BODY, "duration": 0.05})
-    simple = load_scene("knuckle_setpoint", {"control": control | {"nominal": {}}, "payload": {"mass": 4.0}})
+    scene = load_scene(
+        "knuckle_setpoint", {"control": control, "links": LINKS, "payload": BODY, "duration": 0.05}
+    )
+    simple = load_scene(
+        "knuckle_setpoint", {"control": control | {"nominal": {}}, "payload": {"mass": 4.0}}
+    )
     assert scene.law is not None and simple.law is not None
     q, v = scene.initial_q, scene.initial_v
     np.testing.assert_array_equal(scene.law(0.0, q, v), simple.law(0.0, q[:6], v[:6]))
@@ -142,7 +166,8 @@ MISTAKES: dict[str, tuple[Any, dict[str, Any], str]] = {
     "friction of the rope": (
         KNUCKLE,
         {"payload": BODY, "friction": {"rope": DRY}},
-        "friction.rope: belongs to one rope and a point mass, here is payload.inertia; .* rope.friction",
+        "friction.rope: belongs to one rope and a point mass, here is payload.inertia; .* "
+        "rope.friction",
     ),
     "no such joint": (
         KNUCKLE,
@@ -154,14 +179,26 @@ MISTAKES: dict[str, tuple[Any, dict[str, Any], str]] = {
         WITH_LINKS | {"lugre": {"trolley": DRY | {"stiffness": 1, "damping": 1}}},
         "lugre: unknown joint 'trolley'",
     ),
-    "attachment alone": (KNUCKLE, {"payload.attachment": [0, 0, 1]}, "payload.attachment: belongs to a body"),
-    "torque without a drum": (KNUCKLE, {"rope.drive": "torque"}, "rope.drive = 'torque': is that of a drum"),
+    "attachment alone": (
+        KNUCKLE,
+        {"payload.attachment": [0, 0, 1]},
+        "payload.attachment: belongs to a body",
+    ),
+    "torque without a drum": (
+        KNUCKLE,
+        {"rope.drive": "torque"},
+        "rope.drive = 'torque': is that of a drum",
+    ),
     "group of other cranes": (
         KNUCKLE,
         {"flexibility": {"lateral": {"stiffness": 1.0}}},
         "flexibility: belongs to crane: tower, mobile; here is crane: knuckle",
     ),
-    "group of another crane": (("bridge_hook_and_sling", {}), {"contact": {}}, "contact: belongs to crane: gantry"),
+    "group of another crane": (
+        ("bridge_hook_and_sling", {}),
+        {"contact": {}},
+        "contact: belongs to crane: gantry",
+    ),
     "key of a group of other cranes": (
         ("offshore_obstacle", {}),
         {"rope.drive": "force"},
@@ -180,19 +217,25 @@ MISTAKES: dict[str, tuple[Any, dict[str, Any], str]] = {
     "energy law without a nominal crane": (
         ("knuckle_setpoint", {}),
         WITH_LINKS,
-        "control.nominal: law 'energy' supports only one rope and a point mass; the nominal scene has links",
+        "control.nominal: law 'energy' supports only one rope and a point mass; the nominal scene "
+        "has links",
     ),
     "tracking law without a nominal crane": (
         ("offshore_obstacle", {}),
         {"payload.inertia": [1, 1, 1]},
-        "control.nominal: .* supports only one rope and a point mass; the nominal scene has payload.inertia",
+        "control.nominal: .* supports only one rope and a point mass; the nominal scene has "
+        "payload.inertia",
     ),
     "torsion without a body": (
         PENDULUM,
         {"rope.torsion": TORSION},
         "rope.torsion: belongs to a payload that is a body",
     ),
-    "another kind of payload": (PENDULUM, {"events": EVENTS}, "inertia: is given; the payloads of a run are all point"),
+    "another kind of payload": (
+        PENDULUM,
+        {"events": EVENTS},
+        "inertia: is given; the payloads of a run are all point",
+    ),
 }
 
 
@@ -209,4 +252,6 @@ def test_an_input_that_drives_nothing_is_refused() -> None:
     """A locked rope takes no input; one is refused in a line, not left out."""
     groups = {"control": None, "reference": None, "rope": {"drive": "locked"}}
     with pytest.raises(SceneError, match="inputs.rope: drives nothing, rope.drive = 'locked'"):
-        load_scene("knuckle_setpoint", groups | {"inputs": {"rope": {"kind": "constant", "value": 5.0}}})
+        load_scene(
+            "knuckle_setpoint", groups | {"inputs": {"rope": {"kind": "constant", "value": 5.0}}}
+        )

@@ -46,7 +46,9 @@ def test_a_law_of_a_file_is_its_function(tmp_path: Path, monkeypatch: pytest.Mon
     """A law named by file or module, or built with settings, gives the states of its function."""
     file = tmp_path / "law_of_file.py"
     file.write_text(LAW)
-    own = crane_sim.simulate(SCENE, law=lambda t, q, v: (40.0 * (3.0 - q[0]) - 80.0 * v[0],)).summary["state_sha256"]
+    own = crane_sim.simulate(
+        SCENE, law=lambda t, q, v: (40.0 * (3.0 - q[0]) - 80.0 * v[0],)
+    ).summary["state_sha256"]
     assert hash_with(f"{file}:law") == hash_with(f"{file}:build") == own
     assert hash_with(f"{file}:build", stiffness=50.0) != own
     monkeypatch.syspath_prepend(str(tmp_path))
@@ -59,7 +61,16 @@ def test_a_law_of_a_file_is_its_function(tmp_path: Path, monkeypatch: pytest.Mon
 def test_the_command_takes_a_file_of_the_working_folder(tmp_path: Path) -> None:
     """`crane simulate --law FILE.py:FUNCTION` runs the law of that file."""
     (tmp_path / "mine.py").write_text(LAW)
-    done = crane("simulate", "overhead_energy", "--duration", "0.5", "--law", "mine.py:law", "--json", cwd=tmp_path)
+    done = crane(
+        "simulate",
+        "overhead_energy",
+        "--duration",
+        "0.5",
+        "--law",
+        "mine.py:law",
+        "--json",
+        cwd=tmp_path,
+    )
     assert json.loads(done.stdout)["law"] == f"{tmp_path / 'mine.py'}:law", done.stderr
 
 
@@ -69,7 +80,8 @@ BAD = {
     "FILE:number": "has no function 'number'",
     "FILE:build_nothing": "must return a law, a function of (t, q, v); it returned None",
     "FILE:build_badly": "control: first second",
-    "FILE:build_pair": "commands = ('effort', 'velocity'): must be effort, velocity or position, or one of these for",
+    "FILE:build_pair": "commands = ('effort', 'velocity'): must be effort, velocity or position, "
+    "or one of these for",
     "no_such_module:law": "ModuleNotFoundError",
     "energyy": "no such law (known: adaptive",
 }

@@ -22,7 +22,10 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "a load heavier than the crane": ("knuckle_setpoint", STEEP | {"payload.mass": 100.0}),
     "long boom": ("mobile_lift", {}),
     "driven point": ("pendulum_free", {}),
-    "torsion": ("tower_beam_turns", {"rope.torsion.damping": 6e6, "payload.inertia": [2e4, 2e4, 2e4]}),
+    "torsion": (
+        "tower_beam_turns",
+        {"rope.torsion.damping": 6e6, "payload.inertia": [2e4, 2e4, 2e4]},
+    ),
     "falls": ("spreader_skew", {"falls.relaxation": 0.0}),
     "damped falls": ("spreader_skew", {"falls.relaxation": 0.5}),
     "viscous friction": (
@@ -44,7 +47,9 @@ def test_the_requirement_bounds_the_fastest_small_motion(name: str) -> None:
     """The largest eigenvalue of the crane at rest, from differences, is just below the bound."""
     source, changes = CASES[name]
     scene = crane_sim.load_scene(source, FREE | {"reference": None} | changes)
-    scene = crane_sim.load_scene(scene, {"reference": {"q": list(scene.initial_q[: len(scene.actuated)])}})
+    scene = crane_sim.load_scene(
+        scene, {"reference": {"q": list(scene.initial_q[: len(scene.actuated)])}}
+    )
     a, _ = state_matrices(scene, *equilibrium(scene))
     largest, bound = np.abs(np.linalg.eigvals(a)).max(), required(scene)
     assert largest <= bound * (1.0 + 1e-4)  # the quotients' error, and the crane's slow motions
@@ -54,10 +59,21 @@ def test_the_requirement_bounds_the_fastest_small_motion(name: str) -> None:
 def test_the_shafts_of_drives_are_bounded_with_their_damping() -> None:
     """Of two drives touching a joint, frequency and decay rate are just below the bound."""
     for stiffness, damping in ((4e6, 1e3), (4e6, 1e6)):
-        drives = [Drive(inertia=m, play=1e-3, stiffness=stiffness, damping=damping) for m in (2e3, 1e3)]
-        springs = np.array([[2.0, -1.0, -1.0], [-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]])  # of joint and drives
-        inverse = np.diag([1.0 / 2e3, 1.0 / 2e3, 1.0 / 1e3])  # the joint as heavy as its heaviest drive
-        a = np.block([[np.zeros((3, 3)), np.eye(3)], [-stiffness * inverse @ springs, -damping * inverse @ springs]])
+        drives = [
+            Drive(inertia=m, play=1e-3, stiffness=stiffness, damping=damping) for m in (2e3, 1e3)
+        ]
+        springs = np.array(
+            [[2.0, -1.0, -1.0], [-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]]
+        )  # of joint and drives
+        inverse = np.diag(
+            [1.0 / 2e3, 1.0 / 2e3, 1.0 / 1e3]
+        )  # the joint as heavy as its heaviest drive
+        a = np.block(
+            [
+                [np.zeros((3, 3)), np.eye(3)],
+                [-stiffness * inverse @ springs, -damping * inverse @ springs],
+            ]
+        )
         largest = np.abs(np.linalg.eigvals(a)).max()
         assert largest <= shaft_frequency({"bridge": drives}) <= 1.25 * largest
 
@@ -66,7 +82,10 @@ def test_the_shafts_of_drives_are_bounded_with_their_damping() -> None:
 def test_an_overhead_crane_is_judged_by_all_of_its_payloads(mass: float) -> None:
     """With an event to another payload the requirement is the larger one of both payloads' own."""
     free = FREE | {"payload": {"mass": 10.0}, "reference": None}
-    one, other = (required(crane_sim.load_scene("overhead_chain", free | {"payload.mass": m})) for m in (10.0, mass))
+    one, other = (
+        required(crane_sim.load_scene("overhead_chain", free | {"payload.mass": m}))
+        for m in (10.0, mass)
+    )
     event = {"events": [{"at": 0.5, "set": {"payload": {"mass": mass}}}]}
     assert required(crane_sim.load_scene("overhead_chain", free | event)) == max(one, other)
 
@@ -88,7 +107,11 @@ def test_an_overhead_crane_is_judged_by_all_of_its_payloads(mass: float) -> None
 )
 def test_unstable_steps_are_refused(scene: str, changes: dict[str, Any], step: float) -> None:
     """A step beyond the safe one is refused, and the one that the line names is taken."""
-    whole = FREE | {"backlash": crane_sim.load_scene(scene).document.get("backlash"), "reference": None} | changes
+    whole = (
+        FREE
+        | {"backlash": crane_sim.load_scene(scene).document.get("backlash"), "reference": None}
+        | changes
+    )
     with pytest.raises(
         crane_sim.SceneError, match=f"integrator.step = {step:g}: too large for the stiffest"
     ) as refused:

@@ -21,7 +21,8 @@ REJECTED = [
     ({"crane": "gantree"}, "crane = 'gantree': possible: knuckle"),
     (
         {"payload.mas": 1.0},
-        "payload: unknown key 'mas', did you mean 'mass'? (known: mass, inertia, windage, attachment)",
+        "payload: unknown key 'mas', did you mean 'mass'? (known: mass, inertia, windage, "
+        "attachment)",
     ),
     ({"payloads": {"mass": 1.0}}, "unknown key 'payloads', did you mean 'payload'?"),
     ({"boom.lenght": 5.0}, "boom: unknown key 'lenght', did you mean 'length'?"),
@@ -30,7 +31,10 @@ REJECTED = [
     ({"payload.mass": math.nan}, "payload.mass = nan: must be a finite number"),
     ({"gravity": math.inf}, "gravity = inf: must be a finite number"),
     ({"payload.mass": "5 lb"}, "payload.mass = '5 lb': must be a number"),
-    ({"initial.q": [0, "3 m", 0, 2, 0, 0]}, "initial.q[1] = '3 m': an angle is a number of radians"),
+    (
+        {"initial.q": [0, "3 m", 0, 2, 0, 0]},
+        "initial.q[1] = '3 m': an angle is a number of radians",
+    ),
     ({"initial.q": [0, 0, 0, "90 deg", 0, 0]}, "initial.q[3] = '90 deg': must be a number"),
     ({"initial.q": [0, 0, 0, 0.0, 0, 0]}, "initial.q[3] = 0.0: must be greater than 0"),
     ({"initial.q": [0, 0, 0]}, "initial.q: has 3 values, too few"),
@@ -43,23 +47,56 @@ REJECTED = [
     ({"boom": 5}, "boom = 5: must be a group of keys: length, mass, inertia"),
     ({"seed": -1}, "seed = -1: must be greater than or equal to 0"),
     ({"seed": 1.5}, "seed = 1.5: must be a whole number"),
-    ({"swing_friction": 3}, "swing_friction = 3: must be a group of keys, with model: quadratic | linear | paper"),
+    (
+        {"swing_friction": 3},
+        "swing_friction = 3: must be a group of keys, with model: quadratic | linear | paper",
+    ),
     ({"rope.drive": "push"}, "rope.drive = 'push': must be 'force', 'torque', 'rate' or 'locked'"),
-    ({"rope.drive": "rate"}, "rope.drive = 'rate': the energy law commands a rope force; possible: force, locked"),
+    (
+        {"rope.drive": "rate"},
+        "rope.drive = 'rate': the energy law commands a rope force; possible: force, locked",
+    ),
     ({"rope.time_constant": 1.0}, "rope.time_constant: only a rate drive has one"),
-    ({"rope.drive": "locked", "initial.v": [0, 0, 0, 1, 0, 0]}, "initial.v[3] = 1.0: a locked rope starts at rest"),
-    ({"rope.drive": "locked", "springs": {"rope": {"stiffness": 1, "rest": 1}}}, "springs.rope: only a force drive"),
+    (
+        {"rope.drive": "locked", "initial.v": [0, 0, 0, 1, 0, 0]},
+        "initial.v[3] = 1.0: a locked rope starts at rest",
+    ),
+    (
+        {"rope.drive": "locked", "springs": {"rope": {"stiffness": 1, "rest": 1}}},
+        "springs.rope: only a force drive",
+    ),
     ({"payload.mass": True}, "payload.mass = True: must be a number"),
-    ({"control.law": "magic"}, "control.law = 'magic': no such law (known: adaptive, angular, anti_swing, "),
+    (
+        {"control.law": "magic"},
+        "control.law = 'magic': no such law (known: adaptive, angular, anti_swing, ",
+    ),
     ({"control.period": 0.0}, "control.period = 0.0: a period is a number of seconds"),
-    ({"control.period": "contnuous"}, "control.period = 'contnuous': a period is a number of seconds"),
+    (
+        {"control.period": "contnuous"},
+        "control.period = 'contnuous': a period is a number of seconds",
+    ),
     ({"control.kp": [1, 2, 3]}, "control.kp: has 3 values, 4 joints are actuated"),
     ({"control.kp": [1, 2, 3, -4]}, "control.kp[3] = -4: must be greater than or equal to 0"),
-    ({"control.kpp": [1, 2, 3, 4]}, "control: unknown key 'kpp' for law 'energy', did you mean 'kp'?"),
-    ({"control.law": "lqr", "control.kd": 1}, "control: unknown key 'kd' for law 'lqr' (known: q, r)"),
-    ({"payload": None, "paylod": {"mass": 1.0}}, "unknown key 'paylod', did you mean 'payload'? (known: "),
-    ({"control": {"lw": "energy"}}, "control: unknown key 'lw', did you mean 'law'? (known: law, period, nominal)"),
-    ({"integrator": {"metod": "rk4"}}, "integrator: unknown key 'metod', did you mean 'method'? (method: auto, dop853"),
+    (
+        {"control.kpp": [1, 2, 3, 4]},
+        "control: unknown key 'kpp' for law 'energy', did you mean 'kp'?",
+    ),
+    (
+        {"control.law": "lqr", "control.kd": 1},
+        "control: unknown key 'kd' for law 'lqr' (known: q, r)",
+    ),
+    (
+        {"payload": None, "paylod": {"mass": 1.0}},
+        "unknown key 'paylod', did you mean 'payload'? (known: ",
+    ),
+    (
+        {"control": {"lw": "energy"}},
+        "control: unknown key 'lw', did you mean 'law'? (known: law, period, nominal)",
+    ),
+    (
+        {"integrator": {"metod": "rk4"}},
+        "integrator: unknown key 'metod', did you mean 'method'? (method: auto, dop853",
+    ),
     ({"crane": None}, "crane = None: possible: knuckle, tower, mobile, bridge"),
     ({"control.adaptation": True}, "control.adaptation = True: must be a group of keys: rate"),
     ({"control.nominal": 5}, "control.nominal = 5: must be a group of keys"),
@@ -67,16 +104,28 @@ REJECTED = [
     ({"control": 5}, "control = 5: must be a group of keys: law, period, nominal"),
     ({"control.law": None}, "control.law: is missing"),
     ({"control.nominal": {"payload": {"mass": -1}}}, "payload.mass = -1: must be greater than 0"),
-    ({"inputs": {"slew": {"kind": "constant", "value": 1.0}}}, "inputs: a scene with a control law takes none"),
-    ({"control": None, "inputs": {"slew": {"kind": "ramp"}}}, "kind 'ramp' is unknown; possible: constant"),
+    (
+        {"inputs": {"slew": {"kind": "constant", "value": 1.0}}},
+        "inputs: a scene with a control law takes none",
+    ),
+    (
+        {"control": None, "inputs": {"slew": {"kind": "ramp"}}},
+        "kind 'ramp' is unknown; possible: constant",
+    ),
     ({"integrator.method": "euler"}, "method 'euler' is unknown; possible: auto, dop853, dopri5"),
     ({"integrator": {"method": "rk4", "stp": 1e-3}}, "unknown key 'stp', did you mean 'step'?"),
     ({"integrator": {"method": "rk4", "step": -1e-3}}, "step"),
-    ({"swing_friction": {"model": "cubic"}}, "model 'cubic' is unknown; possible: quadratic, linear, paper"),
+    (
+        {"swing_friction": {"model": "cubic"}},
+        "model 'cubic' is unknown; possible: quadratic, linear, paper",
+    ),
     ({"duration": 0}, "duration = 0: must be greater than 0"),
     ({"duration": 1e12}, "duration = 1000000000000.0: must be 1 to 1e+08 periods of 0.01 s"),
     ({"control.period": 1000}, "duration = 40.0: must be 1 to 1e+08 periods of 1000 s"),
-    ({"control": None, "inputs": {"slew": {"kind": "polynomial", "coefficients": []}}}, "coefficients"),
+    (
+        {"control": None, "inputs": {"slew": {"kind": "polynomial", "coefficients": []}}},
+        "coefficients",
+    ),
     (
         {"control": None, "inputs": {"slew": {"kind": "table", "times": [0, 1], "values": [1]}}},
         "as many values as times",
@@ -126,7 +175,10 @@ def test_a_folder_is_rejected(tmp_path: Path) -> None:
 
 def test_an_unknown_scene_is_rejected_with_the_nearest_name() -> None:
     """A misspelt catalogue name gets the nearest one."""
-    with pytest.raises(crane_sim.SceneError, match="unknown scene 'knuckle_setpont', did you mean 'knuckle_setpoint'"):
+    with pytest.raises(
+        crane_sim.SceneError,
+        match="unknown scene 'knuckle_setpont', did you mean 'knuckle_setpoint'",
+    ):
         load_scene("knuckle_setpont")
 
 
@@ -178,7 +230,9 @@ def test_a_scene_is_a_source_of_scenes() -> None:
     scene = load_scene("knuckle_setpoint")
     assert load_scene(scene) is scene
     assert load_scene(scene, {"duration": 1.0}) == load_scene("knuckle_setpoint", {"duration": 1.0})
-    with pytest.raises(crane_sim.SceneError, match=r"^scene \[0, 0, .*\.\.\.: must be a name, a file or a dict$"):
+    with pytest.raises(
+        crane_sim.SceneError, match=r"^scene \[0, 0, .*\.\.\.: must be a name, a file or a dict$"
+    ):
         load_scene([0] * 1000)  # pyright: ignore[reportArgumentType]
 
 
@@ -201,10 +255,14 @@ def test_null_means_absent() -> None:
 DOCUMENT = yaml.safe_load(scene_files()["knuckle_setpoint"].read_text())
 JUNK = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
-    lambda inner: st.lists(inner, max_size=7) | st.dictionaries(st.text(max_size=8), inner, max_size=4),
+    lambda inner: (
+        st.lists(inner, max_size=7) | st.dictionaries(st.text(max_size=8), inner, max_size=4)
+    ),
     max_leaves=8,
 )
-KEYS = st.sampled_from([f"{group}.{key}" for group, keys in DOCUMENT.items() if isinstance(keys, dict) for key in keys])
+KEYS = st.sampled_from(
+    [f"{group}.{key}" for group, keys in DOCUMENT.items() if isinstance(keys, dict) for key in keys]
+)
 
 
 @settings(max_examples=300, suppress_health_check=list(HealthCheck))
@@ -230,7 +288,13 @@ def test_groups_may_be_merged_over_merged_ones(tmp_path: Path) -> None:
 def test_files_of_the_nominal_scene_are_beside_the_scene(tmp_path: Path) -> None:
     """The record of a sea in a law's nominal scene is looked for in the scene's folder, too."""
     t = np.linspace(0.0, 40.0, 401)
-    np.savetxt(tmp_path / "sea.csv", np.column_stack([t, 0.1 * t]), delimiter=",", header="time,heave", comments="")
+    np.savetxt(
+        tmp_path / "sea.csv",
+        np.column_stack([t, 0.1 * t]),
+        delimiter=",",
+        header="time,heave",
+        comments="",
+    )
     document = load_scene("knuckle_setpoint").to_dict()
     document["control"]["nominal"] = {"base_motion": {"file": "sea.csv"}}
     (tmp_path / "own.yaml").write_text(yaml.safe_dump(document))

@@ -38,7 +38,9 @@ def test_simulate_takes_changes_by_dotted_key(source: Any) -> None:
     run = crane_sim.simulate(source, overrides=HEAVY_TROLLEY)
     changed = crane_sim.simulate(crane_sim.load_scene(SWING.to_dict(), HEAVY_TROLLEY))
     assert run.scene == changed.scene and run.scene != SWING
-    assert np.array_equal(run.q, changed.q) and not np.array_equal(run.q, crane_sim.simulate(SWING).q)
+    assert np.array_equal(run.q, changed.q) and not np.array_equal(
+        run.q, crane_sim.simulate(SWING).q
+    )
 
 
 def test_changes_stay_as_they_were_given() -> None:
@@ -53,24 +55,43 @@ def test_a_batch_says_what_was_rounded() -> None:
     """A batch whose duration is no multiple of the period notes each crane's rounded one."""
     batch = crane_sim.simulate_batch(SWING, {"trolley.mass": [90.0, 99.0]}, 0.054)
     assert batch.t.tolist() == [0.05, 0.05]
-    assert [notes["rounded"] for notes in batch.notes] == [["duration: 0.054 s is taken as 0.05 s"]] * 2
+    assert [notes["rounded"] for notes in batch.notes] == [
+        ["duration: 0.054 s is taken as 0.05 s"]
+    ] * 2
 
 
 @pytest.mark.parametrize(
     ("call", "line"),
     [
-        (lambda: crane_sim.simulate(SWING, overrides={"trolley.mas": 1}), "unknown key 'mas', did you mean 'mass'?"),
-        (lambda: crane_sim.simulate(SWING, overrides=[1, 2]), "overrides = [1, 2]: must map dotted keys"),
+        (
+            lambda: crane_sim.simulate(SWING, overrides={"trolley.mas": 1}),
+            "unknown key 'mas', did you mean 'mass'?",
+        ),
+        (
+            lambda: crane_sim.simulate(SWING, overrides=[1, 2]),
+            "overrides = [1, 2]: must map dotted keys",
+        ),
         (lambda: crane_sim.load_scene("overhead_swing", 5), "overrides = 5: must map dotted keys"),
-        (lambda: crane_sim.simulate(SWING, "lqr", overrides={"control.law": "energy"}), "'control.law' is given by"),
-        (lambda: crane_sim.simulate(SWING, None, 1.0, overrides={"duration": 2.0}), "'duration' is given by name, too"),
-        (lambda: crane_sim.simulate_batch(SWING, {"duration": [1.0]}, 2.0), "duration = 2.0: is among the parameters"),
+        (
+            lambda: crane_sim.simulate(SWING, "lqr", overrides={"control.law": "energy"}),
+            "'control.law' is given by",
+        ),
+        (
+            lambda: crane_sim.simulate(SWING, None, 1.0, overrides={"duration": 2.0}),
+            "'duration' is given by name, too",
+        ),
+        (
+            lambda: crane_sim.simulate_batch(SWING, {"duration": [1.0]}, 2.0),
+            "duration = 2.0: is among the parameters",
+        ),
         (
             lambda: load_scene_with_options("overhead_swing", 1.0, settings=("duration=2",)),
             "--set duration: --duration sets the same key",
         ),
         (
-            lambda: load_scene_with_options("overhead_swing", law="lqr", settings=("control.law=x",)),
+            lambda: load_scene_with_options(
+                "overhead_swing", law="lqr", settings=("control.law=x",)
+            ),
             "control.law: --law sets the same key",
         ),
     ],
@@ -90,17 +111,32 @@ def test_invalid_or_contradictory_changes_are_rejected(call: Callable[[], Any], 
         ),
         (lambda: crane_sim.acceleration(SWING, Q, 0.5, U), "v = 0.5: must be 2 finite numbers"),
         (lambda: crane_sim.acceleration(SWING, Q, "12", U), "v = '12': must be 2 finite numbers"),
-        (lambda: crane_sim.acceleration(SWING, Q, [0.0, np.nan], U), "v = [0.0, nan]: must be 2 finite numbers"),
+        (
+            lambda: crane_sim.acceleration(SWING, Q, [0.0, np.nan], U),
+            "v = [0.0, nan]: must be 2 finite numbers",
+        ),
         (lambda: crane_sim.acceleration(SWING, Q, V, [1.0, 2.0]), "u: has 2 values, 1 are needed"),
         (
             lambda: crane_sim.acceleration(SWING, Q, V, U, HEAVY_TROLLEY),
             "t = {'trolley.mass': 99.0}: must be a finite number",
         ),
         (lambda: crane_sim.energy(SWING, None, V), "q = None: must be 2 finite numbers"),
-        (lambda: Plant("overhead_swing"), "scene = 'overhead_swing': must be a Scene, as `crane_sim.load_scene`"),
-        (lambda: Plant(SWING).advance(1.0), "u = 1.0: must be a number for each actuated joint: (x,), a tuple"),
-        (lambda: Plant(SWING).advance(np.array(1.0)), "u = array(1.): must be a number for each actuated joint"),
-        (lambda: Plant(SWING).advance((1.0, 2.0)), "u = (1.0, 2.0): has 2 values; joints that take efforts: trolley"),
+        (
+            lambda: Plant("overhead_swing"),
+            "scene = 'overhead_swing': must be a Scene, as `crane_sim.load_scene`",
+        ),
+        (
+            lambda: Plant(SWING).advance(1.0),
+            "u = 1.0: must be a number for each actuated joint: (x,), a tuple",
+        ),
+        (
+            lambda: Plant(SWING).advance(np.array(1.0)),
+            "u = array(1.): must be a number for each actuated joint",
+        ),
+        (
+            lambda: Plant(SWING).advance((1.0, 2.0)),
+            "u = (1.0, 2.0): has 2 values; joints that take efforts: trolley",
+        ),
         (
             lambda: Plant(SWING.with_external_commands()).advance(),
             "u: is missing; scene overhead_swing takes efforts every period",

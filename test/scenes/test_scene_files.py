@@ -69,7 +69,9 @@ def test_a_large_file_is_refused(tmp_path: Path) -> None:
     """A file of some megabytes is refused before it is parsed, which would take seconds."""
     file = tmp_path / "scene.yaml"
     file.write_text(SCENE + "#" * 4_000_000)
-    with pytest.raises(SceneError, match=r"scene.yaml: cannot be read: has 4 MB, at most 1 MB are possible$"):
+    with pytest.raises(
+        SceneError, match=r"scene.yaml: cannot be read: has 4 MB, at most 1 MB are possible$"
+    ):
         load_scene(file)
 
 
@@ -87,7 +89,9 @@ DOORS: dict[str, Callable[[str], Any]] = {
     "base_motion": lambda name: load_scene("offshore_resonant", {"base_motion": {"file": name}}),
     "study": load_study,
     "law": lambda name: load_scene("overhead_swing", {"control.law": f"{name}.py:law"}),
-    "trajectory": lambda name: load_scene("overhead_swing", {"reference.path": {"kind": "trajectory", "file": name}}),
+    "trajectory": lambda name: load_scene(
+        "overhead_swing", {"reference.path": {"kind": "trajectory", "file": name}}
+    ),
 }
 
 

@@ -11,7 +11,15 @@ import numpy as np
 import pytest
 from pydantic import BaseModel, Field
 
-from crane_bench.documentation.fields import REQUIRED, UNITS, Choice, fields, in_words, split_comment, subgroup
+from crane_bench.documentation.fields import (
+    REQUIRED,
+    UNITS,
+    Choice,
+    fields,
+    in_words,
+    split_comment,
+    subgroup,
+)
 from crane_bench.documentation.scene_format import COMMAND, anchor, scene_format
 from crane_bench.documentation.signs import SIGNS
 from crane_sim import load_scene
@@ -36,7 +44,10 @@ def groups() -> set[Any]:
             for field in fields(group):
                 visit(subgroup(field.annotation))
 
-    for group in (*ALL_SCHEMAS.values(), *chain(*(law_of(name).settings.values() for name in law_names()))):
+    for group in (
+        *ALL_SCHEMAS.values(),
+        *chain(*(law_of(name).settings.values() for name in law_names())),
+    ):
         visit(group)
     return collected
 
@@ -47,7 +58,9 @@ def test_the_page_is_what_the_command_writes() -> None:
     assert stored == scene_format(), f"out of date: ./{COMMAND}"
 
 
-@pytest.mark.parametrize("group", sorted(groups(), key=lambda group: f"{group.__module__}.{group.__name__}"))
+@pytest.mark.parametrize(
+    "group", sorted(groups(), key=lambda group: f"{group.__module__}.{group.__name__}")
+)
 def test_every_key_has_a_unit_and_a_description(group: Any) -> None:
     """Each number has a unit, `-` for none, each key a description, each group a docstring."""
     assert group.__doc__
@@ -84,7 +97,9 @@ def test_fields_are_read_where_they_are_declared() -> None:
         "share": ("-", "of all", 0.5),
         "bare": ("", "", 0.0),
     }
-    assert split_comment("m/s² more, or less") == ("", "m/s² more, or less") and split_comment("N; in all") == (
+    assert split_comment("m/s² more, or less") == ("", "m/s² more, or less") and split_comment(
+        "N; in all"
+    ) == (
         "N",
         "in all",
     )
@@ -103,18 +118,59 @@ POSTURES = {
 X, Y, Z = np.eye(3)
 SPRING, BENDING = {"stiffness": 3e8}, {"lateral_deflection": Y, "vertical_deflection": Z}
 LINK = {"link_2_x": X, "link_2_y": Y, "link_2_z": Z}
-UNMOVED = {("gantry", "trolley"), ("gantry", "bridge"), ("gantry", "hoist"), ("bridge", "bridge_drive_k")}
+UNMOVED = {
+    ("gantry", "trolley"),
+    ("gantry", "bridge"),
+    ("gantry", "hoist"),
+    ("bridge", "bridge_drive_k"),
+}
 """Joints whose change does not move the load, as (crane, joint)."""
 DIRECTIONS = {  # of the payload, for a small positive change of the joint
-    "knuckle": {"slew": Y, "boom": Z, "jib": Z, "rope": -Z, "swing_tangential": Y, "swing_radial": X},
-    "tower": {"slew": Y, "trolley": X, "rope": -Z, "swing_tangential": Y, "swing_radial": X, **BENDING},
+    "knuckle": {
+        "slew": Y,
+        "boom": Z,
+        "jib": Z,
+        "rope": -Z,
+        "swing_tangential": Y,
+        "swing_radial": X,
+    },
+    "tower": {
+        "slew": Y,
+        "trolley": X,
+        "rope": -Z,
+        "swing_tangential": Y,
+        "swing_radial": X,
+        **BENDING,
+    },
     "mast": {"slew": Y, "trolley": X, "rope": -Z, "mast_x_deflection": -Y, "mast_y_deflection": X},
-    "mobile": {"slew": Y, "boom": Z, "telescope": X, "rope": -Z, "swing_tangential": Y, "swing_radial": X, **BENDING},
-    "bridge": {"trolley": X, "bridge": Y, "rope": -Z, "swing_tangential": Y, "swing_radial": X, **LINK},
+    "mobile": {
+        "slew": Y,
+        "boom": Z,
+        "telescope": X,
+        "rope": -Z,
+        "swing_tangential": Y,
+        "swing_radial": X,
+        **BENDING,
+    },
+    "bridge": {
+        "trolley": X,
+        "bridge": Y,
+        "rope": -Z,
+        "swing_tangential": Y,
+        "swing_radial": X,
+        **LINK,
+    },
     "gantry": {"payload_x": X, "payload_y": Y, "payload_z": Z},
     "pendulum": {"tip_x": X, "tip_y": Y, "tip_z": Z, "link_1_x": X, "link_1_y": Y, "link_1_z": Z},
     "plane": {"trolley": X, "hoist": -Z, "swing_1": X, "swing_2": X},
-    "space": {"trolley": X, "bridge": Y, "link_1_x": X, "link_1_y": Y, "link_1_z": Z, "link_2_x": X},
+    "space": {
+        "trolley": X,
+        "bridge": Y,
+        "link_1_x": X,
+        "link_1_y": Y,
+        "link_1_z": Z,
+        "link_2_x": X,
+    },
     "elastic": {"node_2_x": X, "node_2_y": Y, "node_2_z": Z},
 }
 SCENES: dict[str, tuple[Any, ...]] = {  # scene and changes
@@ -130,7 +186,8 @@ SCENES: dict[str, tuple[Any, ...]] = {  # scene and changes
     "elastic": (SPATIAL | {"cable": ELASTIC},),
 }
 BASE_DIRECTIONS = {"surge": X, "sway": Y, "heave": Z, "roll": Z, "pitch": -Z, "yaw": Y}
-"""Of a payload on the y axis for roll, else on the x axis, for a small positive motion of the base."""
+"""Of a payload on the y axis for roll, else on the x axis, for a small positive motion of the
+base."""
 
 
 @cache
@@ -149,8 +206,17 @@ def test_no_sign_is_left_out() -> None:
     """Every joint of every crane, and every motion of the base, is in the page and tried below."""
     tried = {("base", name) for name in BASE_DIRECTIONS}
     for name, directions in DIRECTIONS.items():
-        crane = "overhead" if name in ("plane", "space", "elastic") else "tower" if name == "mast" else name
-        tried |= {(crane, re.sub(r"_\d", "_k", joint) if crane != "pendulum" else joint) for joint in directions}
+        crane = (
+            "overhead"
+            if name in ("plane", "space", "elastic")
+            else "tower"
+            if name == "mast"
+            else name
+        )
+        tried |= {
+            (crane, re.sub(r"_\d", "_k", joint) if crane != "pendulum" else joint)
+            for joint in directions
+        }
         assert set(directions) <= set(scene_of(name).joint_names)
     assert tried | UNMOVED == {(sign.crane, sign.joint) for sign in SIGNS}
 
@@ -169,8 +235,12 @@ def test_positive_is_where_the_page_says(name: str) -> None:
 def test_zero_is_where_the_page_says() -> None:
     """At zero boom and jib are horizontal along x, cables hang, origins are those of the page."""
     support = scene_of("knuckle").model.support
-    assert payload("knuckle", [0, 0, 0, 2, 0, 0]) == pytest.approx([support.boom.length + support.jib.length, 0, -2])
-    assert payload("pendulum", [0, 0, 0, 0, 0, -1]) == pytest.approx([0, 0, -scene_of("pendulum").model.cable.length])
+    assert payload("knuckle", [0, 0, 0, 2, 0, 0]) == pytest.approx(
+        [support.boom.length + support.jib.length, 0, -2]
+    )
+    assert payload("pendulum", [0, 0, 0, 0, 0, -1]) == pytest.approx(
+        [0, 0, -scene_of("pendulum").model.cable.length]
+    )
     assert payload("plane", [0, 1.5, 0, 0]) == pytest.approx([0, 0, -2.2])
     assert payload("space", [0, 0, 0, 0, -1, 0, 0, -1]) == pytest.approx([0, 0, -2.2])
     assert payload("elastic", [5, 6, 0, 0, -1, 1, 2, -3]) == pytest.approx([1, 2, -3])
@@ -192,7 +262,11 @@ def test_base_moves_as_the_page_says(motion: str) -> None:
     """A small positive motion of the base moves a payload in the direction of the page."""
     q = (pi / 2, 0, 0, 0.1, 0, 0) if motion == "roll" else (0, 0, 0, 0.1, 0, 0)
     still, moved = (
-        payload("knuckle", q, {"base_motion": {motion: {"amplitude": 0.0, "frequency": 1.0, "offset": offset}}})
+        payload(
+            "knuckle",
+            q,
+            {"base_motion": {motion: {"amplitude": 0.0, "frequency": 1.0, "offset": offset}}},
+        )
         for offset in (0.0, 1e-3)
     )
     assert (moved - still) @ BASE_DIRECTIONS[motion] > 0.99e-3  # 1 mm, or 1 mrad on 9 m
@@ -201,10 +275,17 @@ def test_base_moves_as_the_page_says(motion: str) -> None:
 def test_base_yaws_then_pitches_then_rolls() -> None:
     """The base's axes in the world are Rz(yaw) Ry(pitch) Rx(roll), as on the page."""
     angles, q = {"yaw": 0.5, "pitch": 0.3, "roll": -0.4}, (0.3, 0.4, 0.1, 2.0, 0.1, 0.2)
-    base = {name: {"amplitude": 0.0, "frequency": 1.0, "offset": angle} for name, angle in angles.items()}
+    base = {
+        name: {"amplitude": 0.0, "frequency": 1.0, "offset": angle}
+        for name, angle in angles.items()
+    }
     (sy, cy), (sp, cp), (sr, cr) = ((sin(angle), cos(angle)) for angle in angles.values())
     rotation = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
     rotation = (
-        rotation @ np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]]) @ np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+        rotation
+        @ np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+        @ np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
     )
-    assert payload("knuckle", q, {"base_motion": base}) == pytest.approx(rotation @ payload("knuckle", q))
+    assert payload("knuckle", q, {"base_motion": base}) == pytest.approx(
+        rotation @ payload("knuckle", q)
+    )

@@ -111,13 +111,17 @@ KEY = st.sampled_from(
 )
 
 
-MARKS = "[ ] { } : - , &a *a !!float !!timestamp !!int << | > ' \" # 2001-99-99 1e999 .nan ~ \n \t".split(" ")
+MARKS = "[ ] { } : - , &a *a !!float !!timestamp !!int << | > ' \" # 2001-99-99 1e999 .nan ~ \n \t".split(  # noqa: E501
+    " "
+)
 
 
 PASTED = st.text(max_size=3) | st.sampled_from(MARKS).map(lambda mark: f" {mark} ")
 
 
-EDITS = st.lists(st.tuples(st.integers(0, 10**4), st.integers(0, 40), PASTED), min_size=1, max_size=3)
+EDITS = st.lists(
+    st.tuples(st.integers(0, 10**4), st.integers(0, 40), PASTED), min_size=1, max_size=3
+)
 
 
 @settings(**QUICK)
@@ -166,7 +170,13 @@ def test_thousands_of_torn_files(part: int, tmp_path: Path) -> None:
     "text",
     [
         *("[" * 5000, "{a: " * 3000, "payload: {mass: " + "[" * 900 + "]" * 900 + "}"),
-        *("seed: 2001-99-99", "seed: " + "9" * 5000, "seed: !!int x", "seed: !!float x", "seed: !!bool x"),
+        *(
+            "seed: 2001-99-99",
+            "seed: " + "9" * 5000,
+            "seed: !!int x",
+            "seed: !!float x",
+            "seed: !!bool x",
+        ),
         *(
             "seed: !!timestamp x",
             "seed: &s [*s]",
@@ -211,6 +221,9 @@ def test_what_is_no_scene_at_all(source: Any) -> None:
 @pytest.mark.parametrize("settings", [False, 3, "x", [1, 2], None])
 def test_settings_that_are_no_group(scene: str, law: str, settings: Any) -> None:
     """A group of a law's settings that is no group is a single-line error, or ignored."""
-    groups = {f"control.{key}": settings for key in ("adaptation", "observer", "vision", "servo", "feedforward")}
+    groups = {
+        f"control.{key}": settings
+        for key in ("adaptation", "observer", "vision", "servo", "feedforward")
+    }
     for key, value in groups.items():
         outcome(partial(load_scene, scene, {"control.law": law, key: value}))

@@ -17,7 +17,8 @@ from crane_sim.stepping.periods import begin
 
 @needs_compiler
 @pytest.mark.parametrize(
-    ("name", "function"), [("knuckle_setpoint", "rhs"), ("overhead_chain", "step"), ("overhead_stiff", "step")]
+    ("name", "function"),
+    [("knuckle_setpoint", "rhs"), ("overhead_chain", "step"), ("overhead_stiff", "step")],
 )
 def test_c_has_the_bits_of_the_simulator(name: str, function: str, tmp_path: Path) -> None:
     """C has the simulator's derivative of floats, explicit step of an array, and implicit step.

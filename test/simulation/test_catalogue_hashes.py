@@ -12,10 +12,10 @@ import crane_sim
 HASHES: dict[str, str | dict[str, str]] = json.loads(
     (Path(__file__).parents[1] / "data" / "state_sha256.json").read_text()
 )
-"""`state_sha256` of `simulate` by scene. A change that is meant to alter a motion replaces its scenes' lines, and the
-changelog names them. LQR's gains and the spline through waypoints are LAPACK's, whose last bits depend on the
-processor: their scenes have one hash for each OpenBLAS kernel family that was measured. `other` is compared on every
-family without an entry of its own."""
+"""`state_sha256` of `simulate` by scene. A change that is meant to alter a motion replaces its
+scenes' lines, and the changelog names them. LQR's gains and the spline through waypoints are
+LAPACK's, whose last bits depend on the processor: their scenes have one hash for each OpenBLAS
+kernel family that was measured. `other` is compared on every family without an entry of its own."""
 
 
 def processor_family() -> str:

@@ -17,9 +17,13 @@ def test_angles_are_those_of_rotations() -> None:
 
     The tolerance is 1e-9 because of angles at 90 deg.
     """
-    angles = Tilt(*np.transpose([tilt_of(quaternion) for quaternion in RANDOM.as_quat(scalar_first=True)]))
+    angles = Tilt(
+        *np.transpose([tilt_of(quaternion) for quaternion in RANDOM.as_quat(scalar_first=True)])
+    )
     expected = RANDOM.as_euler("ZYX")
-    np.testing.assert_allclose(np.column_stack([angles.skew, angles.trim, angles.list]), expected, atol=1e-9)
+    np.testing.assert_allclose(
+        np.column_stack([angles.skew, angles.trim, angles.list]), expected, atol=1e-9
+    )
     np.testing.assert_allclose(angles.tilt, np.arccos(RANDOM.as_matrix()[:, 2, 2]), atol=1e-9)
 
 

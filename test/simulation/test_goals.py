@@ -10,7 +10,12 @@ from crane_sim import load_scene
 from crane_sim.simulation.goals import target_position
 
 G = 9.81
-FRICTION = {"friction": {"slew": {"coulomb": 10e3, "static": 12e3}, "trolley": {"coulomb": 600.0, "static": 900.0}}}
+FRICTION = {
+    "friction": {
+        "slew": {"coulomb": 10e3, "static": 12e3},
+        "trolley": {"coulomb": 600.0, "static": 900.0},
+    }
+}
 
 
 @pytest.mark.parametrize("changes", [{}, FRICTION])
@@ -21,7 +26,11 @@ def test_the_target_is_below_a_jib_as_it_bends_there(changes: dict[str, Any]) ->
     """
     scene = load_scene("tower_flexible_jib", changes)
     slew, trolley, rope = 0.25 * np.pi, 40.0, 20.0
-    stiffness, rest, moment = 3.3e8, 0.0094, G * (10.5e3 * 30.0 + (550.0 + 450.0 + 4000.0) * trolley)
+    stiffness, rest, moment = (
+        3.3e8,
+        0.0094,
+        G * (10.5e3 * 30.0 + (550.0 + 450.0 + 4000.0) * trolley),
+    )
     bend = 0.0
     for _ in range(20):  # a contraction by moment · bend / stiffness, 1e-4
         bend = rest - moment * cos(bend) / stiffness

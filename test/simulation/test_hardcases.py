@@ -11,9 +11,12 @@ REFERENCES = hardcases.hardcase_references()
 ELSEWHERE = """overhead_drum overhead_friction_chain overhead_hoist_chain overhead_winch_hook overhead_drop
 overhead_steel overhead_spring overhead_pole overhead_pole_chain overhead_spatial overhead_elastic_free overhead_bounce
 overhead_bounce_chain overhead_toss overhead_toss_chain overhead_coulomb overhead_rods overhead_winch
-knuckle_springs overhead_joints""".split()
-"""Kinds of crane whose compilation takes long, and that other tests compile in other combinations."""
-SCENES = [pytest.param(name, marks=pytest.mark.slow if name in ELSEWHERE else ()) for name in REFERENCES]
+knuckle_springs overhead_joints""".split()  # noqa: E501
+"""Kinds of crane whose compilation takes long, and that other tests compile in other
+combinations."""
+SCENES = [
+    pytest.param(name, marks=pytest.mark.slow if name in ELSEWHERE else ()) for name in REFERENCES
+]
 
 
 @pytest.mark.long(cases=["overhead_hoist", "overhead_friction", "overhead_chain"])
@@ -47,8 +50,15 @@ def test_energy_over_a_million_steps() -> None:
 @pytest.mark.parametrize(
     ("scene", "message"),
     [
-        ("overhead_slack", "link 1 went slack, and a rigid link must be taut; take cable.model: elastic"),
-        ("overhead_limits", "the trolley reached its travel limit; change trolley.limits, or what drives the trolley"),
+        (
+            "overhead_slack",
+            "link 1 went slack, and a rigid link must be taut; take cable.model: elastic",
+        ),
+        (
+            "overhead_limits",
+            "the trolley reached its travel limit; change trolley.limits, or what drives the "
+            "trolley",
+        ),
     ],
 )
 def test_a_model_that_is_no_longer_valid_ends_the_run(scene: str, message: str) -> None:
@@ -75,7 +85,9 @@ def test_a_light_straight_cable_is_chosen_and_its_error_estimated() -> None:
         "payload": {"mass": 100.0},
         "initial": {"angles": 0.4},
     }
-    rod, links = (simulate(document | {"cable": cable | {"model": model}}) for model in ("auto", "rigid"))
+    rod, links = (
+        simulate(document | {"cable": cable | {"model": model}}) for model in ("auto", "rigid")
+    )
     error = np.max(np.linalg.norm(rod.payload - links.payload, axis=1))
     assert rod.summary["model"] == "straight" and len(rod.scene.joint_names) == 2
     assert error < rod.summary["model_error_estimate"] < 10.0 * error
@@ -84,16 +96,31 @@ def test_a_light_straight_cable_is_chosen_and_its_error_estimated() -> None:
 def test_a_bent_cable_is_not_taken_for_a_rod() -> None:
     """Model auto keeps rigid links where the cable starts bent or is not light."""
     cable = {"model": "auto", "links": 3, "lengths": 1.0, "node_masses": 0.01}
-    scene = {"crane": "overhead", "duration": 1.0, "trolley": {"mass": 5.0}, "payload": {"mass": 100.0}}
+    scene = {
+        "crane": "overhead",
+        "duration": 1.0,
+        "trolley": {"mass": 5.0},
+        "payload": {"mass": 100.0},
+    }
     bent = crane_sim.load_scene(scene | {"cable": cable, "initial": {"angles": [0.1, 0.2, 0.3]}})
-    heavy = crane_sim.load_scene(scene | {"cable": cable | {"node_masses": 1.0}, "initial": {"angles": 0.1}})
+    heavy = crane_sim.load_scene(
+        scene | {"cable": cable | {"node_masses": 1.0}, "initial": {"angles": 0.1}}
+    )
     assert bent.notes["model"] == heavy.notes["model"] == "rigid"
 
 
 def test_a_step_that_the_stiffest_motion_cannot_bear_is_rejected() -> None:
     """A fixed step beyond the safe one is an error that names it; the safe one stays finite."""
-    with pytest.raises(crane_sim.SceneError, match="too large for the stiffest motion, .* safe step") as caught:
+    with pytest.raises(
+        crane_sim.SceneError, match="too large for the stiffest motion, .* safe step"
+    ) as caught:
         crane_sim.load_scene("overhead_chain", {"integrator": {"method": "rk4", "step": 0.01}})
     safe = float(str(caught.value).split("method is ")[1].split(" s")[0])
-    run = simulate(crane_sim.load_scene("overhead_chain", {"integrator": {"method": "rk4", "step": 0.99 * safe}}))
-    assert np.all(np.isfinite(run.q)) and run.summary["energy_audit_error"] < 1e-2  # half of what is stable
+    run = simulate(
+        crane_sim.load_scene(
+            "overhead_chain", {"integrator": {"method": "rk4", "step": 0.99 * safe}}
+        )
+    )
+    assert (
+        np.all(np.isfinite(run.q)) and run.summary["energy_audit_error"] < 1e-2
+    )  # half of what is stable

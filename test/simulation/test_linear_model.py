@@ -24,10 +24,18 @@ def test_a_pendulum_below_a_trolley_is_its_closed_form() -> None:
     a[:2, 2:] = np.eye(2)
     a[2, 1], a[3, 1] = load * G / mass, -(1.0 + load / mass) * G / length
     b[2, 0], b[3, 0] = 1.0 / mass, -1.0 / (mass * length)
-    sign = np.diag([1.0, np.sign(model.a[2, 1]), 1.0, np.sign(model.a[2, 1])])  # of the swing, either convention
-    np.testing.assert_allclose(sign @ model.a @ sign, a, atol=1e-13)  # derivatives are exact to rounding
+    sign = np.diag(
+        [1.0, np.sign(model.a[2, 1]), 1.0, np.sign(model.a[2, 1])]
+    )  # of the swing, either convention
+    np.testing.assert_allclose(
+        sign @ model.a @ sign, a, atol=1e-13
+    )  # derivatives are exact to rounding
     np.testing.assert_allclose(sign @ model.b, b, atol=1e-13)
-    assert model.states[0] == "trolley" and model.state_units[2] == "m/s" and model.input_units == ("N",)
+    assert (
+        model.states[0] == "trolley"
+        and model.state_units[2] == "m/s"
+        and model.input_units == ("N",)
+    )
     frequency = sqrt((1.0 + load / mass) * G / length)
     assert np.max(model.eigenvalues.imag) == pytest.approx(frequency, rel=1e-12)
 
@@ -45,7 +53,9 @@ def test_weights_are_held() -> None:
 def test_a_locked_rope_keeps_its_length() -> None:
     """At rest the load hangs down on its rope's length, which no effort or deviation changes."""
     model = crane_sim.linearise("knuckle_tracking")
-    assert model.q[3] == 1.255 and np.max(np.abs(model.q[4:])) < 1e-9  # rad, of the last step of Newton's method
+    assert (
+        model.q[3] == 1.255 and np.max(np.abs(model.q[4:])) < 1e-9
+    )  # rad, of the last step of Newton's method
     assert model.a[11, 5] < -G / 1.255  # hangs, and the boom that gives way makes it faster
 
 
@@ -65,20 +75,36 @@ def test_directions_have_as_many_deviations_as_they_can_take() -> None:
     assert len(model.state_units) == 2 * n
 
 
-@pytest.mark.parametrize(("angle", "hoisted"), [("0 deg", False), ("10 deg", True), ("100 deg", False)])
+@pytest.mark.parametrize(
+    ("angle", "hoisted"), [("0 deg", False), ("10 deg", True), ("100 deg", False)]
+)
 def test_an_elastic_cable_is_linearised_where_it_hangs(angle: str, hoisted: bool) -> None:
     """Whatever the release angle, nodes at rest hang as deep as closed forms; nothing grows."""
     masses, stiffness = np.array([1.0, 2.0, 10.0]), np.array([1e6, 1e5, 1e6])
     cable = {"model": "elastic", "lengths": [1.0, 0.5, 0.5], "damping": 100.0}
     cable |= {"node_masses": masses.tolist(), "stiffness": stiffness.tolist()}
-    document = {"crane": "overhead", "duration": 1.0, "cable": cable, "initial": {"angles": [angle]}}
+    document = {
+        "crane": "overhead",
+        "duration": 1.0,
+        "cable": cable,
+        "initial": {"angles": [angle]},
+    }
     document |= {"trolley": {"drive": "force", "mass": 5.0}}
     document |= {"hoist": {"drive": "force", "inertia": 3.0}} if hoisted else {}
-    model, first = crane_sim.linearise(document, [3.0, 2.0] if hoisted else [3.0]), 2.0 if hoisted else 1.0
+    model, first = (
+        crane_sim.linearise(document, [3.0, 2.0] if hoisted else [3.0]),
+        2.0 if hoisted else 1.0,
+    )
     stretch = G * np.cumsum(masses[::-1])[::-1] / stiffness
-    depths, nodes = np.cumsum(np.array([first, 0.5, 0.5]) + stretch), model.q[1 + hoisted :].reshape(3, 2)
-    # 1e-12 m: rounding; 1e-4 1/s: the roots of the free trolley are the root of rounding, 1e-10, from 0
-    np.testing.assert_allclose(nodes, np.column_stack([np.full(3, 3.0), -depths]), rtol=0.0, atol=1e-12)
+    depths, nodes = (
+        np.cumsum(np.array([first, 0.5, 0.5]) + stretch),
+        model.q[1 + hoisted :].reshape(3, 2),
+    )
+    # 1e-12 m: rounding; 1e-4 1/s: the roots of the free trolley are the root of rounding, 1e-10,
+    # from 0
+    np.testing.assert_allclose(
+        nodes, np.column_stack([np.full(3, 3.0), -depths]), rtol=0.0, atol=1e-12
+    )
     assert model.eigenvalues[0].real < 1e-4
     assert model.u[-1] == pytest.approx(-G * masses.sum() if hoisted else 0.0, abs=1e-6)
 
@@ -99,5 +125,8 @@ def test_positions_that_are_none_are_refused(at: Any, shown: str) -> None:
     with pytest.raises(SceneError) as caught:
         crane_sim.linearise("overhead_energy", at)
     line = str(caught.value)
-    assert f"at = {shown}" in line and ": must be a finite position for each actuated joint: trolley" in line
+    assert (
+        f"at = {shown}" in line
+        and ": must be a finite position for each actuated joint: trolley" in line
+    )
     assert "\n" not in line

@@ -20,7 +20,11 @@ from crane_sim.trajectories.base_motion import Base
 from crane_sim.trajectories.joint_trajectory import Point, Waypoints
 from crane_sim.trajectories.minimum_jerk import MinimumJerk
 from crane_sim.trajectories.polynomials import evaluate
-from crane_sim.trajectories.replanning import join_trajectory, to_piecewise_polynomial, with_trajectory
+from crane_sim.trajectories.replanning import (
+    join_trajectory,
+    to_piecewise_polynomial,
+    with_trajectory,
+)
 from crane_sim.trajectories.trajectory import Trajectory, compile_trajectory, sample_trajectory
 
 TRACKING_METRICS = ("tracking_mse", "tracking_mae", "tracking_peak", "peak_tip_acceleration")
@@ -35,8 +39,15 @@ def run() -> crane_sim.Rollout:
 
 def test_metrics_are_their_definitions(run: crane_sim.Rollout) -> None:
     """Errors are the payload's at all instants of the run; tip accelerations are as commanded."""
-    error = np.linalg.norm(run.payload[:, :2] - sample_trajectory(SCENE.trajectory, run.t)[:, 0], axis=1)
-    expected = (np.mean(error**2), np.mean(error), np.max(error), np.max(np.linalg.norm(run.u[:-1], axis=1)))
+    error = np.linalg.norm(
+        run.payload[:, :2] - sample_trajectory(SCENE.trajectory, run.t)[:, 0], axis=1
+    )
+    expected = (
+        np.mean(error**2),
+        np.mean(error),
+        np.max(error),
+        np.max(np.linalg.norm(run.u[:-1], axis=1)),
+    )
     actual = [run.summary[name] for name in TRACKING_METRICS]
     assert actual[:3] == pytest.approx(expected[:3], rel=1e-12)  # rounding of sums in another order
     assert actual[3] == pytest.approx(expected[3], abs=1e-7)  # second difference over a millisecond
@@ -51,15 +62,19 @@ def test_metrics_are_of_the_crane_with_its_payload_as_it_is() -> None:
     """
     changes = {"duration": 1.0, "control.law": "cartesian"}
     other = crane_sim.load_scene(
-        "knuckle_tracking", changes | {"faults": {"drop": {"kind": "payload", "mass": 0.5, "at": 0}}}
+        "knuckle_tracking",
+        changes | {"faults": {"drop": {"kind": "payload", "mass": 0.5, "at": 0}}},
     )
     load = crane_sim.load_scene("knuckle_tracking", changes).document["payload"]
     own = changes | {"payload.mass": 0.5, "control.nominal": {"payload": load}}
     actual, expected = (
-        crane_sim.simulate(scene).summary for scene in (other, crane_sim.load_scene("knuckle_tracking", own))
+        crane_sim.simulate(scene).summary
+        for scene in (other, crane_sim.load_scene("knuckle_tracking", own))
     )
     for name in TRACKING_METRICS:
-        assert actual[name] == pytest.approx(expected[name], rel=1e-9)  # of the start: the change is a step of its own
+        assert actual[name] == pytest.approx(
+            expected[name], rel=1e-9
+        )  # of the start: the change is a step of its own
 
 
 def test_errors_are_seen_from_the_base() -> None:
@@ -81,7 +96,10 @@ class Follower(NamedTuple):
 
 NAMES = ("x", "y")
 OLD = compile_trajectory(MinimumJerk(((0.0, 1.0), (2.0, -1.0)), (0.0, 4.0)).to_polynomials())
-POINTS = (Point((5.0, 5.0), 2.0, (1.0, 0.0), (0.0, 0.0)), Point((6.0, 7.0), 5.0, (0.0, 0.0), (0.0, 0.0)))
+POINTS = (
+    Point((5.0, 5.0), 2.0, (1.0, 0.0), (0.0, 0.0)),
+    Point((6.0, 7.0), 5.0, (0.0, 0.0), (0.0, 0.0)),
+)
 
 
 def test_a_new_path_goes_on_from_the_old_one() -> None:
@@ -97,7 +115,9 @@ def test_a_new_path_goes_on_from_the_old_one() -> None:
     )
     assert after == pytest.approx(before, abs=1e-12)  # rounding
     for k in (1, 2):
-        old, now = (evaluate(to_piecewise_polynomial(path), np.array([1.5]), k) for path in (OLD, new))
+        old, now = (
+            evaluate(to_piecewise_polynomial(path), np.array([1.5]), k) for path in (OLD, new)
+        )
         assert now == pytest.approx(old, abs=1e-12)
     ends = evaluate(to_piecewise_polynomial(new), np.array([2.5, 5.5, 99.0]))
     assert ends == pytest.approx(
@@ -126,19 +146,27 @@ def test_trajectories_from_the_topic() -> None:
 
     The node's own messages, and what does not fit, change nothing.
     """
-    node, law, published = OneTopicNode("joint_trajectory"), Follower(OLD, None), reference_message(SCENE.actuated, ())
+    node, law, published = (
+        OneTopicNode("joint_trajectory"),
+        Follower(OLD, None),
+        reference_message(SCENE.actuated, ()),
+    )
     trajectory_input = TrajectoryInput(node, SCENE, law)  # pyright: ignore[reportArgumentType]
     assert trajectory_input.apply_to(law, 1.0) is law
     for ignored in (published, message([[1.0, 2.0]], ("x", "z")), message([[1.0]]), message([])):
         node.callback(ignored)
         assert trajectory_input.apply_to(law, 1.0) is law
-    assert len(node.lines) == 3 and all(line.startswith("joint_trajectory: refused: ") for line in node.lines)
+    assert len(node.lines) == 3 and all(
+        line.startswith("joint_trajectory: refused: ") for line in node.lines
+    )
     node.callback(message([[3.0, 4.0], [5.0, 6.0]]))
     new = trajectory_input.apply_to(law, 1.0).inner
     assert isinstance(new, Trajectory)
     actual = evaluate(to_piecewise_polynomial(new), np.array([1.0, 2.0, 3.0, 9.0]))
     start = evaluate(to_piecewise_polynomial(OLD), np.array([1.0]))[0]
-    assert actual == pytest.approx(np.array([start, [3.0, 4.0], [5.0, 6.0], [5.0, 6.0]]), abs=1e-12)  # rounding
+    assert actual == pytest.approx(
+        np.array([start, [3.0, 4.0], [5.0, 6.0], [5.0, 6.0]]), abs=1e-12
+    )  # rounding
     assert trajectory_input.apply_to(Follower(new, None), 1.1).inner is new
 
 
@@ -167,16 +195,23 @@ rclpy.spin(node)
 
 
 @pytest.mark.long
-def test_a_run_follows_a_received_trajectory(domain_id: int, ros_environment: dict[str, str]) -> None:
+def test_a_run_follows_a_received_trajectory(
+    domain_id: int, ros_environment: dict[str, str]
+) -> None:
     """A trajectory sent to plant and controller, in two processes, leads the payload off its path.
 
-    It is sent as soon as the controller listens, and leads to (1.35, 1), from which the scene's path is 1 m and more.
+    It is sent as soon as the controller listens, and leads to (1.35, 1), from which the scene's
+    path is 1 m and more.
     """
-    with started_program([sys.executable, "-c", SENDER], env=ros_environment, stdout=subprocess.PIPE) as sender:
+    with started_program(
+        [sys.executable, "-c", SENDER], env=ros_environment, stdout=subprocess.PIPE
+    ) as sender:
 
         def wait_for_message(role: str, _: int) -> None:
             if role == "controller":  # the run begins when all nodes are ready
                 assert next_line(sender) == "received\n"
 
-        summary = orchestration.run(SCENE, record=None, domain_id=domain_id, on_activated=wait_for_message)
+        summary = orchestration.run(
+            SCENE, record=None, domain_id=domain_id, on_activated=wait_for_message
+        )
     assert summary["tracking_peak"] > 0.98  # within the law's own error; 0.006 without the message

@@ -7,7 +7,12 @@ import pytest
 from metric_rows import metrics_of
 
 from crane_sim.scenes.scene import load_scene
-from crane_sim.simulation.energy_balance import add_energies, add_work, empty_balance, relative_errors
+from crane_sim.simulation.energy_balance import (
+    add_energies,
+    add_work,
+    empty_balance,
+    relative_errors,
+)
 from crane_sim.simulation.plant import Plant
 from crane_sim.simulation.rollout import simulate
 from crane_sim.simulation.settling import RESOLUTION, STAY
@@ -32,7 +37,13 @@ def settling_time(error: np.ndarray, initial: float, cuts: tuple[int, ...] = ())
 
     Its target is 0.
     """
-    still = {"inputs": None, "trolley.limits": None, "duration": 10.0, "reference.q": [0.0], "initial.x": initial}
+    still = {
+        "inputs": None,
+        "trolley.limits": None,
+        "duration": 10.0,
+        "reference.q": [0.0],
+        "initial.x": initial,
+    }
     q = np.column_stack([np.append(error, error[-1]), np.zeros(1001)])
     return metrics_of(load_scene(PUSHED, still), q, cuts)["settling_time"]["trolley"]
 
@@ -60,8 +71,15 @@ def test_a_manoeuvre_settles_within_its_part_of_the_way() -> None:
 
 def test_metrics_know_no_blocks() -> None:
     """However many instants come at once, sums, largest values and the hash are the same bits."""
-    q, scene = np.random.default_rng(1).normal(0.0, 1.0, (1001, 2)), load_scene(PUSHED, {"reference.q": [0.0]})
-    assert metrics_of(scene, q) == metrics_of(scene, q, (1, 2, 3, 514, 900)) == metrics_of(scene, q, tuple(range(1000)))
+    q, scene = (
+        np.random.default_rng(1).normal(0.0, 1.0, (1001, 2)),
+        load_scene(PUSHED, {"reference.q": [0.0]}),
+    )
+    assert (
+        metrics_of(scene, q)
+        == metrics_of(scene, q, (1, 2, 3, 514, 900))
+        == metrics_of(scene, q, tuple(range(1000)))
+    )
 
 
 def test_the_largest_error_of_the_balance_is_kept() -> None:
@@ -86,13 +104,20 @@ def test_looking_at_a_run_does_not_change_its_metrics() -> None:
             plant.summary()
     actual, expected = plant.summary(), simulate(scene).summary
     assert {key: actual[key] for key in actual} == {key: expected[key] for key in actual}
-    assert 0.0 < actual["energy_audit_error"] <= actual["energy_audit_max"] < 1e-11  # 1e-9 a step, and some rounding
+    assert (
+        0.0 < actual["energy_audit_error"] <= actual["energy_audit_max"] < 1e-11
+    )  # 1e-9 a step, and some rounding
 
 
 def test_efforts_are_any_numbers() -> None:
     """Integers, a list, an array, NumPy's numbers are efforts, as floats are, compiled, too."""
     plant, hashes = Plant(load_scene("knuckle_setpoint")), set()
-    for efforts in ((1.0, 0.0, 2.0, 9.5), (1, 0, 2, 9.5), [1, 0.0, np.int64(2), 9.5], np.array([1.0, 0.0, 2.0, 9.5])):
+    for efforts in (
+        (1.0, 0.0, 2.0, 9.5),
+        (1, 0, 2, 9.5),
+        [1, 0.0, np.int64(2), 9.5],
+        np.array([1.0, 0.0, 2.0, 9.5]),
+    ):
         plant.reset()
         plant.advance(efforts)
         hashes.add(plant.summary()["state_sha256"])
@@ -108,25 +133,35 @@ def test_many_events_are_listed_by_kind() -> None:
 
 
 @pytest.mark.parametrize("instants", [None, [0.1, 0.2]])
-def test_a_payload_that_changes_as_the_run_ends_is_in_the_audit(instants: list[float] | None) -> None:
+def test_a_payload_that_changes_as_the_run_ends_is_in_the_audit(
+    instants: list[float] | None,
+) -> None:
     """A payload taken up in the period in which the run fails counts in the energy audit.
 
     It counts as it does of a `Plant`.
     """
-    scene = load_scene(PUSHED | {"faults": {"heavy": {"kind": "payload", "mass": 40.0, "at": 0.60}}})
-    with pytest.raises(SimulationError, match="t = 0.605.* s: the trolley reached its travel limit") as caught:
+    scene = load_scene(
+        PUSHED | {"faults": {"heavy": {"kind": "payload", "mass": 40.0, "at": 0.60}}}
+    )
+    with pytest.raises(
+        SimulationError, match="t = 0.605.* s: the trolley reached its travel limit"
+    ) as caught:
         simulate(scene, sample_times=instants)
     run, plant = caught.value.run, Plant(scene)
     for _ in range(60):
         plant.advance()
     with pytest.raises(SimulationError):
         plant.advance()
-    assert run.summary["energy_audit_error"] == plant.summary()["energy_audit_error"] < 1e-12  # rounding
+    assert (
+        run.summary["energy_audit_error"] == plant.summary()["energy_audit_error"] < 1e-12
+    )  # rounding
     assert len(run.t) == (61 if instants is None else 2)
 
 
 @pytest.mark.parametrize("dimensions", [2, 3])
-def test_a_run_that_fails_within_a_period_ends_with_the_energy_of_its_start(dimensions: int) -> None:
+def test_a_run_that_fails_within_a_period_ends_with_the_energy_of_its_start(
+    dimensions: int,
+) -> None:
     """The audit of a crane without a meter compares energy and work of the same instant."""
     document = {
         "crane": "overhead",
@@ -140,7 +175,9 @@ def test_a_run_that_fails_within_a_period_ends_with_the_energy_of_its_start(dime
     bridge = {"bridge": {"mass": 10.0}} if dimensions == 3 else {}
     with pytest.raises(SimulationError, match="the trolley reached its travel limit") as caught:
         simulate(document | bridge)
-    assert caught.value.run.summary["energy_audit_error"] < 1e-12  # rounding; the period is one of 2e-3
+    assert (
+        caught.value.run.summary["energy_audit_error"] < 1e-12
+    )  # rounding; the period is one of 2e-3
 
 
 def test_a_plant_goes_on_from_the_start_of_its_period() -> None:
@@ -154,8 +191,12 @@ def test_a_plant_goes_on_from_the_start_of_its_period() -> None:
         for _ in range(10):
             plant.advance()
         plant.advance((-5000.0,))
-    assert beside.q == pytest.approx(bare.q, rel=1e-9) and beside.v == pytest.approx(bare.v, rel=1e-9)
-    plant = Plant(load_scene(PUSHED | {"faults": {"heavy": {"kind": "payload", "mass": 40.0, "at": 0.60}}}))
+    assert beside.q == pytest.approx(bare.q, rel=1e-9) and beside.v == pytest.approx(
+        bare.v, rel=1e-9
+    )
+    plant = Plant(
+        load_scene(PUSHED | {"faults": {"heavy": {"kind": "payload", "mass": 40.0, "at": 0.60}}})
+    )
     for _ in range(60):
         plant.advance()
     with pytest.raises(SimulationError):
@@ -171,7 +212,10 @@ def test_events_beyond_the_end_are_not_of_the_run() -> None:
 
     Nor does the summary of a `Plant` under way.
     """
-    for duration in (0.56, 0.60):  # from 0.55 s on the step that follows the solution reaches the limit
+    for duration in (
+        0.56,
+        0.60,
+    ):  # from 0.55 s on the step that follows the solution reaches the limit
         run, plant = simulate(PUSHED, duration=duration), Plant(load_scene(PUSHED))
         for _ in range(run.scene.steps):
             plant.advance()
@@ -208,8 +252,14 @@ def test_brakes_do_not_change_what_counts_as_near() -> None:
 
     2 % of the scene's own start would be 0.01 m, where the joint does not arrive.
     """
-    scene = load_scene(PUSHED | {"inputs": None, "reference": {"q": [0.0]}, "initial": {"x": 0.5}, "duration": 10.0})
-    scene, times = load_scene(scene, {"trolley.limits": None, "control": {"law": "lqr", "period": 0.05}}), []
+    scene = load_scene(
+        PUSHED
+        | {"inputs": None, "reference": {"q": [0.0]}, "initial": {"x": 0.5}, "duration": 10.0}
+    )
+    scene, times = (
+        load_scene(scene, {"trolley.limits": None, "control": {"law": "lqr", "period": 0.05}}),
+        [],
+    )
     for braked in (False, True):
         plant = Plant(scene)
         plant.reset([10.0, 0.0], [0.0, 0.0])

@@ -11,7 +11,9 @@ import crane_sim
 from crane_sim.simulation.plant import Plant, SimulationError
 from crane_sim.simulation.rollout import simulate
 
-REFERENCE = json.loads((Path(__file__).parents[1] / "data" / "knuckle.json").read_text())["trajectories"]
+REFERENCE = json.loads((Path(__file__).parents[1] / "data" / "knuckle.json").read_text())[
+    "trajectories"
+]
 LIMITED: dict[str, Any] = {
     "crane": "overhead",
     "duration": 30.0,
@@ -42,7 +44,9 @@ def scene_of(case: dict[str, Any]) -> crane_sim.Scene:
         document["control"] = {"law": "energy", "period": "continuous", **gains}
     else:
         names = ("slew", "boom", "jib", "rope")
-        document["inputs"] = {n: {"kind": "constant", "value": u} for n, u in zip(names, control["u"], strict=True)}
+        document["inputs"] = {
+            n: {"kind": "constant", "value": u} for n, u in zip(names, control["u"], strict=True)
+        }
     return crane_sim.load_scene(document)
 
 
@@ -53,16 +57,22 @@ def test_reference_trajectories(case: dict[str, Any]) -> None:
     run = simulate(scene_of(case), sample_times=times)
     assert np.allclose(run.q, [sample["q"] for sample in case["samples"]], rtol=0, atol=1e-9)
     assert np.allclose(run.v, [sample["qd"] for sample in case["samples"]], rtol=0, atol=1e-9)
-    assert np.allclose(run.payload, [sample["payload_pos"] for sample in case["samples"]], rtol=0, atol=1e-9)
+    assert np.allclose(
+        run.payload, [sample["payload_pos"] for sample in case["samples"]], rtol=0, atol=1e-9
+    )
     assert np.allclose(run.energy, [sample["E"] for sample in case["samples"]], rtol=0, atol=1e-8)
-    assert np.allclose(run.u, [sample["u"] for sample in case["samples"]], rtol=0, atol=1e-7)  # gains up to 50
+    assert np.allclose(
+        run.u, [sample["u"] for sample in case["samples"]], rtol=0, atol=1e-7
+    )  # gains up to 50
 
 
 def test_springs_conserve_energy() -> None:
     """With springs and no losses the total energy is constant to the integrator's tolerance."""
     run = simulate("knuckle_springs", duration=5.0)
     scale = np.ptp(run.derived.potential)
-    assert np.max(np.abs(run.energy - run.energy[0])) < 1e-10 * scale  # 1e-11 relative a step, some 100 steps
+    assert (
+        np.max(np.abs(run.energy - run.energy[0])) < 1e-10 * scale
+    )  # 1e-11 relative a step, some 100 steps
 
 
 @pytest.mark.slow
@@ -93,7 +103,9 @@ def test_exactly_at_the_pole_everything_is_finite() -> None:
     plant = Plant(scene)
     plant.advance((0.0, 10000.0, 5000.0))
     assert np.isfinite([*plant.q, *plant.v]).all()
-    assert np.isfinite(crane_sim.acceleration(scene, scene.initial_q, scene.initial_v, [0.0] * 3)).all()
+    assert np.isfinite(
+        crane_sim.acceleration(scene, scene.initial_q, scene.initial_v, [0.0] * 3)
+    ).all()
 
 
 @pytest.mark.parametrize("name", ["knuckle_setpoint", "knuckle_losses"])
@@ -118,7 +130,9 @@ def test_sample_times_do_not_change_the_steps() -> None:
     assert sampled.summary == plain.summary
     assert np.array_equal(sampled.q[[0, 1, 3]], plain.q[[0, 100, 300]])
     before, after = plain.q[123], plain.q[124]
-    inside = np.minimum(before, after) - 1e-6 <= sampled.q[2]  # monotone there, but for the curvature in 10 ms
+    inside = (
+        np.minimum(before, after) - 1e-6 <= sampled.q[2]
+    )  # monotone there, but for the curvature in 10 ms
     assert inside.all() and (sampled.q[2] <= np.maximum(before, after) + 1e-6).all()
 
 
@@ -142,7 +156,8 @@ def test_fixed_steps_span_periods() -> None:
         plant.advance()
     assert plant.summary()["state_sha256"] == run.summary["state_sha256"]
     exact = simulate(scene, overrides={"integrator": {"method": "dop853", "rtol": 1e-12}})
-    # (w h)^9 / 9! is 2e-9 a step, w = 3.6 rad/s, of a small swing; at 60 degrees the next terms are as large
+    # (w h)^9 / 9! is 2e-9 a step, w = 3.6 rad/s, of a small swing; at 60 degrees the next terms are
+    # as large
     assert np.max(np.abs(run.q - exact.q)) < 1e-7
 
 
@@ -150,11 +165,15 @@ def test_efforts_after_steps_that_span_periods() -> None:
     """Efforts given in the middle of a step act from their period on, as with shorter steps."""
     ends = []
     for step in (0.05, 0.01):
-        plant = Plant(crane_sim.load_scene("overhead_swing", {"integrator": {"method": "rk8", "step": step}}))
+        plant = Plant(
+            crane_sim.load_scene("overhead_swing", {"integrator": {"method": "rk8", "step": step}})
+        )
         for efforts in (None, None, (50.0,), (50.0,)):
             plant.advance(efforts)
         ends.append([*plant.q, *plant.v])
-    np.testing.assert_allclose(*ends, atol=1e-11)  # of steps of 20 ms; the force has moved the trolley by 2 mm
+    np.testing.assert_allclose(
+        *ends, atol=1e-11
+    )  # of steps of 20 ms; the force has moved the trolley by 2 mm
 
 
 @pytest.mark.parametrize("braking", [False, True], ids=["effort", "brakes"])
@@ -164,7 +183,10 @@ def test_a_step_that_went_on_to_a_limit_ends_no_run(braking: bool) -> None:
     The step is one of the scene's own source.
     """
     ends = []
-    for method in ({"method": "auto"}, {"method": "rk8", "step": 0.01}):  # steps of 0.01 s end with their period
+    for method in (
+        {"method": "auto"},
+        {"method": "rk8", "step": 0.01},
+    ):  # steps of 0.01 s end with their period
         plant = Plant(crane_sim.load_scene(LIMITED | {"integrator": method}))
         while plant.t < 4.195:
             plant.advance()
@@ -172,7 +194,9 @@ def test_a_step_that_went_on_to_a_limit_ends_no_run(braking: bool) -> None:
         for _ in range(12):  # under brakes the limit is reached 0.17 s later
             plant.advance(None if braking else (-400.0,))
         ends.append([*plant.q, *plant.v])
-    np.testing.assert_allclose(*ends, atol=1e-9)  # the tolerance of a step; the effort moves the trolley by 0.1 m
+    np.testing.assert_allclose(
+        *ends, atol=1e-9
+    )  # the tolerance of a step; the effort moves the trolley by 0.1 m
 
 
 def test_events_that_did_not_happen_are_not_listed() -> None:
@@ -180,12 +204,21 @@ def test_events_that_did_not_happen_are_not_listed() -> None:
 
     Under the brakes the trolley does not slip.
     """
-    friction, source = {"trolley": {"coulomb": 20.0, "static": 30.0}}, {"kind": "sine", "amplitude": 60, "frequency": 3}
-    changes = {"trolley": {"drive": "force", "mass": 20.0}, "inputs": {"trolley": source}, "friction": friction}
+    friction, source = (
+        {"trolley": {"coulomb": 20.0, "static": 30.0}},
+        {"kind": "sine", "amplitude": 60, "frequency": 3},
+    )
+    changes = {
+        "trolley": {"drive": "force", "mass": 20.0},
+        "inputs": {"trolley": source},
+        "friction": friction,
+    }
     plant = Plant(crane_sim.load_scene(LIMITED | changes))
     while plant.t < 0.055:
         plant.advance()
-    assert plant.integration.event_log.total == 1  # the step has passed the instant at which the force exceeds 30 N
+    assert (
+        plant.integration.event_log.total == 1
+    )  # the step has passed the instant at which the force exceeds 30 N
     plant.braking = True
     for _ in range(60):
         plant.advance()
@@ -203,26 +236,40 @@ def test_a_rope_cannot_push() -> None:
     assert np.all(pushed.u[:, 3] == 0.0)
     scene = crane_sim.load_scene("knuckle_setpoint")
     at_rest = (scene.initial_q, scene.initial_v)
-    slack, push = (crane_sim.acceleration(scene, *at_rest, [*carry.values(), u])[3] for u in (0.0, 25.0))
+    slack, push = (
+        crane_sim.acceleration(scene, *at_rest, [*carry.values(), u])[3] for u in (0.0, 25.0)
+    )
     assert push > slack + 20.0
 
 
 def test_open_loop_inputs_cannot_push_either() -> None:
     """An open-loop input that asks the rope to push is limited as well."""
     inputs = {"rope": {"kind": "constant", "value": 5.0}}
-    run = simulate(crane_sim.load_scene("knuckle_setpoint", {"control": None, "inputs": inputs, "duration": 0.1}))
+    run = simulate(
+        crane_sim.load_scene(
+            "knuckle_setpoint", {"control": None, "inputs": inputs, "duration": 0.1}
+        )
+    )
     assert np.all(run.u[:, 3] == 0.0)
 
 
 def test_inputs_follow_their_functions() -> None:
     """Sine, table and polynomial inputs are applied as their formulas say."""
     inputs = {
-        "slew": {"kind": "sine", "offset": 1.0, "amplitude": 2.0, "frequency": 3.0, "phase": "30 deg"},
+        "slew": {
+            "kind": "sine",
+            "offset": 1.0,
+            "amplitude": 2.0,
+            "frequency": 3.0,
+            "phase": "30 deg",
+        },
         "boom": {"kind": "polynomial", "coefficients": [190.0, 1.0, -0.5]},
         "jib": {"kind": "table", "times": [0.2, 0.4, 0.5], "values": [90.0, 95.0, 91.0]},
         "rope": {"kind": "constant", "value": -9.81},
     }
-    scene = crane_sim.load_scene("knuckle_setpoint", {"control": None, "inputs": inputs, "duration": 0.6})
+    scene = crane_sim.load_scene(
+        "knuckle_setpoint", {"control": None, "inputs": inputs, "duration": 0.6}
+    )
     run = simulate(scene)
     t = run.t
     expected = [
@@ -241,11 +288,17 @@ def test_the_published_manoeuvre() -> None:
     """
     run = simulate("knuckle_setpoint")
     degrees = np.degrees(np.abs(run.q[:, 4:]).max(axis=0))
-    assert degrees == pytest.approx([9.07, 3.80], abs=0.03)  # known to 3 digits for the continuous law, here 10 ms
+    assert degrees == pytest.approx(
+        [9.07, 3.80], abs=0.03
+    )  # known to 3 digits for the continuous law, here 10 ms
     assert run.summary["residual_swing_deg"] == pytest.approx(0.68, abs=0.01)
     *joints, rope = run.summary["settling_time"].values()
-    assert joints == pytest.approx([26.8, 32.5, 25.4], abs=0.2) and rope is None  # it arrives in the last 40 ms
-    assert list(run.summary["peak_effort"].values()) == pytest.approx([23.6, 215, 98.6, 10.3], rel=5e-3)
+    assert (
+        joints == pytest.approx([26.8, 32.5, 25.4], abs=0.2) and rope is None
+    )  # it arrives in the last 40 ms
+    assert list(run.summary["peak_effort"].values()) == pytest.approx(
+        [23.6, 215, 98.6, 10.3], rel=5e-3
+    )
 
 
 def test_a_run_that_fails_says_where() -> None:
@@ -256,12 +309,16 @@ def test_a_run_that_fails_says_where() -> None:
         simulate(stiff)
 
 
-@pytest.mark.parametrize("groups", [{}, {"sensors": {"all": {"delay": 0.02}}}], ids=["plain", "hardware"])
+@pytest.mark.parametrize(
+    "groups", [{}, {"sensors": {"all": {"delay": 0.02}}}], ids=["plain", "hardware"]
+)
 def test_a_failed_run_of_a_law_in_python_is_kept(groups: dict[str, Any]) -> None:
     """The error of a run whose law is Python has the run so far, with a plant's bits."""
     push = {"inputs": {"trolley": {"kind": "constant", "value": 100.0}}, "duration": 3.0} | groups
     scene = crane_sim.load_scene(LIMITED | push).with_external_commands()
-    with pytest.raises(SimulationError, match="t = .* s: the trolley reached its travel limit") as stopped:
+    with pytest.raises(
+        SimulationError, match="t = .* s: the trolley reached its travel limit"
+    ) as stopped:
         simulate(scene, law=lambda t, q, v: (100.0,))
     run, plant = stopped.value.run, Plant(scene)
     assert run.summary["error"] == str(stopped.value)

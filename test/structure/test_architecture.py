@@ -100,7 +100,15 @@ LAYERS = (
 """Layers from the bottom up: a module belongs to the longest of these names that it begins with."""
 TOPS = {f"{package}.__init__" for package in PACKAGES}
 PROJECT_NAME = re.compile(rf"\b(?:{'|'.join(PACKAGES)})(?:\.\w+)+")
-ROS = ("rclpy", "sensor_msgs", "std_msgs", "std_srvs", "geometry_msgs", "trajectory_msgs", "rosgraph_msgs")
+ROS = (
+    "rclpy",
+    "sensor_msgs",
+    "std_msgs",
+    "std_srvs",
+    "geometry_msgs",
+    "trajectory_msgs",
+    "rosgraph_msgs",
+)
 COMPILED = ("entry_point", "routine", "generic")  # decorators of jit
 LOOSE = 5  # modules at the top of crane_sim
 
@@ -166,7 +174,11 @@ def importers(*modules: str) -> set[str]:
     return {
         name
         for name in SOURCES
-        if any(dotted == module or dotted.startswith(module + ".") for dotted in imports(name) for module in modules)
+        if any(
+            dotted == module or dotted.startswith(module + ".")
+            for dotted in imports(name)
+            for module in modules
+        )
     }
 
 
@@ -184,7 +196,9 @@ def test_every_layer_has_modules() -> None:
 
 def test_no_import_cycles() -> None:
     """Imports have no cycle: a topological sort fails with one."""
-    order = list(TopologicalSorter({name: dependencies(name) - {name} for name in SOURCES}).static_order())
+    order = list(
+        TopologicalSorter({name: dependencies(name) - {name} for name in SOURCES}).static_order()
+    )
     assert set(order) == set(SOURCES)
 
 
@@ -201,7 +215,9 @@ def test_the_page_names_every_layer() -> None:
 
 def test_one_command_counts_the_lines() -> None:
     """The command of ARCHITECTURE.md counts lines of product, laboratory and tests."""
-    found = re.search(r"^```sh title=\"lines.*?\n(.*?)^```$", (ROOT / "ARCHITECTURE.md").read_text(), re.M | re.S)
+    found = re.search(
+        r"^```sh title=\"lines.*?\n(.*?)^```$", (ROOT / "ARCHITECTURE.md").read_text(), re.M | re.S
+    )
     assert found is not None
     counted = run_to_completion(["sh", "-c", found[1]], cwd=ROOT, check=True).stdout.splitlines()
     lines = {name: int(number) for number, _, name in (line.partition(" ") for line in counted)}
@@ -211,7 +227,10 @@ def test_one_command_counts_the_lines() -> None:
 
 def test_few_loose_modules() -> None:
     """The package has few modules outside of folders."""
-    assert len([name for name in SOURCES if name.count(".") == 1 and name.startswith("crane_sim.")]) <= LOOSE
+    assert (
+        len([name for name in SOURCES if name.count(".") == 1 and name.startswith("crane_sim.")])
+        <= LOOSE
+    )
 
 
 def test_a_name_in_a_string_is_an_import() -> None:
@@ -233,7 +252,11 @@ def test_a_name_in_a_string_is_an_import() -> None:
 
 def test_the_product_imports_no_laboratory() -> None:
     """Neither simulator nor laws import or name `crane_bench`: its commands are entry points."""
-    names = {name for name in SOURCES if any(each.startswith("crane_bench") for each in dependencies(name))}
+    names = {
+        name
+        for name in SOURCES
+        if any(each.startswith("crane_bench") for each in dependencies(name))
+    }
     assert names and all(name.startswith("crane_bench.") for name in names)
 
 
@@ -252,7 +275,9 @@ def test_the_simulator_imports_no_law() -> None:
     ],
     ids=["ros", "rerun", "llvmlite", "gymnasium"],
 )
-def test_packages_stay_in_their_folders(packages: tuple[str, ...], folders: tuple[str, ...]) -> None:
+def test_packages_stay_in_their_folders(
+    packages: tuple[str, ...], folders: tuple[str, ...]
+) -> None:
     """ROS, Rerun, llvmlite and Gymnasium are imported in their folders and nowhere else."""
     imported = importers(*packages)
     assert imported and all(name.startswith(folders) for name in imported)
@@ -264,10 +289,14 @@ def test_undigested_folders_have_no_compiled_code() -> None:
     No module that does imports them.
     """
     packages = "crane_sim", "crane_control"
-    undigested = tuple(f"{package}.{name.replace('/', '.')}" for name in UNDIGESTED for package in packages)
+    undigested = tuple(
+        f"{package}.{name.replace('/', '.')}" for name in UNDIGESTED for package in packages
+    )
     compiled = importers(*(f"crane_sim.numerics.jit.{name}" for name in COMPILED))
     assert compiled and not any(name.startswith(undigested) for name in compiled)
-    assert not {name for name in importers(*undigested) & compiled if not name.startswith("crane_bench.")}
+    assert not {
+        name for name in importers(*undigested) & compiled if not name.startswith("crane_bench.")
+    }
 
 
 @pytest.mark.parametrize("name", SOURCES)
@@ -276,7 +305,9 @@ def test_sizes(name: str) -> None:
     for node in ast.walk(tree_of(name)):
         if isinstance(node, ast.FunctionDef):
             documented = ast.get_docstring(node) is not None
-            first = node.body[1].lineno if documented and len(node.body) > 1 else node.body[0].lineno
+            first = (
+                node.body[1].lineno if documented and len(node.body) > 1 else node.body[0].lineno
+            )
             lines = (node.end_lineno or 0) - first + 1
             limit = 40 if node.decorator_list else 25
             assert lines <= limit, f"{name}.{node.name} has {lines} lines"
@@ -307,7 +338,9 @@ def test_assertions_have_no_effect(name: str) -> None:
     for statement in ast.walk(tree_of(name)):
         if isinstance(statement, ast.Assert):
             for part in ast.walk(statement.test):
-                assert not isinstance(part, ast.NamedExpr | ast.Await | ast.Yield), f"{name}: line {part.lineno}"
+                assert not isinstance(part, ast.NamedExpr | ast.Await | ast.Yield), (
+                    f"{name}: line {part.lineno}"
+                )
                 if isinstance(part, ast.Call):
                     called = ast.unparse(part.func).rpartition(".")[2]
                     assert called in _HARMLESS, f"{name}: line {part.lineno} calls {called}"

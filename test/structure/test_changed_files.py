@@ -49,4 +49,7 @@ def test_files_of_a_change_are_chosen(tree: Path, changed: str | None, expected:
     if changed:
         (tree / changed).write_text("# changed\n")
     files = ChangedFiles(tree)
-    assert sorted(path.stem for path in (tree / "test").glob("test_*.py") if files.concern(path)) == expected
+    assert (
+        sorted(path.stem for path in (tree / "test").glob("test_*.py") if files.concern(path))
+        == expected
+    )

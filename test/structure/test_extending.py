@@ -27,7 +27,7 @@ class Hold:
 
 def build(settings, scene):
     return Hold(read_settings(Settings, settings).stiffness, scene.reference[0], scene.model)
-'''
+'''  # noqa: E501
 
 
 def test_a_law_of_another_package_is_found_by_its_name(tmp_path: Path) -> None:
@@ -46,8 +46,12 @@ def test_a_law_of_another_package_is_found_by_its_name(tmp_path: Path) -> None:
     )
     environment = os.environ | {"PYTHONPATH": str(tmp_path), "CRANE_SIM_INTERPRETED": "1"}
     result = run_to_completion([sys.executable, "-c", code], env=environment, cwd=tmp_path)
-    assert yaml.safe_load(result.stdout) == [7.0 * np.radians(45.0), 200.0, 90.0, -9.81], result.stderr
-    assert "control: unknown key 'stifness' for law 'hold', did you mean 'stiffness'?" in result.stderr
+    assert yaml.safe_load(result.stdout) == [7.0 * np.radians(45.0), 200.0, 90.0, -9.81], (
+        result.stderr
+    )
+    assert (
+        "control: unknown key 'stifness' for law 'hold', did you mean 'stiffness'?" in result.stderr
+    )
 
 
 def test_a_new_scene_runs_from_its_file(tmp_path: Path) -> None:
@@ -55,7 +59,9 @@ def test_a_new_scene_runs_from_its_file(tmp_path: Path) -> None:
     file = tmp_path / "mine.yaml"
     text = scene_files()["knuckle_setpoint"].read_text()
     file.write_text(
-        text.replace("payload: {mass: 1.0}", "payload: {mass: 2.5}").replace("duration: 40.0", "duration: 0.1")
+        text.replace("payload: {mass: 1.0}", "payload: {mass: 2.5}").replace(
+            "duration: 40.0", "duration: 0.1"
+        )
     )
     run = crane_sim.simulate(file)
     assert run.scene.name == "mine" and run.scene.model.load.mass == 2.5

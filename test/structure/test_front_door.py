@@ -24,14 +24,19 @@ def test_the_public_names_are_shown() -> None:
 
     Help shows the functions.
     """
-    assert [name for name in dir(crane_sim) if not name.startswith("_")] == sorted(crane_sim.__all__)
+    assert [name for name in dir(crane_sim) if not name.startswith("_")] == sorted(
+        crane_sim.__all__
+    )
     text = pydoc.plain(pydoc.render_doc(crane_sim))
     assert all(f"    {name}(" in text or f"class {name}(" in text for name in crane_sim.__all__)
 
 
 def test_the_package_alone_is_light() -> None:
     """Importing the package, and looking at its names, imports nothing of what they need."""
-    code = "import sys, crane_sim; dir(crane_sim); print(sorted({'numpy', 'llvmlite', 'pydantic'} & set(sys.modules)))"
+    code = (
+        "import sys, crane_sim; dir(crane_sim); print(sorted({'numpy', 'llvmlite', 'pydantic'} & "
+        "set(sys.modules)))"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 
@@ -39,7 +44,11 @@ def test_the_package_alone_is_light() -> None:
 def test_compiled_code_needs_no_scipy() -> None:
     """A crane's energy, compiled or loaded, imports nothing of SciPy, which takes long."""
     energy = "import sys, crane_sim; crane_sim.energy('knuckle_setpoint', [0] * 6, [0] * 6)"
-    command = [sys.executable, "-c", f"{energy}; print('numpy' in sys.modules, 'scipy' in sys.modules)"]
+    command = [
+        sys.executable,
+        "-c",
+        f"{energy}; print('numpy' in sys.modules, 'scipy' in sys.modules)",
+    ]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "True False"
 

@@ -23,7 +23,9 @@ def test_long(case):
 def test_one_case_is_long(case):
     pass
 """
-LONG = [f"test_nested.py::test_long[{case}]" for case in range(40)] + ["test_nested.py::test_one_case_is_long[1]"]
+LONG = [f"test_nested.py::test_long[{case}]" for case in range(40)] + [
+    "test_nested.py::test_one_case_is_long[1]"
+]
 
 
 def run_pytest(folder: Path, *options: str) -> str:
@@ -32,7 +34,11 @@ def run_pytest(folder: Path, *options: str) -> str:
     result = run_to_completion(
         [sys.executable, "-m", "pytest", *usual, "-m", "long", *options, str(folder)],
         env=os.environ
-        | {"PYTHONPATH": os.pathsep.join(map(str, (TEST, TEST / "helpers", TEST / "programs", TEST.parent)))},
+        | {
+            "PYTHONPATH": os.pathsep.join(
+                map(str, (TEST, TEST / "helpers", TEST / "programs", TEST.parent))
+            )
+        },
         cwd=folder,
     )
     assert result.returncode == 0, result.stdout + result.stderr
@@ -56,7 +62,10 @@ def test_the_parts_cover_every_long_test_once(tmp_path: Path) -> None:
     (tmp_path / "test_nested.py").write_text(NESTED)
     parts = [collect(tmp_path, "--part", str(part)) for part in range(PARTS)]
     assert sorted(test for tests, _ in parts for test in tests) == sorted(LONG)
-    assert all("the others: --part" in output and f"part {part} of" in output for part, (_, output) in enumerate(parts))
+    assert all(
+        "the others: --part" in output and f"part {part} of" in output
+        for part, (_, output) in enumerate(parts)
+    )
     assert part_of("test/a.py::test_long[3]") == part_of("test/b/c.py::test_long[3]")
 
 
@@ -72,7 +81,9 @@ def test_workers_run_the_part_that_is_due(tmp_path: Path) -> None:
 def git(folder: Path, *arguments: str) -> None:
     """Run a command of git in `folder`."""
     identity = ["-c", "user.name=tests", "-c", "user.email=tests@localhost"]
-    subprocess.run(["git", *identity, *arguments], cwd=folder, check=True, capture_output=True, timeout=60.0)
+    subprocess.run(
+        ["git", *identity, *arguments], cwd=folder, check=True, capture_output=True, timeout=60.0
+    )
 
 
 def test_consecutive_commits_run_all_parts(tmp_path: Path) -> None:

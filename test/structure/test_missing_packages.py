@@ -19,7 +19,8 @@ PROGRAM = TREE / "test" / "programs" / "without_packages.py"
 COMMANDS = {
     "run overhead_energy": "a run over ROS needs the Python package rclpy, .*crane_sim[ros]",
     "drive overhead_energy": "a run over ROS needs the Python package rclpy, .*crane_sim[ros]",
-    "simulate overhead_energy --record run.rrd": "--record: needs the Python package rerun-sdk, .*crane_sim[rerun]",
+    "simulate overhead_energy --record run.rrd": "--record: needs the Python package rerun-sdk, "
+    ".*crane_sim[rerun]",
     "view --web run.rrd": "a recording needs the Python package rerun-sdk, .*crane_sim[rerun]",
     "view --live": "a recording needs the Python package rerun-sdk, .*crane_sim[rerun]",
     "shot run.rrd": "a recording needs the Python package rerun-sdk, .*crane_sim[rerun]",
@@ -39,11 +40,16 @@ NODES = ("crane_sim.ros.plant_node", "crane_sim.ros.recorder_node") + tuple(
     f"crane_control.nodes.{name}_node" for name in ("controller", "tracker", "operator")
 )
 EXPRESSIONS = {
-    "run.record('run.rrd')": "MissingPackage: a recording needs the Python package rerun-sdk, .*crane_sim[rerun]",
-    "run.plot()": "MissingPackage: a figure needs the Python package matplotlib, .*crane_sim[plots]",
-    "crane_sim.read_recording('run.rrd')": "UnreadableRecording: run.rrd: a recording needs .*crane_sim[rerun]",
-    "crane_sim.read_recording('run.mcap')": "UnreadableRecording: run.mcap: a .* needs .*crane_sim[",
-    "__import__('crane_sim.gym')": "MissingPackage: an environment needs .* gymnasium, .*crane_sim[gym]",
+    "run.record('run.rrd')": "MissingPackage: a recording needs the Python package rerun-sdk, "
+    ".*crane_sim[rerun]",
+    "run.plot()": "MissingPackage: a figure needs the Python package matplotlib, "
+    ".*crane_sim[plots]",
+    "crane_sim.read_recording('run.rrd')": "UnreadableRecording: run.rrd: a recording needs "
+    ".*crane_sim[rerun]",
+    "crane_sim.read_recording('run.mcap')": "UnreadableRecording: run.mcap: a .* needs "
+    ".*crane_sim[",
+    "__import__('crane_sim.gym')": "MissingPackage: an environment needs .* gymnasium, "
+    ".*crane_sim[gym]",
 }
 """Expressions in Python, and their errors."""
 
@@ -61,7 +67,9 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     commands = [words.split() for words in COMMANDS]
     wanted = {"commands": commands, "nodes": NODES, "expressions": list(EXPRESSIONS)}
     display = {"DISPLAY": ":0", "CRANE_SIM_INTERPRETED": "1"}
-    done = run_to_completion([sys.executable, str(PROGRAM), json.dumps(wanted)], cwd=folder, env=os.environ | display)
+    done = run_to_completion(
+        [sys.executable, str(PROGRAM), json.dumps(wanted)], cwd=folder, env=os.environ | display
+    )
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 
@@ -86,13 +94,18 @@ def test_a_node_names_the_extra_that_it_needs(found: dict[str, Any]) -> None:
 
     The line has the package and the command that installs it.
     """
-    line = "crane: a node needs the Python package rclpy, which is not installed (pip install 'crane_sim[ros]')"
+    line = (
+        "crane: a node needs the Python package rclpy, which is not installed (pip install "
+        "'crane_sim[ros]')"
+    )
     assert found["nodes"] == [line] * len(NODES)
 
 
 def test_python_names_the_extra_that_it_needs(found: dict[str, Any]) -> None:
     """An error in Python is one line with the package and the command that installs it."""
-    for (expression, line), (kind, message) in zip(EXPRESSIONS.items(), found["expressions"], strict=True):
+    for (expression, line), (kind, message) in zip(
+        EXPRESSIONS.items(), found["expressions"], strict=True
+    ):
         assert re.fullmatch(f"{as_pattern(line)}.*", f"{kind}: {message}"), expression
 
 

@@ -28,7 +28,11 @@ class Terminal(io.StringIO):
 
 def pins_of(group: str) -> set[str]:
     """Return the pinned versions of a lock file, with their conditions."""
-    return {line.rstrip(" \\\n") for line in (REQUIREMENTS / f"{group}.lock").open() if re.match(r"\S+==", line)}
+    return {
+        line.rstrip(" \\\n")
+        for line in (REQUIREMENTS / f"{group}.lock").open()
+        if re.match(r"\S+==", line)
+    }
 
 
 def make_environment(folder: Path, monkeypatch: pytest.MonkeyPatch, code: int = 0) -> Path:
@@ -69,7 +73,9 @@ def test_a_group_is_installed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.parametrize(("answer", "installed"), [("n", False), ("y", True), ("", True)])
-def test_a_terminal_is_asked(answer: str, installed: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_terminal_is_asked(
+    answer: str, installed: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Nothing is installed that the user refuses; one line says what is missing.
 
     Yes is the default.
@@ -77,17 +83,26 @@ def test_a_terminal_is_asked(answer: str, installed: bool, tmp_path: Path, monke
     calls, screen = make_environment(tmp_path, monkeypatch), Terminal()
     monkeypatch.setattr(sys, "stdin", Terminal(f"{answer}\n"))
     monkeypatch.setattr(sys, "stderr", screen)
-    with nullcontext() if installed else pytest.raises(SceneError, match=r"^the packages for studies: [^\n]* install"):
+    with (
+        nullcontext()
+        if installed
+        else pytest.raises(SceneError, match=r"^the packages for studies: [^\n]* install")
+    ):
         install_groups("study")
     assert bool(calls.read_text()) == installed
-    assert "install the packages for studies: tune, clusters and sensitivity of sweep (240 MB)?" in screen.getvalue()
+    assert (
+        "install the packages for studies: tune, clusters and sensitivity of sweep (240 MB)?"
+        in screen.getvalue()
+    )
 
 
 def test_a_failed_installation_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where pip fails, the line names the lock file and the log, and the next call tries again."""
     calls = make_environment(tmp_path, monkeypatch, code=1)
     for _ in range(2):
-        with pytest.raises(RuntimeError, match=r"study\.lock could not be installed.*install\.log") as failure:
+        with pytest.raises(
+            RuntimeError, match=r"study\.lock could not be installed.*install\.log"
+        ) as failure:
             install_groups("study")
         assert "\n" not in str(failure.value)
     assert len(calls.read_text().splitlines()) == 2
@@ -107,7 +122,9 @@ def test_a_failed_installation_is_one_line(tmp_path: Path, monkeypatch: pytest.M
         "soak page --save .",
     ],
 )
-def test_input_is_checked_first(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_input_is_checked_first(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A command whose input is not there says so, and has installed nothing."""
     calls = make_environment(tmp_path, monkeypatch)
     monkeypatch.chdir(tmp_path)
@@ -125,11 +142,15 @@ def test_other_environments_are_left_alone(tmp_path: Path, monkeypatch: pytest.M
     (tmp_path / "crane.stamp").write_text("0 0\n/another/tree\n")
     install_groups("plots")
     assert not calls.read_text()
-    with pytest.raises(SceneError, match=r"not made by ./crane; pip install 'crane_sim\[plots\]' installs"):
+    with pytest.raises(
+        SceneError, match=r"not made by ./crane; pip install 'crane_sim\[plots\]' installs"
+    ):
         app(["install", "plots"], standalone_mode=False)
 
 
-def test_the_command_that_installs_is_one_that_is_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_command_that_installs_is_one_that_is_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Messages name `./crane install` where it made the environment, pip and an extra elsewhere."""
     make_environment(tmp_path, monkeypatch)
     assert how_to_install("study", "pandas") == "./crane install study"
@@ -145,5 +166,7 @@ def test_every_group_is_an_extra() -> None:
 
 def test_an_unknown_group_names_the_others() -> None:
     """A mistyped group fails in one line with the nearest name and all of them."""
-    with pytest.raises(SceneError, match=r"plts: no such group of packages, did you mean 'plots'\?.*study"):
+    with pytest.raises(
+        SceneError, match=r"plts: no such group of packages, did you mean 'plots'\?.*study"
+    ):
         app(["install", "plts"], standalone_mode=False)

@@ -7,7 +7,14 @@ import sys
 from pathlib import Path
 
 import pytest
-from process_helpers import has_exited, next_line, run_to_completion, started_program, wait_exited, wait_until
+from process_helpers import (
+    has_exited,
+    next_line,
+    run_to_completion,
+    started_program,
+    wait_exited,
+    wait_until,
+)
 
 TEST = Path(__file__).parents[1]
 IGNORES_SIGTERM = """
@@ -25,7 +32,7 @@ def test_that_is_killed():
     with open("pid_file", "w") as pid_file:
         pid_file.write(f"{os.getpid()} {child.pid}\\n")
     time.sleep(600)
-"""
+"""  # noqa: E501
 HANGING = """
 import hashlib, os, time
 
@@ -41,7 +48,9 @@ def test_a_program_ends_with_its_block() -> None:
     """One that ignores SIGTERM and its child are gone after the block, whatever is raised."""
     with (
         pytest.raises(ZeroDivisionError),
-        started_program([sys.executable, "-c", IGNORES_SIGTERM], grace=0.2, stdout=subprocess.PIPE) as process,
+        started_program(
+            [sys.executable, "-c", IGNORES_SIGTERM], grace=0.2, stdout=subprocess.PIPE
+        ) as process,
     ):
         both = {int(next_line(process)), int(next_line(process))}
         raise ZeroDivisionError
@@ -71,7 +80,9 @@ def nested(folder: Path, test: str, *options: str) -> list[str]:
 def environment() -> dict[str, str]:
     """Return the environment of a session within a test."""
     return {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")} | {
-        "PYTHONPATH": os.pathsep.join([str(TEST), str(TEST / "helpers"), str(TEST / "programs"), str(TEST.parent)])
+        "PYTHONPATH": os.pathsep.join(
+            [str(TEST), str(TEST / "helpers"), str(TEST / "programs"), str(TEST.parent)]
+        )
     }
 
 
@@ -82,9 +93,14 @@ def test_nothing_outlives_a_session_that_is_killed(workers: str, tmp_path: Path)
     That holds even for programs in a session of their own.
     """
     pid_file = tmp_path / "pid_file"
-    with started_program(nested(tmp_path, OTHER_SESSION, "-n", workers), env=environment(), cwd=tmp_path) as session:
+    with started_program(
+        nested(tmp_path, OTHER_SESSION, "-n", workers), env=environment(), cwd=tmp_path
+    ) as session:
         wait_until(
-            lambda: has_exited(session.pid) or (pid_file.exists() and pid_file.read_text().endswith("\n")),
+            lambda: (
+                has_exited(session.pid)
+                or (pid_file.exists() and pid_file.read_text().endswith("\n"))
+            ),
             "the nested test",
         )
         test_process, other_session = map(int, pid_file.read_text().split())
@@ -116,7 +132,18 @@ def test_a_test_that_hangs_or_crashes_fails_alone(hang: str, message: str, tmp_p
 
     Later tests are run.
     """
-    limits = ["-n", "1", "-o", "test_limit=8", "-o", "faulthandler_timeout=25"]  # setup starts a process
-    result = run_to_completion(nested(tmp_path, HANGING.format(hang=hang), *limits), env=environment(), cwd=tmp_path)
-    assert message in result.stdout and "1 failed, 1 passed" in result.stdout, result.stdout + result.stderr
+    limits = [
+        "-n",
+        "1",
+        "-o",
+        "test_limit=8",
+        "-o",
+        "faulthandler_timeout=25",
+    ]  # setup starts a process
+    result = run_to_completion(
+        nested(tmp_path, HANGING.format(hang=hang), *limits), env=environment(), cwd=tmp_path
+    )
+    assert message in result.stdout and "1 failed, 1 passed" in result.stdout, (
+        result.stdout + result.stderr
+    )
     assert result.returncode == 1

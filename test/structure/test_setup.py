@@ -30,7 +30,9 @@ def run_setup_script(folder: Path, pip_code: int) -> subprocess.CompletedProcess
     python.chmod(0o755)
     env = os.environ | {"CRANE_PYTHON": str(python), "PIP_CODE": str(pip_code)}
     command = [str(folder / "crane"), "scenes"]
-    return subprocess.run(command, env=env, capture_output=True, text=True, check=False, timeout=60.0)
+    return subprocess.run(
+        command, env=env, capture_output=True, text=True, check=False, timeout=60.0
+    )
 
 
 def test_setup_prints_one_line(tmp_path: Path) -> None:
@@ -47,7 +49,8 @@ def test_a_failed_setup_prints_the_reason(tmp_path: Path) -> None:
     assert result.returncode == 2
     assert "no matching wheel" in result.stderr
     assert (
-        "could not be installed" in result.stderr.splitlines()[-1] and "install.log" in result.stderr.splitlines()[-1]
+        "could not be installed" in result.stderr.splitlines()[-1]
+        and "install.log" in result.stderr.splitlines()[-1]
     )
 
 
@@ -65,7 +68,9 @@ def test_a_tree_may_have_any_name_in_any_locale(tmp_path: Path) -> None:
     run_setup_script(tree, 0)
     stamp = (tree / ".venv" / "crane.stamp").read_bytes()
     shutil.rmtree(tree / ".venv")
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", tree / ".venv"], check=True, timeout=60.0)
+    subprocess.run(
+        [sys.executable, "-m", "venv", "--without-pip", tree / ".venv"], check=True, timeout=60.0
+    )
     (tree / ".venv" / "crane.stamp").write_bytes(stamp)
     (packages,) = (tree / ".venv" / "lib").glob("python*/site-packages")
     (packages / "tree.pth").write_text(f"{tree}\n", encoding="utf-8")
@@ -74,5 +79,7 @@ def test_a_tree_may_have_any_name_in_any_locale(tmp_path: Path) -> None:
     command.write_text(f"#!{tree}/.venv/bin/python\nimport of_this_tree\n", encoding="utf-8")
     command.chmod(0o755)
     env = os.environ | {"LC_ALL": "C", "PYTHONHOME": "/nonexistent"}
-    result = subprocess.run([tree / "crane"], env=env, capture_output=True, text=True, check=False, timeout=60.0)
+    result = subprocess.run(
+        [tree / "crane"], env=env, capture_output=True, text=True, check=False, timeout=60.0
+    )
     assert result.stdout == "called\n", result.stderr

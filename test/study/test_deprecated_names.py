@@ -57,7 +57,10 @@ def test_a_finished_folder_of_the_previous_release_is_read(metric: str, tmp_path
     known = json.loads(file.read_text())
     known["study"]["figures"] = known["study"].pop("metrics")
     file.write_text(json.dumps(known))
-    fields = [field.with_metadata(DEPRECATED_OWN_METRIC) if field.metadata else field for field in table.schema]
+    fields = [
+        field.with_metadata(DEPRECATED_OWN_METRIC) if field.metadata else field
+        for field in table.schema
+    ]
     pq.write_table(table.cast(pa.schema(fields, table.schema.metadata)), folder / "table.parquet")
     result = studies.read_result(folder)
     assert result.study == study and result.own_metrics == ["furthest"]
@@ -70,11 +73,18 @@ def test_deprecated_names_in_python_work(metric: str, tmp_path: Path) -> None:
     """
     result = studies.run(STUDY | {"metrics": metric}, tmp_path / "study", workers=1)
     with pytest.warns(DeprecationWarning, match="StudyResult.figure is now StudyResult.metric"):
-        assert np.array_equal(result.figure("furthest", "scene"), result.metric("furthest", "scene"))
-    with pytest.warns(DeprecationWarning, match="StudyResult.own_figures is now StudyResult.own_metrics"):
+        assert np.array_equal(
+            result.figure("furthest", "scene"), result.metric("furthest", "scene")
+        )
+    with pytest.warns(
+        DeprecationWarning, match="StudyResult.own_figures is now StudyResult.own_metrics"
+    ):
         assert result.own_figures == ["furthest"]
     changes = {"trolley.mass": [20.0]}
-    with pytest.warns(DeprecationWarning, match=r"simulate_batch\(figures=...\) is now simulate_batch\(metrics=...\)"):
+    with pytest.warns(
+        DeprecationWarning,
+        match=r"simulate_batch\(figures=...\) is now simulate_batch\(metrics=...\)",
+    ):
         batch = crane_sim.simulate_batch("overhead_energy", changes, 0.1, figures=True)
     assert batch.metrics is not None
     with pytest.warns(DeprecationWarning, match=r"Batch.figures is now Batch.metrics"):

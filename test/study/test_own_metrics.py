@@ -71,7 +71,11 @@ def test_a_study_has_metrics_of_ones_own(own: Path, tmp_path: Path) -> None:
     found, plain = studies.run(file, tmp_path / "own", 1), studies.run(STUDY, tmp_path / "plain", 1)
     for row, case in zip(found.table.to_pylist(), studies.cases(found.study), strict=True):
         run = crane_sim.simulate("overhead_energy", overrides=case.changes)
-        assert row["furthest"] == abs(run.q[:, 0]).max() and row["none"] is None and row["odd_steps"] == 0.5
+        assert (
+            row["furthest"] == abs(run.q[:, 0]).max()
+            and row["none"] is None
+            and row["odd_steps"] == 0.5
+        )
     same = ["case", "status", "state_sha256", "residual_swing_deg"]
     assert found.table.select(same) == plain.table.select(same)
     for name, reason in (
@@ -87,7 +91,10 @@ def test_a_study_has_metrics_of_ones_own(own: Path, tmp_path: Path) -> None:
     ("returned", "line"),
     [
         *(
-            ({name: 1.0}, f"returned {name!r}, which is taken by the table's own columns; take another name")
+            (
+                {name: 1.0},
+                f"returned {name!r}, which is taken by the table's own columns; take another name",
+            )
             for name in ("status", f"parameter.{MASS}", "state_sha256")
         ),
         ({"settling_time.bridge": 1.0}, "returned 'settling_time.bridge', which is taken"),
@@ -98,7 +105,9 @@ def test_a_study_has_metrics_of_ones_own(own: Path, tmp_path: Path) -> None:
         (None, "returned None; must return a dict of name: number"),
     ],
 )
-def test_what_can_be_no_column_is_refused_after_one_run(returned: Any, line: str, own: Path, tmp_path: Path) -> None:
+def test_what_can_be_no_column_is_refused_after_one_run(
+    returned: Any, line: str, own: Path, tmp_path: Path
+) -> None:
     """What can be no column is refused in one line that says what is possible.
 
     These are names that the table has, and what are no numbers by name; nothing is written.
@@ -107,7 +116,9 @@ def test_what_can_be_no_column_is_refused_after_one_run(returned: Any, line: str
     own.write_text(OWN.replace('{"metric": {}}', f'{{"metric": {text}}}'))
     with pytest.raises(SceneError, match=line) as error:
         run_with(f"{own}:returned", tmp_path / "refused")
-    assert f"study: metrics = '{own}:returned': " in str(error.value) and "\n" not in str(error.value)
+    assert f"study: metrics = '{own}:returned': " in str(error.value) and "\n" not in str(
+        error.value
+    )
     assert not (tmp_path / "refused").exists()
 
 
@@ -116,7 +127,9 @@ def test_a_damaged_identity_is_one_line(content: bytes, tmp_path: Path) -> None:
     """A damaged study.json is named in one line by a study that finds it, and by its reader."""
     for name in ("study.json", "table.parquet"):
         (tmp_path / name).write_bytes(content)
-    with pytest.raises(SceneError, match=r"^\S*study\.json: is damaged; name another folder[^\n]*$"):
+    with pytest.raises(
+        SceneError, match=r"^\S*study\.json: is damaged; name another folder[^\n]*$"
+    ):
         studies.run(STUDY, tmp_path, 1)
     with pytest.raises(SceneError, match=r"^\S*study\.json: is damaged[^\n]*$"):
         studies.read_result(tmp_path)
@@ -127,24 +140,35 @@ def test_values_of_several_types_are_text(tmp_path: Path) -> None:
 
     Each is in a block of its own.
     """
-    found = studies.run(STUDY | {"parameters": {"initial.angles": [0.1, "10 deg", 1, True]}}, tmp_path, 1)
+    found = studies.run(
+        STUDY | {"parameters": {"initial.angles": [0.1, "10 deg", 1, True]}}, tmp_path, 1
+    )
     assert found.column("parameter.initial.angles").tolist()[::2] == ["0.1", "10 deg", "1", "True"]
     assert found.column("status").tolist()[::2] == ["ok", "ok", "ok", "refused"]
 
 
 def test_the_worst_runs_are_those_without_a_value(own: Path, tmp_path: Path) -> None:
     """Runs without the metric are recorded before that with the largest value, failed ones not."""
-    values = {8.0: 1.0, 9.0: None, 10.0: 2.0}  # by mass; another one is an error, and so a failed run
+    values = {
+        8.0: 1.0,
+        9.0: None,
+        10.0: 2.0,
+    }  # by mass; another one is an error, and so a failed run
     look_up = f"{values}[run.scene.document['cable']['node_masses'][0]]"
     own.write_text(f"def late(run):\n    return {{'late': {look_up}}}\n")
     changes = {"parameters": {MASS: [7.0, *values]}, "variants": {}, "metrics": f"{own}:late"}
     worst = {"worst": {"metric": "late", "count": 2}}
     result = studies.run(STUDY | changes | {"recordings": worst}, tmp_path / "study", 1)
     assert result.column("status").tolist() == ["failed", "ok", "ok", "ok"]
-    assert sorted(file.stem for file in (result.folder / "recordings").iterdir()) == ["000002", "000003"]
+    assert sorted(file.stem for file in (result.folder / "recordings").iterdir()) == [
+        "000002",
+        "000003",
+    ]
 
 
-def test_recordings_without_a_recorder_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_recordings_without_a_recorder_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A study or search with recordings is refused in one line if rerun-sdk is missing.
 
     That comes before anything runs.
@@ -152,9 +176,16 @@ def test_recordings_without_a_recorder_are_refused(tmp_path: Path, monkeypatch: 
     monkeypatch.setitem(sys.modules, "rerun", None)
     monkeypatch.setattr("crane_sim.study.execution.check_cases", pytest.fail)
     monkeypatch.setattr("crane_sim.study.tuning_checks.check_cases", pytest.fail)
-    tuned = STUDY | {"tune": {"gains": {"control.kp.0": {"low": 1.0, "high": 2.0}}, "objectives": ["peak_swing_deg"]}}
+    tuned = STUDY | {
+        "tune": {
+            "gains": {"control.kp.0": {"low": 1.0, "high": 2.0}},
+            "objectives": ["peak_swing_deg"],
+        }
+    }
     for start, study in ((studies.run, STUDY), (tune, tuned)):
-        with pytest.raises(SceneError, match=r"^study: recordings: needs the Python package rerun-sdk,[^\n]*$"):
+        with pytest.raises(
+            SceneError, match=r"^study: recordings: needs the Python package rerun-sdk,[^\n]*$"
+        ):
             start(study | {"recordings": {"every": 2}}, tmp_path / "refused", 1)
     assert not (tmp_path / "refused").exists()
 
@@ -166,14 +197,18 @@ def test_a_metric_that_fails_is_a_row_that_failed(own: Path, tmp_path: Path) -> 
     """
     rows = run_with(f"{own}:of_strong_laws", tmp_path / "some")
     strong = [row["peak_effort.trolley"] > 340.0 for row in rows]
-    assert 0 < sum(strong) < 4 and [row["status"] for row in rows] == [("failed", "ok")[each] for each in strong]
+    assert 0 < sum(strong) < 4 and [row["status"] for row in rows] == [
+        ("failed", "ok")[each] for each in strong
+    ]
     (line,) = {row["error"] for row in rows if row["error"]}
     assert line.startswith(f"metrics = '{own}:of_strong_laws': ZeroDivisionError: ")
     assert [row["inverse"] for row in rows] == [1.0 if each else None for each in strong]
     result, lines = studies.read_result(tmp_path / "some"), io.StringIO()
     print_result(result, Console(file=lines, width=200))
     (each,) = result.failure_differences().values()
-    counts = f"only energy in {each.first_only}, only weak in {each.second_only}, both in {each.both}"
+    counts = (
+        f"only energy in {each.first_only}, only weak in {each.second_only}, both in {each.both}"
+    )
     assert f"failures by sample: {counts}; McNemar's p {each.p_value:.2g}\n" in lines.getvalue()
     broken = run_with(f"{own}:broken", tmp_path / "all")
     assert all("SystemExit: 3" in row["error"] and row["status"] == "failed" for row in broken)
@@ -186,7 +221,9 @@ def test_recordings_of_a_finished_study_may_be_asked_for_later(own: Path, tmp_pa
     with pytest.raises(SceneError, match="unknown metric 'further'.*did you mean 'furthest'"):
         studies.run(study | {"recordings": {"worst": {"metric": "further"}}}, folder, 1)
     first = studies.run(study, folder, 1)
-    again = studies.run(study | {"recordings": {"worst": {"metric": "furthest", "count": 1}}}, folder, 1)
+    again = studies.run(
+        study | {"recordings": {"worst": {"metric": "furthest", "count": 1}}}, folder, 1
+    )
     assert again.table == first.table
     (file,) = (folder / "recordings").iterdir()
     assert int(file.stem) == np.argmax(first.column("furthest"))
@@ -207,7 +244,9 @@ NAMED: dict[str, dict[str, Any]] = {
 
 
 @pytest.mark.parametrize("place", NAMED)
-def test_a_study_goes_on_with_the_functions_that_began_it(place: str, own: Path, tmp_path: Path) -> None:
+def test_a_study_goes_on_with_the_functions_that_began_it(
+    place: str, own: Path, tmp_path: Path
+) -> None:
     """After an edit of a file of metrics or of a law, its folder is refused in one line.
 
     The folder stays as it is.
@@ -222,7 +261,10 @@ def test_a_study_goes_on_with_the_functions_that_began_it(place: str, own: Path,
     first, text = studies.run(changes, tmp_path / "folder", 1), file.read_text()
     assert set(first.column("status")) == {"ok"}
     file.write_text(text + "\n# edited\n")
-    line = f"folder {tmp_path / 'folder'}: was begun with another content of {file}; name another folder, or remove it"
+    line = (
+        f"folder {tmp_path / 'folder'}: was begun with another content of {file}; name another "
+        "folder, or remove it"
+    )
     with pytest.raises(SceneError) as refused:
         studies.run(changes, tmp_path / "folder", 1)
     assert str(refused.value) == line
@@ -274,7 +316,9 @@ def late(run):
     assert max(map(len, shown.splitlines()[:-1])) <= 80 and "mean [m]" in study_page(result)
 
 
-def test_what_a_killed_write_has_left_is_removed_and_a_damaged_block_is_named(own: Path, tmp_path: Path) -> None:
+def test_what_a_killed_write_has_left_is_removed_and_a_damaged_block_is_named(
+    own: Path, tmp_path: Path
+) -> None:
     """A study resumes beside a killed process's unfinished files; a damaged block is one line."""
     folder = tmp_path / "study"
     with pytest.raises(RuntimeError, match="stop"):
@@ -284,7 +328,9 @@ def test_what_a_killed_write_has_left_is_removed_and_a_damaged_block_is_named(ow
     whole = sorted((folder / "rows").glob("*.arrow"))
     content = whole[0].read_bytes()
     whole[0].write_bytes(b"")
-    with pytest.raises(SceneError, match=r"000000\.arrow: is damaged .*; remove it: its cases are run anew"):
+    with pytest.raises(
+        SceneError, match=r"000000\.arrow: is damaged .*; remove it: its cases are run anew"
+    ):
         studies.run(STUDY, folder, workers=1)
     whole[0].write_bytes(content)
     assert len(studies.run(STUDY, folder, workers=1).table) == 4
@@ -306,7 +352,10 @@ def test_a_module_that_is_edited_in_a_living_process_is_loaded_anew(
     """
     monkeypatch.syspath_prepend(tmp_path)
     module = tmp_path / "edited_metrics.py"
-    for value in (1.0, 22.0):  # of unlike length: byte code is told from older one by time in seconds and by size
+    for value in (
+        1.0,
+        22.0,
+    ):  # of unlike length: byte code is told from older one by time in seconds and by size
         module.write_text(f"def own(run):\n    return {{'own': {value}}}\n")
         rows = run_with("edited_metrics:own", tmp_path / str(value))
         assert {row["own"] for row in rows} == {value}

@@ -48,10 +48,14 @@ def test_elementary_effects_of_a_linear_function_are_its_changes(tmp_path: Path)
 
     There is no interaction.
     """
-    found = sensitivities(result_of(tmp_path, "morris", 4, lambda x: x @ [2.0, -5.0, 0.0]), "y", "scene")
+    found = sensitivities(
+        result_of(tmp_path, "morris", 4, lambda x: x @ [2.0, -5.0, 0.0]), "y", "scene"
+    )
     assert [row.parameter for row in found] == [KEYS[1], KEYS[0], KEYS[2]]
     # rounding of sums and of differences by 2/3
-    assert np.allclose([row[1:] for row in found], [[5.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.0, 0.0]], atol=1e-12)
+    assert np.allclose(
+        [row[1:] for row in found], [[5.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.0, 0.0]], atol=1e-12
+    )
 
 
 @pytest.mark.filterwarnings("error")
@@ -60,17 +64,22 @@ def test_rounding_depends_on_nothing(design: str, tmp_path: Path) -> None:
     """A metric constant up to rounding depends on no parameter; an infinite one is missing."""
     rounded = result_of(tmp_path, design, 8, lambda x: 0.3 + 1e-15 * np.sin(1e3 * x[:, 0]))
     assert [row[1:] for row in sensitivities(rounded, "y", "scene")] == [(0.0, 0.0, 0.0)] * 3
-    infinite = result_of(tmp_path, design, 8, lambda x: np.where(np.arange(len(x)) == 3, np.inf, x[:, 0]))
+    infinite = result_of(
+        tmp_path, design, 8, lambda x: np.where(np.arange(len(x)) == 3, np.inf, x[:, 0])
+    )
     with pytest.raises(SceneError, match="1 of .* runs have none"):
         sensitivities(infinite, "y", "scene")
 
 
 def test_total_indices_of_a_product_are_those_of_theory(tmp_path: Path) -> None:
     """Of y = x1 x2 the total indices are 4/7, of which 1/7 is interaction; x3 has none."""
-    found = sensitivities(result_of(tmp_path, "saltelli", 4096, lambda x: x[:, 0] * x[:, 1]), "y", "scene")
+    found = sensitivities(
+        result_of(tmp_path, "saltelli", 4096, lambda x: x[:, 0] * x[:, 1]), "y", "scene"
+    )
     by_key = {row.parameter: row for row in found}
     for key in KEYS[:2]:
-        # var(x1 x2) = 7/144, of x1 alone 3/144: 4096 base samples of a Sobol sequence come within 1 % of 1
+        # var(x1 x2) = 7/144, of x1 alone 3/144: 4096 base samples of a Sobol sequence come within 1
+        # % of 1
         assert by_key[key].strength == pytest.approx(4 / 7, abs=0.01)
         assert by_key[key].interaction == pytest.approx(1 / 7, abs=0.01)
     assert by_key[KEYS[2]].strength == pytest.approx(0.0, abs=1e-12)
@@ -103,7 +112,11 @@ def test_studies_without_indices(tmp_path: Path) -> None:
         sensitivities(StudyResult(load_study(study_of("sobol", 8)), drawn.folder), "y", "scene")
     with pytest.raises(SceneError, match="1 of 8 runs have none"):
         sensitivities(
-            result_of(tmp_path, "morris", 2, lambda x: np.where(np.arange(8) == 3, np.nan, x[:, 0])), "y", "scene"
+            result_of(
+                tmp_path, "morris", 2, lambda x: np.where(np.arange(8) == 3, np.nan, x[:, 0])
+            ),
+            "y",
+            "scene",
         )
     with pytest.raises(SceneError, match="4, 8"):
         load_study(study_of("saltelli", 6))

@@ -32,11 +32,18 @@ def test_differences_that_vary_by_rounding_do_not_vary() -> None:
     The p-value is that of equal differences.
     """
     first = np.linspace(0.1, 0.5, 12)
-    found, exact = compare_pairs(first, first + 0.05), compare_pairs(np.zeros(12), np.full(12, 0.05))
+    found, exact = (
+        compare_pairs(first, first + 0.05),
+        compare_pairs(np.zeros(12), np.full(12, 0.05)),
+    )
     assert np.ptp(first + 0.05 - first) > 0.0
-    assert found.low == found.mean == found.high == pytest.approx(0.05, abs=1e-15) and isnan(found.effect_size)
+    assert found.low == found.mean == found.high == pytest.approx(0.05, abs=1e-15) and isnan(
+        found.effect_size
+    )
     assert found.p_value == exact.p_value
-    assert compare_pairs(np.zeros(4), np.arange(1.0, 5.0)).effect_size == pytest.approx(2.5 / (5.0 / 3.0) ** 0.5)
+    assert compare_pairs(np.zeros(4), np.arange(1.0, 5.0)).effect_size == pytest.approx(
+        2.5 / (5.0 / 3.0) ** 0.5
+    )
     noise = compare_pairs(first, first * (1.0 + np.finfo(float).eps * np.arange(-6.0, 6.0)))
     assert (noise.p_value, noise.share) == (1.0, 0.5)
 
@@ -48,7 +55,9 @@ def test_wilcoxon_of_one_sided_differences_is_its_closed_form() -> None:
     """
     n = 10
     found = compare_pairs(np.zeros(n), np.arange(1.0, n + 1.0))
-    assert found.p_value == pytest.approx(2.0 / 2**n, rel=1e-12)  # rounding of the sum of ranks' probabilities
+    assert found.p_value == pytest.approx(
+        2.0 / 2**n, rel=1e-12
+    )  # rounding of the sum of ranks' probabilities
 
 
 def test_the_interval_covers() -> None:
@@ -94,11 +103,13 @@ def test_the_interval_of_a_median_covers() -> None:
 
     There are 200 samples of 41 normal values.
 
-    The percentiles' own error is about 1 % at this size; four standard errors of the count beside it.
+    The percentiles' own error is about 1 % at this size; four standard errors of the count beside
+    it.
     """
     rng, trials = np.random.default_rng(8), 200
     inside = sum(
-        (found := estimate_median(rng.normal(0.3, 1.0, 41), seed=i)).low <= 0.3 <= found.high for i in range(trials)
+        (found := estimate_median(rng.normal(0.3, 1.0, 41), seed=i)).low <= 0.3 <= found.high
+        for i in range(trials)
     )
     assert abs(inside / trials - 0.95) < 0.01 + 4.0 * (0.95 * 0.05 / trials) ** 0.5
     found = estimate_median(np.array([1.0, 2.0, 3.0, np.inf]))
@@ -119,7 +130,9 @@ def test_shares_have_wilsons_interval() -> None:
 
     Without a success it begins at 0 and ends at z² / (n + z²).
     """
-    assert estimate_share(8, 10) == pytest.approx((0.8, 0.490162, 0.943318), abs=1e-6)  # digits that are written
+    assert estimate_share(8, 10) == pytest.approx(
+        (0.8, 0.490162, 0.943318), abs=1e-6
+    )  # digits that are written
     z2 = 1.959963984540054**2
     assert estimate_share(0, 10) == pytest.approx((0.0, 0.0, z2 / (10.0 + z2)), abs=1e-12)
 
@@ -129,5 +142,7 @@ def test_p_values_are_adjusted_by_holm() -> None:
 
     None falls below the one before.
     """
-    assert adjust_p_values([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02], rel=1e-12)
+    assert adjust_p_values([0.01, 0.04, 0.03, 0.005]) == pytest.approx(
+        [0.03, 0.06, 0.06, 0.02], rel=1e-12
+    )
     assert adjust_p_values([]) == []

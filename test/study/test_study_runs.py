@@ -44,7 +44,10 @@ FAILING = STUDY | {
     "duration": 5.0,
     "changes": {"trolley.limits": [-9.0, 4.0]},
     "parameters": {MASS: [5.0, -1.0]},
-    "variants": {"energy": {}, "stiff": {"control.kp": [2000.0]}},  # which overshoots by more than a metre
+    "variants": {
+        "energy": {},
+        "stiff": {"control.kp": [2000.0]},
+    },  # which overshoots by more than a metre
     "recordings": {"failures": True},
 }
 
@@ -66,9 +69,14 @@ def test_rows_are_single_runs(whole: studies.StudyResult) -> None:
     The parameters are those of the row.
     """
     rows = whole.table.to_pylist()
-    assert [row["case"] for row in rows] == list(range(16)) and {row["status"] for row in rows} == {"ok"}
+    assert [row["case"] for row in rows] == list(range(16)) and {row["status"] for row in rows} == {
+        "ok"
+    }
     for row in (rows[0], rows[7], rows[-1]):
-        changes = STUDY["variants"][row["variant"]] | {MASS: row[f"parameter.{MASS}"], "seed": row["seed"]}
+        changes = STUDY["variants"][row["variant"]] | {
+            MASS: row[f"parameter.{MASS}"],
+            "seed": row["seed"],
+        }
         run = crane_sim.simulate("overhead_energy", duration=2.0, overrides=changes)
         assert row["state_sha256"] == run.summary["state_sha256"]
         assert row["residual_swing_deg"] == run.summary["residual_swing_deg"]
@@ -109,17 +117,24 @@ def test_a_run_that_fails_is_a_row(failing: studies.StudyResult) -> None:
     assert [row["status"] for row in rows] == ["ok", "failed", "refused", "refused"]
     assert "travel limit" in rows[1]["error"] and 0.0 < rows[1]["sim_time"] < 5.0
     assert "-1.0" in rows[2]["error"] and rows[2]["state_sha256"] is None
-    assert failing.failed("stiff").tolist() == [True, True] and failing.failed("energy").tolist() == [False, True]
+    assert failing.failed("stiff").tolist() == [True, True] and failing.failed(
+        "energy"
+    ).tolist() == [False, True]
 
 
 def test_failures_are_recorded(failing: studies.StudyResult) -> None:
     """The failed run has a recording, with the bits of its row; a refused scene has none."""
     (file,) = (failing.folder / "recordings").iterdir()
     assert file.name == "000001.rrd"
-    assert crane_sim.read_recording(file).summary["state_sha256"] == failing.table["state_sha256"][1].as_py()
+    assert (
+        crane_sim.read_recording(file).summary["state_sha256"]
+        == failing.table["state_sha256"][1].as_py()
+    )
 
 
-def test_a_recording_that_a_killed_study_left_is_made_anew(failing: studies.StudyResult, tmp_path: Path) -> None:
+def test_a_recording_that_a_killed_study_left_is_made_anew(
+    failing: studies.StudyResult, tmp_path: Path
+) -> None:
     """Half a recording is removed, not recovered beside the whole one, which has the same bits."""
     folder = Path(shutil.copytree(failing.folder, tmp_path / "study"))
     (file,) = (folder / "recordings").iterdir()
@@ -142,9 +157,14 @@ def test_a_killed_study_goes_on(whole: studies.StudyResult, tmp_path: Path, kill
 
     Its processes are killed with it.
 
-    Blocks that are on disk when it is killed are not touched again. Two processes run it, one the undisturbed one.
+    Blocks that are on disk when it is killed are not touched again. Two processes run it, one the
+    undisturbed one.
     """
-    folder, program, rng = tmp_path / "killed", tmp_path / "program.py", np.random.default_rng(kills)
+    folder, program, rng = (
+        tmp_path / "killed",
+        tmp_path / "program.py",
+        np.random.default_rng(kills),
+    )
     program.write_text(PROGRAM)
     many = STUDY | {"samples": 64, "duration": 4.0}
     command = [sys.executable, str(program), json.dumps(many), str(folder)]
@@ -157,7 +177,11 @@ def test_a_killed_study_goes_on(whole: studies.StudyResult, tmp_path: Path, kill
         process.wait(10.0)
         for pid in workers:
             wait_exited(int(pid))
-        now = {file.name: file.stat().st_mtime_ns for file in (folder / "rows").glob("0*")} if folder.exists() else {}
+        now = (
+            {file.name: file.stat().st_mtime_ns for file in (folder / "rows").glob("0*")}
+            if folder.exists()
+            else {}
+        )
         assert kept.items() <= now.items() or (folder / "table.parquet").exists()
         kept = now
     result = studies.run(many, folder, workers=2)
@@ -166,9 +190,15 @@ def test_a_killed_study_goes_on(whole: studies.StudyResult, tmp_path: Path, kill
 
 
 @pytest.mark.parametrize(
-    "send", [pytest.param(os.kill, id="process"), pytest.param(os.killpg, id="terminal", marks=pytest.mark.long)]
+    "send",
+    [
+        pytest.param(os.kill, id="process"),
+        pytest.param(os.killpg, id="terminal", marks=pytest.mark.long),
+    ],
 )
-def test_an_interrupted_sweep_ends_in_one_line(send: Callable[[int, int], None], tmp_path: Path) -> None:
+def test_an_interrupted_sweep_ends_in_one_line(
+    send: Callable[[int, int], None], tmp_path: Path
+) -> None:
     """SIGINT to `crane sweep` gives one line, and no process remains.
 
     It goes to the workers, too, as a terminal sends it.
@@ -178,7 +208,10 @@ def test_an_interrupted_sweep_ends_in_one_line(send: Callable[[int, int], None],
     command = [CRANE, "sweep", str(file), "-o", str(tmp_path / "folder"), "--workers", "2"]
     with started_program(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         wait_until(lambda: any(rows.glob("0*")) or process.poll() is not None, "rows")
-        workers = [int(pid) for pid in Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()]
+        workers = [
+            int(pid)
+            for pid in Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+        ]
         send(process.pid, signal.SIGINT)
         shown = process.communicate(timeout=LIMIT)
         assert (process.returncode, *shown) == (1, "", "crane: interrupted\n")
@@ -191,7 +224,8 @@ def test_an_interrupted_sweep_ends_in_one_line(send: Callable[[int, int], None],
 def test_workers_of_a_cluster_that_are_killed_lose_nothing(tmp_path: Path) -> None:
     """Up to twenty killed workers of a Dask cluster do not change the table of a study."""
     dask, distributed = pytest.importorskip("dask"), pytest.importorskip("distributed")
-    # a local cluster gives a worker up that is not there 15 s after one of its name ended: it may just start again
+    # a local cluster gives a worker up that is not there 15 s after one of its name ended: it may
+    # just start again
     patience = {"distributed.deploy.lost-worker-timeout": "1h"}
     many, rng, kills = STUDY | {"samples": 8192}, np.random.default_rng(4), 0
     options = {"threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": None}
@@ -203,12 +237,16 @@ def test_workers_of_a_cluster_that_are_killed_lose_nothing(tmp_path: Path) -> No
         address = cluster.scheduler_address
         study = thread.submit(studies.run, many, tmp_path / "killed", scheduler=address)
         while kills < 20 and not study.done():
-            time.sleep(float(rng.uniform(0.1, 0.5)))  # any instant will do, after some progress since the last one
+            time.sleep(
+                float(rng.uniform(0.1, 0.5))
+            )  # any instant will do, after some progress since the last one
             if len(list((tmp_path / "killed" / "rows").glob("0*"))) < 3 * kills:
                 continue
             # one that has joined: its nanny starts another one
             nannies, joined = cluster.workers.values(), cluster.scheduler.workers
-            alive = [pid for nanny in nannies if nanny.worker_address in joined and (pid := nanny.pid)]
+            alive = [
+                pid for nanny in nannies if nanny.worker_address in joined and (pid := nanny.pid)
+            ]
             with suppress(ProcessLookupError):  # it has ended by itself
                 if alive:
                     os.kill(int(rng.choice(alive)), signal.SIGKILL)
@@ -229,7 +267,11 @@ def test_a_study_has_a_page(failing: studies.StudyResult, tmp_path: Path) -> Non
     page = tmp_path / "page.html"
     app(["report", str(failing.folder), "-o", str(page)], standalone_mode=False)
     text = page.read_text()
-    assert text.index("Runs that failed") < text.index("<h2>Metrics</h2>") < text.index("Differences from energy")
+    assert (
+        text.index("Runs that failed")
+        < text.index("<h2>Metrics</h2>")
+        < text.index("Differences from energy")
+    )
     assert "travel limit" in text and text.count("<svg") >= 4
     assert not re.findall(r'(?:src|href)="(?!#|data:|recordings/)[^"]*"', text)
     (tmp_path / "empty").mkdir()
@@ -237,19 +279,31 @@ def test_a_study_has_a_page(failing: studies.StudyResult, tmp_path: Path) -> Non
         app(["report", str(tmp_path / "empty")], standalone_mode=False)
 
 
-def test_the_command_prints_a_summary_and_copies_the_study(whole: studies.StudyResult, tmp_path: Path) -> None:
+def test_the_command_prints_a_summary_and_copies_the_study(
+    whole: studies.StudyResult, tmp_path: Path
+) -> None:
     """`crane sweep --json` prints failures, metrics by variant and their paired differences.
 
-    `--copy-to` puts table, study and the rest of the folder where fsspec finds it; an unknown store is refused.
+    `--copy-to` puts table, study and the rest of the folder where fsspec finds it; an unknown store
+    is refused.
     """
     file, place = tmp_path / "masses.yaml", tmp_path / "store"
     file.write_text(json.dumps(STUDY))  # JSON is YAML
-    done = crane("sweep", str(file), "-o", str(whole.folder), "--json", "--copy-to", f"file://{place}/masses")
+    done = crane(
+        "sweep", str(file), "-o", str(whole.folder), "--json", "--copy-to", f"file://{place}/masses"
+    )
     assert studies.read_result(place / "masses").table == whole.table
     with pytest.raises(SceneError, match="--copy-to nowhere:"):
-        app(["sweep", str(file), "-o", str(tmp_path / "new"), "--copy-to", "nowhere://b/masses"], standalone_mode=False)
+        app(
+            ["sweep", str(file), "-o", str(tmp_path / "new"), "--copy-to", "nowhere://b/masses"],
+            standalone_mode=False,
+        )
     assert not (tmp_path / "new").exists()
     printed = json.loads(done.stdout)
     assert printed["runs"] == 16 and printed["failures"] == {"energy": 0, "weak": 0}
-    swing = whole.metric("residual_swing_deg", "weak") - whole.metric("residual_swing_deg", "energy")
-    assert printed["metrics"]["residual_swing_deg"]["weak - energy"]["mean"] == pytest.approx(swing.mean(), rel=1e-12)
+    swing = whole.metric("residual_swing_deg", "weak") - whole.metric(
+        "residual_swing_deg", "energy"
+    )
+    assert printed["metrics"]["residual_swing_deg"]["weak - energy"]["mean"] == pytest.approx(
+        swing.mean(), rel=1e-12
+    )

@@ -32,7 +32,10 @@ STUDY: dict[str, Any] = {
     "parameters": {"reference.q.0": {"distribution": "uniform", "low": 1.0, "high": 3.0}},
     "tune": {
         "changes": {"control.kp": [12.0], "control.kd": [22.0]},
-        "gains": {KP: {"low": 5.0, "high": 100.0, "log": True}, KD: {"low": 5.0, "high": 100.0, "log": True}},
+        "gains": {
+            KP: {"low": 5.0, "high": 100.0, "log": True},
+            KD: {"low": 5.0, "high": 100.0, "log": True},
+        },
         "objectives": ["residual_swing_deg", "peak_effort"],
         "trials": 14,
         "keep": 1,
@@ -52,7 +55,9 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> tuning.TuningResult:
 
 
 @pytest.mark.long
-def test_a_search_that_goes_on_is_the_undisturbed_one(whole: tuning.TuningResult, tmp_path: Path) -> None:
+def test_a_search_that_goes_on_is_the_undisturbed_one(
+    whole: tuning.TuningResult, tmp_path: Path
+) -> None:
     """A search interrupted in its fifth trial ends like one that runs all at once.
 
     The other trials have two workers or one.
@@ -84,7 +89,11 @@ def test_the_values_of_a_trial_are_means_of_runs(whole: tuning.TuningResult) -> 
 def test_no_trial_beats_one_of_the_front(whole: tuning.TuningResult) -> None:
     """The front is in the order of its first objective, and so the reverse of the second's."""
     swing, effort = zip(*(each.values for each in whole.front), strict=True)
-    assert len(whole.front) > 1 and list(swing) == sorted(swing) and list(effort) == sorted(effort, reverse=True)
+    assert (
+        len(whole.front) > 1
+        and list(swing) == sorted(swing)
+        and list(effort) == sorted(effort, reverse=True)
+    )
     assert whole.chosen["least_residual_swing_deg"] == whole.front[0]
     assert whole.chosen["least_peak_effort"] == whole.front[-1]
 
@@ -110,26 +119,48 @@ def test_gains_that_lose_the_crane_are_no_candidates() -> None:
             "design = grid: its held-out",
         ),
         ({"design": "morris"}, "latin_hypercube, sobol, monte_carlo, saltelli"),
-        ({"variants": {"scene": {}, "compromise_1": {}}}, "variants.compromise_1: is a name that tune gives"),
+        (
+            {"variants": {"scene": {}, "compromise_1": {}}},
+            "variants.compromise_1: is a name that tune gives",
+        ),
         ({"gains": {"control.kq": {"low": 1.0, "high": 2.0}}}, "kq"),
         ({"gains": {KP: {"low": 3.0, "high": 2.0}}}, "low = 3 must be less than high = 2"),
-        ({"gains": {KP: {"low": 0.0, "high": 2.0, "log": True}}}, "log needs a number greater than 0"),
+        (
+            {"gains": {KP: {"low": 0.0, "high": 2.0, "log": True}}},
+            "log needs a number greater than 0",
+        ),
         ({"gains": {KP: {"low": -2.0, "high": 2.0}}}, "-2"),
-        ({"gains": {"reference.q.0": {"low": 1.0, "high": 2.0}}}, "sets what the parameter reference.q.0 sets, too"),
-        ({"gains": {"reference.q.0.x": {"low": 1.0, "high": 2.0}}}, "sets what the parameter reference.q.0 sets, too"),
+        (
+            {"gains": {"reference.q.0": {"low": 1.0, "high": 2.0}}},
+            "sets what the parameter reference.q.0 sets, too",
+        ),
+        (
+            {"gains": {"reference.q.0.x": {"low": 1.0, "high": 2.0}}},
+            "sets what the parameter reference.q.0 sets, too",
+        ),
         ({"objectives": ["residual_swing"]}, "did you mean 'residual_swing_deg'"),
         ({"objectives": ["law"]}, "tune.objectives: unknown metric"),
         ({"objectives": ["parameter.reference.q.0"]}, "tune.objectives: unknown metric"),
         ({"objectives": ["limit_margin.trolley"]}, "is better when it is larger"),
-        ({"objectives": ["settling_time"], "gains": {KP: {"low": 1e-3, "high": 2e-3}}}, "widen or move the ranges"),
-        ({"gains": {"control.kq.0": {"low": 1.0, "high": 2.0}}}, "tune.gains.control.kq.0 = 1: scene"),
+        (
+            {"objectives": ["settling_time"], "gains": {KP: {"low": 1e-3, "high": 2e-3}}},
+            "widen or move the ranges",
+        ),
+        (
+            {"gains": {"control.kq.0": {"low": 1.0, "high": 2.0}}},
+            "tune.gains.control.kq.0 = 1: scene",
+        ),
         ({"changes": {"control.kq": [1.0]}}, "tune.changes: scene"),
         ({"changes": {}}, "tune.gains.control.kp.0 = 5: "),
     ],
 )
 def test_searches_that_are_not_possible(changes: dict[str, Any], line: str, tmp_path: Path) -> None:
     """One line names the key and what is possible."""
-    study = {key: value for key, value in changes.items() if key in ("design", "samples", "parameters", "variants")}
+    study = {
+        key: value
+        for key, value in changes.items()
+        if key in ("design", "samples", "parameters", "variants")
+    }
     settings = {key: value for key, value in changes.items() if key not in study}
     with pytest.raises(SceneError) as error:
         tuning.tune(quick(study, **settings), tmp_path / "search", workers=1)
@@ -153,23 +184,34 @@ def test_a_search_with_all_of_its_trials_is_judged_once(whole: tuning.TuningResu
     folder = whole.held_out.folder.parent
     again = tuning.tune(with_tune(trials=5), folder, workers=1)
     assert again.trials == whole.trials and again.chosen == whole.chosen
-    seen = {case.parameters["reference.q.0"] for case in check_cases(load_study(STUDY | {"tune": None}))}
+    seen = {
+        case.parameters["reference.q.0"] for case in check_cases(load_study(STUDY | {"tune": None}))
+    }
     judged = set(whole.held_out.table["parameter.reference.q.0"].to_pylist())
     assert len(judged) == 8 and not seen & judged  # samples that the search has not seen
-    assert again.held_out.folder == whole.held_out.folder and again.held_out.table == whole.held_out.table
+    assert (
+        again.held_out.folder == whole.held_out.folder
+        and again.held_out.table == whole.held_out.table
+    )
 
 
 def test_the_command_prints_gains_and_judgement(whole: tuning.TuningResult, tmp_path: Path) -> None:
     """`crane tune` resumes the search in its folder; `crane sweep` refuses the file in one line."""
     file = tmp_path / "gains.yaml"
     file.write_text(yaml.safe_dump(STUDY))
-    shown = crane("tune", str(file), "-o", str(whole.held_out.folder.parent), "--workers", "1", "--json")
+    shown = crane(
+        "tune", str(file), "-o", str(whole.held_out.folder.parent), "--workers", "1", "--json"
+    )
     found = json.loads(shown.stdout)
     assert found["trials"] == 14 and found["chosen"].keys() == whole.chosen.keys()
     row = found["held_out"]["peak_effort"]["least_peak_effort"]
     assert row["verdict"] == "improved" and row["low"] <= row["difference"] <= row["high"] < 0.0
     refused = crane("sweep", str(file), "-o", str(tmp_path / "sweep"))
-    assert refused.returncode == 2 and "crane tune" in refused.stderr and not (tmp_path / "sweep").exists()
+    assert (
+        refused.returncode == 2
+        and "crane tune" in refused.stderr
+        and not (tmp_path / "sweep").exists()
+    )
 
 
 def test_intervals_decide() -> None:
@@ -177,7 +219,8 @@ def test_intervals_decide() -> None:
 
     One that has zero in it shows none.
 
-    Of few pairs, nothing is claimed; without an interval the test decides; gains that fail more often are no better.
+    Of few pairs, nothing is claimed; without an interval the test decides; gains that fail more
+    often are no better.
     """
     better, worse = difference(8, -2.0, -1.0), difference(8, 1.0, 2.0)
     assert tuning.verdict_on(better) == "improved" and tuning.verdict_on(worse) == "worse"
@@ -217,23 +260,31 @@ def test_a_folder_belongs_to_one_process(tmp_path: Path) -> None:
 
     def search_again(done: int, _: int) -> None:
         if done == 0 and not refusals:
-            with pytest.raises(SceneError, match="another process is running this search") as refused:
+            with pytest.raises(
+                SceneError, match="another process is running this search"
+            ) as refused:
                 tuning.tune(quick(), tmp_path, workers=1)
             refusals.append(refused)
 
-    assert tuning.tune(quick(), tmp_path, workers=1, on_progress=search_again).trials == 1 and refusals
+    assert (
+        tuning.tune(quick(), tmp_path, workers=1, on_progress=search_again).trials == 1 and refusals
+    )
 
 
 def test_the_first_trial_has_the_gains_of_the_scene(tmp_path: Path) -> None:
     """Whole numbers count, of the first variant, from which every trial starts."""
-    (found,) = tuning.tune(quick({"variants": {"own": WHOLE}}, changes={}), tmp_path, workers=1).front
+    (found,) = tuning.tune(
+        quick({"variants": {"own": WHOLE}}, changes={}), tmp_path, workers=1
+    ).front
     assert found.gains == {KP: 12.0, KD: 22.0}
 
 
 def test_an_error_with_a_sign_counts_by_its_magnitude(tmp_path: Path) -> None:
     """Objectives, comparisons and worst runs take the magnitude of errors that are negative."""
     behind = {"reference.q.0": {"distribution": "uniform", "low": -3.0, "high": -1.0}}
-    found = tuning.tune(quick({"parameters": behind}, objectives=["final_error"]), tmp_path, workers=1)
+    found = tuning.tune(
+        quick({"parameters": behind}, objectives=["final_error"]), tmp_path, workers=1
+    )
     ((mean,),) = [each.values for each in found.front]
     judged, errors = found.held_out, found.held_out.column("final_error.trolley")
     assert 1.0 < mean < 3.0 and np.all(errors < 0.0)
@@ -257,9 +308,14 @@ def test_gains_can_be_pasted(tmp_path: Path) -> None:
     text = (tmp_path / "gains.yaml").read_text()
     saved = yaml.safe_load(text)
     lists = {"control.kp": [found.gains[KP]], "control.kd": [found.gains[KD]]}
-    assert saved == {name: lists | {key: found.gains[key] for key in mass}} and "  control.kp: [12.0]\n" in text
+    assert (
+        saved == {name: lists | {key: found.gains[key] for key in mass}}
+        and "  control.kp: [12.0]\n" in text
+    )
     scene = load_scene("overhead_energy", overrides=saved[name])
     assert scene.document["control"]["kp"] == saved[name]["control.kp"]
     check_cases(load_study(QUICK | {"tune": None, "variants": saved}))
-    with pytest.raises(SceneError, match="holds a search of crane tune; its study is .*held_out_1_keep_1$"):
+    with pytest.raises(
+        SceneError, match="holds a search of crane tune; its study is .*held_out_1_keep_1$"
+    ):
         read_result(tmp_path)

@@ -65,7 +65,11 @@ def test_compiled_code_is_only_taken_from_an_own_folder(
 
 def draw_once() -> tuple[bytes, bool]:
     """Return what a function draws, loaded from the cache or compiled, and whether compiled."""
-    function, compilations, drawn = entry_point(fill_standard_normals.py_func), list[None](), np.zeros(4)
+    function, compilations, drawn = (
+        entry_point(fill_standard_normals.py_func),
+        list[None](),
+        np.zeros(4),
+    )
     with watch_compiling(lambda: compilations.append(None)):
         function(1, 2, 3, drawn)
     return drawn.tobytes(), bool(compilations)
@@ -74,7 +78,11 @@ def draw_once() -> tuple[bytes, bool]:
 def test_only_compilation_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Watchers are called, and time counts, for compilations only: not for loading or calls."""
     monkeypatch.setenv("CRANE_SIM_CACHE", str(tmp_path))
-    function, seconds, compilations = entry_point(fill_standard_normals.py_func), compile_time(), list[None]()
+    function, seconds, compilations = (
+        entry_point(fill_standard_normals.py_func),
+        compile_time(),
+        list[None](),
+    )
     with watch_compiling(lambda: compilations.append(None)):
         function(1, 2, 3, np.zeros(4))
         assert len(compilations) == 1 and compile_time() > seconds
@@ -116,7 +124,9 @@ def test_a_damaged_file_costs_a_compilation(
     assert draw_once() == (drawn, True) and draw_once() == (drawn, False)
 
 
-def test_a_cache_on_a_full_disk_costs_compilations(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_cache_on_a_full_disk_costs_compilations(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Where a cache file cannot be written, in whole or part, processes compile and leave none."""
 
     def fail(path: Path, data: bytes) -> None:
@@ -130,7 +140,9 @@ def test_a_cache_on_a_full_disk_costs_compilations(tmp_path: Path, monkeypatch: 
     assert not [entry for entry in tmp_path.rglob("*") if entry.is_file()]
 
 
-def test_a_cache_without_a_folder_costs_compilations(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_cache_without_a_folder_costs_compilations(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Where not even a temporary folder can be made, functions are compiled."""
 
     def fail(*_: object, **__: object) -> None:
@@ -170,13 +182,18 @@ def import_law(folder: Path, gain: float = 0.5, factor: str = "2.0") -> str:
     )
     (folder / "own_constant.py").write_text(f"GAIN = {gain}\n")
     (folder / "law.py").write_text(LAW.replace("FACTOR", factor))
-    return f"import sys; sys.dont_write_bytecode = True; sys.path.insert(0, {str(folder)!r}); from law import *; "
+    return (
+        f"import sys; sys.dont_write_bytecode = True; sys.path.insert(0, {str(folder)!r}); from "
+        "law import *; "
+    )
 
 
 def run_law(cache_folder: Path, code: str) -> list[str]:
     """Return the words that a process with this cache prints."""
     environment = os.environ | {"CRANE_SIM_CACHE": str(cache_folder)}
-    return run_to_completion([sys.executable, "-c", code], env=environment, check=True).stdout.split()
+    return run_to_completion(
+        [sys.executable, "-c", code], env=environment, check=True
+    ).stdout.split()
 
 
 def test_defaults_of_tuples_of_ones_own_are_part_of_the_code(tmp_path: Path) -> None:
@@ -190,7 +207,8 @@ def test_defaults_of_tuples_of_ones_own_are_part_of_the_code(tmp_path: Path) -> 
 def test_a_type_of_an_argument_is_part_of_the_code(tmp_path: Path) -> None:
     """A property of a user's type, read in another file, is not taken from older code."""
     (tmp_path / "reader.py").write_text(
-        "from crane_sim.numerics.jit import entry_point\n@entry_point\ndef read(x):\n    return x.twice\n"
+        "from crane_sim.numerics.jit import entry_point\n@entry_point\ndef read(x):\n    return "
+        "x.twice\n"
     )
     head = f"import sys; sys.dont_write_bytecode = True; sys.path.insert(0, {str(tmp_path)!r}); "
     for factor in ("2.0", "3.0"):
@@ -207,7 +225,10 @@ def test_code_of_a_file_that_was_edited_in_between_is_not_kept(tmp_path: Path) -
     begin, file = import_law(tmp_path), tmp_path / "law.py"
     edited = file.read_text().replace("2.0 *", "4.0 *")
     edit = f"open({str(file)!r}, 'w').write({edited!r}); "
-    first, second = "print(law(1.0, Gains(1.0))); ", "print(law(1.0, Gains(1)))"  # another structure: compiled anew
+    first, second = (
+        "print(law(1.0, Gains(1.0))); ",
+        "print(law(1.0, Gains(1)))",
+    )  # another structure: compiled anew
     assert run_law(tmp_path / "cache", begin + first + edit + second) == ["3.0", "3.0"]
     assert run_law(tmp_path / "cache", begin + second) == ["5.0"]
 

@@ -57,14 +57,49 @@ def first_above(xs, limit):
 
 def arithmetic(x, y, xs, spring):
     """Return sums, products, quotients and powers."""
-    return x + y, x - y, x * y, x / y, -x, x**2, x**1.5, x**y, 2.0**y, fma(x, y, xs[0]), x % y, x // y
+    return (
+        x + y,
+        x - y,
+        x * y,
+        x / y,
+        -x,
+        x**2,
+        x**1.5,
+        x**y,
+        2.0**y,
+        fma(x, y, xs[0]),
+        x % y,
+        x // y,
+    )
 
 
 def functions(x, y, xs, spring):
     """Return functions of the processor and of the C library."""
-    plain = math.sqrt(x), math.exp(x), math.log(x), math.sin(x), math.cos(x), math.tan(x), math.tanh(x)
-    inverse = math.asin(x / 3.0), math.acos(x / 3.0), math.atan(x), math.atan2(-y, x), math.atan2(x, -y)
-    return plain, inverse, sincos(x * y), math.sinh(x), math.cosh(x), math.hypot(x, y), math.copysign(x, -y)
+    plain = (
+        math.sqrt(x),
+        math.exp(x),
+        math.log(x),
+        math.sin(x),
+        math.cos(x),
+        math.tan(x),
+        math.tanh(x),
+    )
+    inverse = (
+        math.asin(x / 3.0),
+        math.acos(x / 3.0),
+        math.atan(x),
+        math.atan2(-y, x),
+        math.atan2(x, -y),
+    )
+    return (
+        plain,
+        inverse,
+        sincos(x * y),
+        math.sinh(x),
+        math.cosh(x),
+        math.hypot(x, y),
+        math.copysign(x, -y),
+    )
 
 
 def choices(x, y, xs, spring):
@@ -78,7 +113,14 @@ def integers(x, y, xs, spring):
     """Return reals that integers and conditions decide, and these."""
     k = int(x + 0.5) + 1
     words = np.uint64(k) >> np.uint64(1)
-    return k * x, round(y) * y, math.floor(x) + y, k % 2 == 0, float(words) * x, TABLE[k] * x + TABLE[1]
+    return (
+        k * x,
+        round(y) * y,
+        math.floor(x) + y,
+        k % 2 == 0,
+        float(words) * x,
+        TABLE[k] * x + TABLE[1],
+    )
 
 
 def loops(x, y, xs, spring):
@@ -100,7 +142,12 @@ def loops(x, y, xs, spring):
 
 def arrays(x, y, xs, spring):
     """Return what went through arrays: views, other element types, own arrays, callees' arrays."""
-    out, matrix, counts, row = new_row(len(xs)), np.zeros((2, len(xs))), np.arange(3), local_array((4,))
+    out, matrix, counts, row = (
+        new_row(len(xs)),
+        np.zeros((2, len(xs))),
+        np.arange(3),
+        local_array((4,)),
+    )
     fill_squares(xs, out)
     matrix[1] = out[::-1] * x
     part = matrix[:, 1:]
@@ -114,7 +161,13 @@ def arrays(x, y, xs, spring):
 
 def calls(x, y, xs, spring):
     """Return what other functions return: routines, generics, trees with None."""
-    return first_above(xs, x), first_above(xs, y), force_of(spring, x), force_of(None, x), spring._replace(stiffness=y)
+    return (
+        first_above(xs, x),
+        first_above(xs, y),
+        force_of(spring, x),
+        force_of(None, x),
+        spring._replace(stiffness=y),
+    )
 
 
 PROGRAMS = [arithmetic, functions, choices, integers, loops, arrays, calls]
@@ -132,7 +185,11 @@ def reals_of(tree: Any) -> list[np.ndarray]:
 
 def bytes_of(tree: Any) -> bytes:
     """Return the numbers of a value as floats, one behind the other."""
-    return b"".join(map(bytes_of, tree)) if isinstance(tree, tuple) else np.array(tree, float).tobytes()
+    return (
+        b"".join(map(bytes_of, tree))
+        if isinstance(tree, tuple)
+        else np.array(tree, float).tobytes()
+    )
 
 
 def random_directions(seed: int) -> Any:
@@ -146,9 +203,12 @@ def random_directions(seed: int) -> Any:
 def test_derivatives_of_every_construct(program: Any) -> None:
     """Values have the function's bits, derivatives are those of differences in 60 digits.
 
-    Tolerance: some dozen roundings; the loop of Newton's method ends at 1e-9, whose square is what is missing there.
+    Tolerance: some dozen roundings; the loop of Newton's method ends at 1e-9, whose square is what
+    is missing there.
     """
-    compiled = entry_point(lambda arguments, directions: directional_derivatives(program, arguments, directions))
+    compiled = entry_point(
+        lambda arguments, directions: directional_derivatives(program, arguments, directions)
+    )
     for seed, (x, y) in enumerate(((1.6, 0.7), (0.6, 1.9))):
         arguments, directions = (x, y, XS, Spring(3.0, 0.5)), random_directions(seed)
         value, derivative = compiled(arguments, directions)
@@ -162,7 +222,15 @@ def test_derivatives_of_every_construct(program: Any) -> None:
 
 def kinks(x):
     """Return functions with kinks, or infinite slopes, at 0."""
-    return math.sqrt(x * x) * x, abs(x) * x, abs(x), math.hypot(x, 0.0 * x), math.atan2(0.0 * x, x), x**2.0, min(x, 2.0)
+    return (
+        math.sqrt(x * x) * x,
+        abs(x) * x,
+        abs(x),
+        math.hypot(x, 0.0 * x),
+        math.atan2(0.0 * x, x),
+        x**2.0,
+        min(x, 2.0),
+    )
 
 
 def test_derivatives_at_kinks_are_finite() -> None:
@@ -237,7 +305,9 @@ def quadratic(x, gain=3.0, *, shift=1.0):
 FIRST = np.eye(DIRECTIONS)[0]
 
 
-@pytest.mark.parametrize(("f", "value"), [(quadratic, 13.0), (Law(3.0).force, 12.0)], ids=["defaults", "method"])
+@pytest.mark.parametrize(
+    ("f", "value"), [(quadratic, 13.0), (Law(3.0).force, 12.0)], ids=["defaults", "method"]
+)
 def test_functions_with_defaults_and_methods_have_derivatives(f: Any, value: float) -> None:
     """Defaults and a method's object do not move: 3 x² has slope 12 at 2, compiled or not."""
     compiled = entry_point(lambda x, direction: directional_derivatives(f, (x,), (direction,)))
@@ -276,11 +346,18 @@ ROWS = np.eye(3, DIRECTIONS)
         (first_product, (np.arange(3.0),), (np.eye(6, DIRECTIONS)[::2],), "elements may be apart"),
         (first_product, (np.arange(3.0),), (np.asfortranarray(ROWS),), "elements may be apart"),
         (slope_of_cube, (2.0, FIRST), (FIRST, None), "derivatives? of (a )?derivative"),
-        (slope_of_cube, (2.0, FIRST), (None, np.eye(DIRECTIONS)), "derivatives? of (a )?derivative"),
+        (
+            slope_of_cube,
+            (2.0, FIRST),
+            (None, np.eye(DIRECTIONS)),
+            "derivatives? of (a )?derivative",
+        ),
         (count_times, (2, 1.5), (FIRST, FIRST), "a direction of an integer"),
     ],
 )
-def test_derivatives_that_would_be_wrong_are_refused(f: Any, arguments: Any, directions: Any, message: str) -> None:
+def test_derivatives_that_would_be_wrong_are_refused(
+    f: Any, arguments: Any, directions: Any, message: str
+) -> None:
     """What is not computed is one line, and no number."""
     with pytest.raises(SceneError, match=message):
         directional_derivatives(f, arguments, directions)

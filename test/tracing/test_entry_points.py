@@ -61,11 +61,15 @@ def test_a_change_in_any_file_is_recompiled(tmp_path: Path) -> None:
     assert changed != text and len(changed) == len(text)
     callee.write_text(changed)
     os.utime(callee, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
-    shutil.rmtree(callee.parent / "__pycache__", ignore_errors=True)  # Python's cache of byte code goes by time stamps
+    shutil.rmtree(
+        callee.parent / "__pycache__", ignore_errors=True
+    )  # Python's cache of byte code goes by time stamps
     # at gamma = 0 the changed term is zero, so lift the jib
     lifted = PROBE.replace("[0, 0, 0, 1", "[0, 0, 1, 1")
     assert float(probe(tree, cache, lifted)) != float(probe(ROOT, cache, lifted))
-    assert len(list((cache / "crane_sim").iterdir())) == 2  # one folder for each state of the sources
+    assert (
+        len(list((cache / "crane_sim").iterdir())) == 2
+    )  # one folder for each state of the sources
 
 
 def test_nothing_is_cached_after_sources_have_changed(tmp_path: Path) -> None:
@@ -85,7 +89,9 @@ def test_processes_share_a_cache(tmp_path: Path) -> None:
         energies = set(pool.map(lambda _: probe(ROOT, tmp_path), range(3)))
     assert len(energies) == 1
     assert {file.suffix for file in tmp_path.rglob("*") if file.is_file()} == {".code"}
-    compiled = f"from crane_sim.tracing.compile_time import compile_time{PROBE}print(compile_time())"
+    compiled = (
+        f"from crane_sim.tracing.compile_time import compile_time{PROBE}print(compile_time())"
+    )
     assert probe(ROOT, tmp_path, compiled).split()[-1] == "0.0"
 
 
@@ -133,7 +139,10 @@ def test_a_function_of_ones_own_is_compiled_anew_when_it_changes(tmp_path: Path)
     """Code of files outside the packages is loaded again until they or values they take change."""
     (tmp_path / "own_constants.py").write_text("GAIN = 5.0\n")
     (tmp_path / "own.py").write_text(OWN_FUNCTION)
-    own = f"import sys; sys.dont_write_bytecode = True; sys.path.insert(0, {str(tmp_path)!r}); import own"
+    own = (
+        f"import sys; sys.dont_write_bytecode = True; sys.path.insert(0, {str(tmp_path)!r}); "
+        "import own"
+    )
     assert [probe(ROOT, tmp_path / "cache", own) for _ in range(2)] == ["15.0 True", "15.0 False"]
     (tmp_path / "own.py").write_text(OWN_FUNCTION.replace("2.0 * x", "3.0 * x"))
     assert [probe(ROOT, tmp_path / "cache", own) for _ in range(2)] == ["22.5 True", "22.5 False"]
@@ -145,7 +154,10 @@ def test_a_file_that_has_changed_is_not_traced_in_place_of_the_imported_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A function whose file was edited after its import is an error, until it is imported anew."""
-    source = "from crane_sim.numerics.jit import entry_point\n\n@entry_point\ndef scaled(x):\n    return 2.0 * x\n"
+    source = (
+        "from crane_sim.numerics.jit import entry_point\n\n@entry_point\ndef scaled(x):\n    "
+        "return 2.0 * x\n"
+    )
     file = tmp_path / "edited_module.py"
     file.write_text(source)
     monkeypatch.syspath_prepend(tmp_path)
@@ -190,7 +202,10 @@ def constant(p, x):
 def test_an_implementation_of_ones_own_stays_in_its_process(tmp_path: Path) -> None:
     """A process with its own implementation for a package's type shares no code with others."""
     (tmp_path / "mine.py").write_text(f"{OWN_POTENTIAL}\n{PROBE}")
-    mine, cache = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import mine", tmp_path / "cache"
+    mine, cache = (
+        f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import mine",
+        tmp_path / "cache",
+    )
     own, usual = probe(ROOT, cache, mine), probe(ROOT, cache)
     assert own == probe(ROOT, cache, mine) != usual == probe(ROOT, cache)
 
@@ -204,7 +219,10 @@ def test_without_compilation_the_numbers_are_the_same() -> None:
     environment = os.environ | {"CRANE_SIM_INTERPRETED": "1"}
     plain = run_to_completion([sys.executable, "-c", code], env=environment, check=True)
     run = simulate("knuckle_setpoint", duration=0.05)
-    assert plain.stdout.split() == [run.summary["state_sha256"], str(run.summary["rhs_evaluations"])]
+    assert plain.stdout.split() == [
+        run.summary["state_sha256"],
+        str(run.summary["rhs_evaluations"]),
+    ]
 
 
 @entry_point
@@ -315,7 +333,10 @@ def test_callers_with_calls_of_their_own_share_the_code_alone() -> None:
     callers.append(copy.deepcopy(callers[0]))
     states = [start() for _ in callers]
     for _ in range(3):
-        states = [call(state, (float(k),))[0] for k, (call, state) in enumerate(zip(callers, states, strict=True))]
+        states = [
+            call(state, (float(k),))[0]
+            for k, (call, state) in enumerate(zip(callers, states, strict=True))
+        ]
     assert [state.x.tolist() for state in states] == [[0.0] * 3, [3.0] * 3, [6.0] * 3]
     assert all(call.signatures == moved.signatures for call in callers)
     assert pickle.loads(pickle.dumps(callers[2])).signatures == moved.signatures
@@ -328,21 +349,27 @@ def quotient(x, y):
     return x / y
 
 
-def test_a_function_that_is_seldom_called_is_compiled_late(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_function_that_is_seldom_called_is_compiled_late(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Its first calls run as plain Python, with the same results; an error there compiles it."""
     monkeypatch.setenv("CRANE_SIM_CACHE", str(tmp_path))
     function, compilations = entry_point(quotient.py_func), list[None]()
     with watch_compiling(lambda: compilations.append(None)):
         first = [function(1.0, 3.0) for _ in range(function.py_func.plain_calls)]
         assert not compilations and function(1.0, 3.0) == first[0] and len(compilations) == 1
-        assert quotient(1.0, 0.0) == math.inf and len(compilations) == 1  # loaded: another process has compiled it
+        assert (
+            quotient(1.0, 0.0) == math.inf and len(compilations) == 1
+        )  # loaded: another process has compiled it
         assert entry_point(quotient.py_func)(1.0, 3.0) == first[0] and len(compilations) == 1
         function._loaded.clear()  # as where code of many other structures has come since
         function._calls.clear()
         assert function(1.0, 3.0) == first[0] and len(compilations) == 1
 
 
-def test_where_plain_python_raises_an_error_code_is_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_plain_python_raises_an_error_code_is_compiled(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A division by zero has the result of compiled code from the first call on."""
     monkeypatch.setenv("CRANE_SIM_CACHE", str(tmp_path))
     assert entry_point(quotient.py_func)(1.0, 0.0) == math.inf

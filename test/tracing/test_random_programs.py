@@ -18,8 +18,8 @@ CASES = 30  # arguments of each program
 def check(function: Any) -> int:
     """Assert that a program, compiled, has the bits of Python; return for how many arguments.
 
-    Python raises errors where it divides by zero, takes the root of a negative number or makes a NaN an integer;
-    compiled code raises none, and there is nothing to compare.
+    Python raises errors where it divides by zero, takes the root of a negative number or makes a
+    NaN an integer; compiled code raises none, and there is nothing to compare.
     """
     code, compared = compiled(function), 0
     for case in range(CASES):
@@ -50,7 +50,9 @@ def test_programs_have_the_bits_of_python(
     Optimising fully takes most of the time.
     """
     monkeypatch.setattr(entry_point, "module_texts", lambda entry: (module_text(entry), ""))
-    monkeypatch.setattr(entry_point, "compile_text", lambda text, *_: machine_code.compile_text(text, optimisation))
+    monkeypatch.setattr(
+        entry_point, "compile_text", lambda text, *_: machine_code.compile_text(text, optimisation)
+    )
     check_all(seeds, tmp_path)
 
 

@@ -46,12 +46,18 @@ def test_functions_are_traced_once_for_all_entry_points(monkeypatch: pytest.Monk
     """A second entry point traces no functions that the first called with the same structure."""
     a, b = np.eye(3), np.ones(3)
     traced_by(solve, monkeypatch, a, b)
-    assert traced_by(solve_twice, monkeypatch, a, b) == []  # a short function runs in place of its call
+    assert (
+        traced_by(solve_twice, monkeypatch, a, b) == []
+    )  # a short function runs in place of its call
     _, functions = compile_entry(solve_twice, describe((a, b), [], {}))
-    assert {"factor_dense", "solve_dense"} <= {function.__name__ for function in functions}  # which code depends on
+    assert {"factor_dense", "solve_dense"} <= {
+        function.__name__ for function in functions
+    }  # which code depends on
 
 
-def test_what_has_been_traced_is_forgotten_when_an_implementation_is_added(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_has_been_traced_is_forgotten_when_an_implementation_is_added(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """A call may mean another function from then on."""
     a, b = np.eye(3), np.ones(3)
     traced_by(solve, monkeypatch, a, b)
@@ -64,7 +70,13 @@ def test_what_has_been_traced_is_forgotten_when_an_implementation_is_added(monke
     assert "factor_dense" in traced_by(solve_twice, monkeypatch, a, b)
 
 
-MODULES = ("numerics.arrays", "integrators.events", "models.suspended.crane", "hardware.drives", "numerics.rows")
+MODULES = (
+    "numerics.arrays",
+    "integrators.events",
+    "models.suspended.crane",
+    "hardware.drives",
+    "numerics.rows",
+)
 
 
 @pytest.mark.parametrize("name", MODULES)
@@ -78,6 +90,8 @@ def test_a_function_alone_has_the_tree_that_it_has_in_its_file(name: str) -> Non
         in_file = scopes._functions_of(*version).get((code.co_name, code.co_firstlineno), [])
         alone = scopes._parse_alone(code, scopes._lines_of(*version)) if in_file else None
         if alone:
-            assert [ast.dump(alone, include_attributes=True)] == [ast.dump(x, include_attributes=True) for x in in_file]
+            assert [ast.dump(alone, include_attributes=True)] == [
+                ast.dump(x, include_attributes=True) for x in in_file
+            ]
             compared += 1
     assert compared > 0

@@ -61,7 +61,26 @@ def _early_returns(x: float, y: float) -> float:
 
 
 def _many_partial_returns(x: float, n: int) -> float:
-    for k in (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0, 16.0, 17.0, 18.0):
+    for k in (
+        1.0,
+        2.0,
+        3.0,
+        4.0,
+        5.0,
+        6.0,
+        7.0,
+        8.0,
+        9.0,
+        10.0,
+        11.0,
+        12.0,
+        13.0,
+        14.0,
+        15.0,
+        16.0,
+        17.0,
+        18.0,
+    ):
         if x > k:
             if n == 3:
                 return k
@@ -325,7 +344,12 @@ def _loops_over(a: Any, m: Any, points: Any) -> Any:
         total += i * x - y
     for x, (y, z) in zip((1.0, 2.0), points, strict=True):
         total += x * y * z
-    return total, sum(x * y for x, y in points), [x for x in range(4) if x % 2], max(x for x, _ in points)
+    return (
+        total,
+        sum(x * y for x, y in points),
+        [x for x in range(4) if x % 2],
+        max(x for x, _ in points),
+    )
 
 
 def test_loops_over_arrays_and_tuples() -> None:
@@ -342,11 +366,39 @@ def test_loops_over_arrays_and_tuples() -> None:
 
 
 def _real_arithmetic(x: float, y: float) -> Any:
-    return x + y, x - y, x * y, -x, +x, x // y, x % y, x / y, abs(x), min(x, y), max(y, x), copysign(x, y)
+    return (
+        x + y,
+        x - y,
+        x * y,
+        -x,
+        +x,
+        x // y,
+        x % y,
+        x / y,
+        abs(x),
+        min(x, y),
+        max(y, x),
+        copysign(x, y),
+    )
 
 
 def _integer_arithmetic(i: int, j: int) -> Any:
-    return i + j, i - j, i * j, -i, ~i, i & j, i | j, i ^ j, i << 2, i >> 1, abs(i), min(i, j), max(i, j), i / j
+    return (
+        i + j,
+        i - j,
+        i * j,
+        -i,
+        ~i,
+        i & j,
+        i | j,
+        i ^ j,
+        i << 2,
+        i >> 1,
+        abs(i),
+        min(i, j),
+        max(i, j),
+        i / j,
+    )
 
 
 def _integer_division(i: int, j: int) -> Any:
@@ -354,13 +406,37 @@ def _integer_division(i: int, j: int) -> Any:
 
 
 def _mixed_arithmetic(i: int, x: float, f: bool) -> Any:
-    return i + x, x - i, i * x, i / 4, f + f, f * i, f + x, i // x, i % x, f and i < x, -f, f | (i > 0), x**2 * i
+    return (
+        i + x,
+        x - i,
+        i * x,
+        i / 4,
+        f + f,
+        f * i,
+        f + x,
+        i // x,
+        i % x,
+        f and i < x,
+        -f,
+        f | (i > 0),
+        x**2 * i,
+    )
 
 
 def _functions_of_numbers(x: float, i: int, f: bool) -> Any:
     return (
-        round(x), int(x), float(i), int(f), bool(x), bool(i), np.sign(x), math.floor(x), math.ceil(x), abs(f), round(i),
-    )  # fmt: skip
+        round(x),
+        int(x),
+        float(i),
+        int(f),
+        bool(x),
+        bool(i),
+        np.sign(x),
+        math.floor(x),
+        math.ceil(x),
+        abs(f),
+        round(i),
+    )
 
 
 def _powers(x: float, i: int) -> Any:
@@ -401,7 +477,19 @@ def _words(w: Any, v: Any) -> Any:
     w ^= w >> np.uint64(12)
     w ^= w << np.uint64(25)
     low = w & np.uint64(255)
-    return w, w * v, w // v, w % v, w < v, max(w, v), float(w), w > np.uint64(7), int(low), w + v, np.uint64(3) * low
+    return (
+        w,
+        w * v,
+        w // v,
+        w % v,
+        w < v,
+        max(w, v),
+        float(w),
+        w > np.uint64(7),
+        int(low),
+        w + v,
+        np.uint64(3) * low,
+    )
 
 
 def test_words() -> None:
@@ -426,7 +514,13 @@ def test_elements() -> None:
     """Elements of arrays of one and two indices, contiguous or not; -1 counts from the end."""
     wide = np.arange(24.0).reshape(4, 6)
     arrays = (np.arange(4.0), np.arange(8.0)[::2], np.arange(4.0)[::-1], wide[:, 1], np.arange(5.0))
-    matrices = (wide[:, :3].copy(), wide[:, 1:4], wide[::-1, ::2], wide.T[:4], np.asfortranarray(wide[:, :3]))
+    matrices = (
+        wide[:, :3].copy(),
+        wide[:, 1:4],
+        wide[::-1, ::2],
+        wide.T[:4],
+        np.asfortranarray(wide[:, :3]),
+    )
     code = compiled(_elements)
     for a, m, i, j in itertools.product(arrays, matrices, (-4, -1, 0, 2), (-2, 0, 1)):
         (a1, m1), (a2, m2) = [(strided_copy(a), strided_copy(m)) for _ in range(2)]
@@ -439,7 +533,11 @@ def strided_copy(array: np.ndarray) -> np.ndarray:
     base = array if array.base is None else array.base
     copy = base.copy("K")
     offset = array.__array_interface__["data"][0] - base.__array_interface__["data"][0]
-    return np.ndarray(array.shape, array.dtype, copy, offset, array.strides) if offset >= 0 else array.copy()
+    return (
+        np.ndarray(array.shape, array.dtype, copy, offset, array.strides)
+        if offset >= 0
+        else array.copy()
+    )
 
 
 def _slices(a: Any, i: int, j: int) -> Any:
@@ -449,7 +547,17 @@ def _slices(a: Any, i: int, j: int) -> Any:
         total = 2.0 * total + x
     for x in tail[1:]:
         total = 0.5 * total + x
-    return total, len(middle), len(tail), back[0], back[len(a) - 1], a[1:3][0], len(a[::2]), len(a[j:i:-1]), len(a[:i])
+    return (
+        total,
+        len(middle),
+        len(tail),
+        back[0],
+        back[len(a) - 1],
+        a[1:3][0],
+        len(a[::2]),
+        len(a[j:i:-1]),
+        len(a[:i]),
+    )
 
 
 def _writes_through_views(a: Any, m: Any, i: int) -> Any:
@@ -466,7 +574,12 @@ def _writes_through_views(a: Any, m: Any, i: int) -> Any:
 
 def test_slices_and_views() -> None:
     """Slices are cut to the array, and share its memory."""
-    check(_slices, (np.arange(1.0, 7.0), np.arange(1.0, 13.0)[::2]), (-9, -4, -1, 0, 2, 5, 6, 9), (-8, -1, 0, 3, 6, 8))
+    check(
+        _slices,
+        (np.arange(1.0, 7.0), np.arange(1.0, 13.0)[::2]),
+        (-9, -4, -1, 0, 2, 5, 6, 9),
+        (-8, -1, 0, 3, 6, 8),
+    )
     check(_writes_through_views, (np.arange(5.0),), (np.zeros((3, 2)),), (-3, 0, 1, 2))
 
 
@@ -590,8 +703,19 @@ def _apart(x: float, n: int, a: Any) -> Any:
 
 def _calls(x: float, n: int, a: Any) -> Any:
     arguments = (x, 1.5)
-    first = TWICE(x) + THRICE(*arguments) + TWICE(x, sign=-1.0) + THRICE(x, 1.0, 2, 3, **{"sign": x})
-    return first, PAIR[0](x), _name_of(x), _name_of(Point(x, n)), _name_of(n), _apart(x, n, a), _apart(1.0, 0, a), a[n]
+    first = (
+        TWICE(x) + THRICE(*arguments) + TWICE(x, sign=-1.0) + THRICE(x, 1.0, 2, 3, **{"sign": x})
+    )
+    return (
+        first,
+        PAIR[0](x),
+        _name_of(x),
+        _name_of(Point(x, n)),
+        _name_of(n),
+        _apart(x, n, a),
+        _apart(1.0, 0, a),
+        a[n],
+    )
 
 
 def test_calls() -> None:
@@ -618,7 +742,13 @@ def test_known_numbers_without_an_integer_may_be_in_code_that_never_runs() -> No
 
 def signed_zeros(x):
     """Return what depends on the signs of zeros beside the integers 0 and 1."""
-    return copysign(5.0, 0 - x), copysign(5.0, x + 0), copysign(5.0, 0 * x), math.atan2(0 - x, -1.0), sum([x])
+    return (
+        copysign(5.0, 0 - x),
+        copysign(5.0, x + 0),
+        copysign(5.0, 0 * x),
+        math.atan2(0 - x, -1.0),
+        sum([x]),
+    )
 
 
 def test_integers_are_numbers_in_functions_of_users() -> None:
@@ -661,7 +791,12 @@ def lists_inside_tuples(x, i):
     total = 0.0
     for part in CURVES[:1]:
         total += element_of(part, i) * x
-    return short_element((CURVES[0], x), i), element_of(CURVES[1][0], i % 2), total, element_of(chosen, i % 2)
+    return (
+        short_element((CURVES[0], x), i),
+        element_of(CURVES[1][0], i % 2),
+        total,
+        element_of(chosen, i % 2),
+    )
 
 
 def short_element(parts, i):
@@ -688,4 +823,7 @@ def sine_and_cosine_of(x):
 def test_small_angles_have_the_bits_of_their_reduction() -> None:
     """Code that does not reduce small angles has the bits of Python, near the limit too."""
     around = [sign * (0.78 + k * 1e-16) for sign in (-1.0, 1.0) for k in range(-5, 6)]
-    check(sine_and_cosine_of, (*around, 0.0, -0.0, 5e-324, -1e-310, 1e-9, -0.3, math.pi / 4.0, 0.8, -2.0, 1e5, nan))
+    check(
+        sine_and_cosine_of,
+        (*around, 0.0, -0.0, 5e-324, -1e-310, 1e-9, -0.3, math.pi / 4.0, 0.8, -2.0, 1e5, nan),
+    )

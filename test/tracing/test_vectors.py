@@ -121,7 +121,8 @@ def text_of(function: Any, monkeypatch: pytest.MonkeyPatch, *arguments: Any) -> 
     """Return the text that an entry point is compiled from."""
     texts: list[str] = []
     monkeypatch.setattr(
-        "crane_sim.tracing.entry_point.compile_text", lambda text, _, loops: texts.append(text + loops) or b""
+        "crane_sim.tracing.entry_point.compile_text",
+        lambda text, _, loops: texts.append(text + loops) or b"",
     )
     compile_entry(function.py_func, describe(arguments, [], {}))
     return texts[0]
@@ -131,7 +132,9 @@ def test_what_is_said_of_a_loop_reaches_the_compiler(monkeypatch: pytest.MonkeyP
     """A loop's turns are marked as independent, and its final function as of wide vectors."""
     text = text_of(fill_waves, monkeypatch, 8, np.ones(8), np.ones((2, 8)))
     assert "llvm.loop.parallel_accesses" in text
-    assert any("@entry" in line and '"prefer-vector-width"="512"' in line for line in text.splitlines())
+    assert any(
+        "@entry" in line and '"prefer-vector-width"="512"' in line for line in text.splitlines()
+    )
 
 
 @routine
@@ -173,12 +176,17 @@ def look_once(x):
     return x[0]
 
 
-@pytest.mark.parametrize(("function", "level"), [(look_once, NONE), (double_all, Optimisation.FULL)])
+@pytest.mark.parametrize(
+    ("function", "level"), [(look_once, NONE), (double_all, Optimisation.FULL)]
+)
 def test_code_is_optimised_as_its_function_says(
     function: Any, level: Optimisation, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """What runs for a few instants is compiled quickly, what says nothing to fast code."""
     levels: list[Optimisation] = []
-    monkeypatch.setattr("crane_sim.tracing.entry_point.compile_text", lambda _, level, *__: levels.append(level) or b"")
+    monkeypatch.setattr(
+        "crane_sim.tracing.entry_point.compile_text",
+        lambda _, level, *__: levels.append(level) or b"",
+    )
     compile_entry(function.py_func, describe((np.ones(2),), [], {}))
     assert levels == [level]

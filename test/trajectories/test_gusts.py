@@ -8,7 +8,14 @@ import pytest
 from scipy.integrate import quad
 
 import crane_sim
-from crane_sim.trajectories.turbulence import BEYOND, SPECTRA, band_of, default_cut_off, draw_gust, line_energies
+from crane_sim.trajectories.turbulence import (
+    BEYOND,
+    SPECTRA,
+    band_of,
+    default_cut_off,
+    draw_gust,
+    line_energies,
+)
 from crane_sim.trajectories.wind import Gust, LogarithmicLaw, PowerLaw, gust_at, speed_ratio
 
 CASES = [(name, component) for name in SPECTRA for component in range(3)]
@@ -21,11 +28,18 @@ def printed(name: str, component: int, f: Any) -> Any:
     IEC (B.14); MIL by Ω [rad/m], its area in f.
     """
     if name == "kaimal":
-        return SIGMA**2 / f * (4.0 * f * LENGTH / SPEED) / (1.0 + 6.0 * f * LENGTH / SPEED) ** (5.0 / 3.0)
+        return (
+            SIGMA**2
+            / f
+            * (4.0 * f * LENGTH / SPEED)
+            / (1.0 + 6.0 * f * LENGTH / SPEED) ** (5.0 / 3.0)
+        )
     omega = 2.0 * pi * f / SPEED
     by_omega = {
         ("dryden", True): 2.0 / (1.0 + (LENGTH * omega) ** 2),
-        ("dryden", False): 2.0 * (1.0 + 12.0 * (LENGTH * omega) ** 2) / (1.0 + 4.0 * (LENGTH * omega) ** 2) ** 2,
+        ("dryden", False): 2.0
+        * (1.0 + 12.0 * (LENGTH * omega) ** 2)
+        / (1.0 + 4.0 * (LENGTH * omega) ** 2) ** 2,
         ("von_karman", True): 2.0 / (1.0 + (1.339 * LENGTH * omega) ** 2) ** (5.0 / 6.0),
         ("von_karman", False): 2.0
         * (1.0 + 8.0 / 3.0 * (2.678 * LENGTH * omega) ** 2)
@@ -36,7 +50,9 @@ def printed(name: str, component: int, f: Any) -> Any:
 
 def energy(name: str, component: int, low: float, high: float) -> float:
     """Return the integral of the printed spectrum from low to high [Hz]."""
-    return quad(lambda s: np.exp(s) * printed(name, component, np.exp(s)), log(low), log(high), epsrel=1e-12)[0]
+    return quad(
+        lambda s: np.exp(s) * printed(name, component, np.exp(s)), log(low), log(high), epsrel=1e-12
+    )[0]
 
 
 def gust_of(name: str, component: int, seed: int = 4) -> tuple[Gust, float]:
@@ -52,10 +68,20 @@ def test_spectra_are_those_of_the_standards(name: str, component: int) -> None:
     """Each spectrum is what its standard prints, and `below` is its integral, 1 in all."""
     spectrum, f = SPECTRA[name], np.geomspace(1e-4, 1e3, 40)
     actual = SIGMA**2 * LENGTH / SPEED * spectrum.density(f * LENGTH / SPEED, component)
-    assert np.allclose(actual, printed(name, component, f), rtol=3e-5, atol=0.0)  # 1.339 has four digits
-    assert float(spectrum.below(np.array(1e12), component)) == pytest.approx(1.0, abs=3e-8)  # x^(-2/3) is beyond
+    assert np.allclose(
+        actual, printed(name, component, f), rtol=3e-5, atol=0.0
+    )  # 1.339 has four digits
+    assert float(spectrum.below(np.array(1e12), component)) == pytest.approx(
+        1.0, abs=3e-8
+    )  # x^(-2/3) is beyond
     for x in (0.003, 0.2, 5.0, 400.0):
-        area = quad(lambda y: float(spectrum.density(np.array(y), component)), 0.0, x, epsrel=1e-12, limit=200)[0]
+        area = quad(
+            lambda y: float(spectrum.density(np.array(y), component)),
+            0.0,
+            x,
+            epsrel=1e-12,
+            limit=200,
+        )[0]
         assert float(spectrum.below(np.array(x), component)) == pytest.approx(area, rel=1e-9)
 
 
@@ -64,11 +90,15 @@ def test_gusts_have_the_variance_and_the_spectrum(name: str, component: int) -> 
     """The variance is σ² exactly, and each decade's energy the printed spectrum's within 1 %."""
     gust, period = gust_of(name, component)
     g = gust.nodes[:, 0]
-    assert np.var(g) == pytest.approx(SIGMA**2, rel=1e-13) and abs(np.mean(g)) < 1e-13  # rounding of some 1e5 values
+    assert (
+        np.var(g) == pytest.approx(SIGMA**2, rel=1e-13) and abs(np.mean(g)) < 1e-13
+    )  # rounding of some 1e5 values
     lines = 2.0 * np.abs(np.fft.rfft(g) / len(g)) ** 2
     last = int(np.flatnonzero(lines > 1e-20)[-1])
     ends = [0, *(n for n in (12, 120, 1200, 12_000) if n < last), last]
-    for low, high in zip(ends, ends[1:], strict=False):  # lines low + 1 .. high, whose bins meet half a line beyond
+    for low, high in zip(
+        ends, ends[1:], strict=False
+    ):  # lines low + 1 .. high, whose bins meet half a line beyond
         below = (low + 0.5) / period if low else 1e-12
         expected = energy(name, component, below, (high + 0.5) / period)
         assert lines[low + 1 : high + 1].sum() == pytest.approx(expected, rel=0.01)
@@ -84,13 +114,20 @@ def test_interpolation_keeps_the_spectrum() -> None:
     gust, period = gust_of("dryden", 0)
     n = len(gust.nodes)
     fine = np.array([gust_at(gust, (k + 0.5) / gust.rate) for k in range(n)])
-    assert np.allclose([gust_at(gust, k / gust.rate) for k in range(0, n, 97)], gust.nodes[::97, 0], rtol=0, atol=1e-12)
+    assert np.allclose(
+        [gust_at(gust, k / gust.rate) for k in range(0, n, 97)],
+        gust.nodes[::97, 0],
+        rtol=0,
+        atol=1e-12,
+    )
     both = np.stack([gust.nodes[:, 0], fine], axis=1).ravel()
     exact = 2.0 * np.abs(np.fft.rfft(gust.nodes[:, 0]) / n) ** 2
     lines = 2.0 * np.abs(np.fft.rfft(both) / len(both)) ** 2
     last = int(np.flatnonzero(exact > 1e-20)[-1])
     assert np.sum(np.abs(lines[: last + 1] - exact[: last + 1])) < 1e-6 * SIGMA**2
-    assert np.sum(lines[last + 1 :]) < 1e-7 * SIGMA**2  # 3e-4 of amplitudes near the cut-off, squared
+    assert (
+        np.sum(lines[last + 1 :]) < 1e-7 * SIGMA**2
+    )  # 3e-4 of amplitudes near the cut-off, squared
 
 
 def test_gusts_are_smooth_and_periodic() -> None:
@@ -98,10 +135,14 @@ def test_gusts_are_smooth_and_periodic() -> None:
     gust, period = gust_of("dryden", 1)
     h, n = 1e-3 / gust.rate, len(gust.nodes)
     for k in (0, 5, n - 1):
-        before, after = ([gust_at(gust, k / gust.rate + s * i * h) for i in range(4)] for s in (-1.0, 1.0))
+        before, after = (
+            [gust_at(gust, k / gust.rate + s * i * h) for i in range(4)] for s in (-1.0, 1.0)
+        )
         slopes = [(-11 * g[0] + 18 * g[1] - 9 * g[2] + 2 * g[3]) / 6.0 for g in (before, after)]
         bends = [2 * g[0] - 5 * g[1] + 4 * g[2] - g[3] for g in (before, after)]
-        assert -slopes[0] == pytest.approx(slopes[1], rel=1e-8) and bends[0] == pytest.approx(bends[1], rel=1e-3)
+        assert -slopes[0] == pytest.approx(slopes[1], rel=1e-8) and bends[0] == pytest.approx(
+            bends[1], rel=1e-3
+        )
         assert gust_at(gust, k / gust.rate + period) == pytest.approx(after[0], rel=1e-9)
 
 
@@ -134,7 +175,9 @@ def test_a_seed_is_a_wind() -> None:
     Gusts may have a seed of their own.
     """
     own, same, other = (nodes_of(scene_of(GUSTS | more)) for more in ({}, {"seed": 7}, {"seed": 8}))
-    assert all(map(np.array_equal, own, nodes_of(scene_of(GUSTS, duration=45.0))))  # half a second, or 45
+    assert all(
+        map(np.array_equal, own, nodes_of(scene_of(GUSTS, duration=45.0)))
+    )  # half a second, or 45
     assert all(np.array_equal(a, b) for a, b in zip(own, same, strict=True))
     assert not any(np.allclose(a, b) for a, b in zip(own, other, strict=True))
     phases = [np.angle(np.fft.rfft(nodes[:, 0])[1:9]) for nodes in own]
@@ -144,7 +187,9 @@ def test_a_seed_is_a_wind() -> None:
 def test_no_step_size_changes_the_wind() -> None:
     """The gusts are the same arrays for every step; solutions converge with order 4 to one run."""
     steps = [0.01, 0.005, 0.0025]  # a period is 10 ms
-    exact = crane_sim.simulate(scene_of(GUSTS, integrator={"method": "dop853", "rtol": 1e-12, "atol": 1e-13}))
+    exact = crane_sim.simulate(
+        scene_of(GUSTS, integrator={"method": "dop853", "rtol": 1e-12, "atol": 1e-13})
+    )
     errors = []
     for h in steps:
         run = crane_sim.simulate(scene_of(GUSTS, integrator={"method": "rk4", "step": h}))
@@ -170,10 +215,14 @@ def test_the_summary_has_what_was_drawn() -> None:
     assert "warnings" not in scene_of(GUSTS | {"cut_off": None}).notes
 
 
-@pytest.mark.parametrize("law", [PowerLaw(0.2, 1.5), LogarithmicLaw(0.03, 1.5)], ids=["power", "logarithmic"])
+@pytest.mark.parametrize(
+    "law", [PowerLaw(0.2, 1.5), LogarithmicLaw(0.03, 1.5)], ids=["power", "logarithmic"]
+)
 def test_the_mean_by_height(law: Any) -> None:
     """The mean follows its law, is 1 at the reference height, and holds below the lowest one."""
     for z in (2.0, 10.0, 80.0):
-        expected = (z / 10.0) ** 0.2 if isinstance(law, PowerLaw) else log(z / 0.03) / log(10.0 / 0.03)
+        expected = (
+            (z / 10.0) ** 0.2 if isinstance(law, PowerLaw) else log(z / 0.03) / log(10.0 / 0.03)
+        )
         assert speed_ratio(law, z, 10.0) == pytest.approx(expected, rel=1e-14)
     assert speed_ratio(law, -3.0, 10.0) == speed_ratio(law, 1.5, 10.0)

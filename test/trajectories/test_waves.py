@@ -10,7 +10,14 @@ import yaml
 import crane_sim
 from crane_sim.numerics.jit import entry_point
 from crane_sim.trajectories.base_motion import axis_at
-from crane_sim.trajectories.waves import ResponseAmplitudeOperator, Sea, SineSum, apply_response, density, sample_sea
+from crane_sim.trajectories.waves import (
+    ResponseAmplitudeOperator,
+    Sea,
+    SineSum,
+    apply_response,
+    density,
+    sample_sea,
+)
 
 GAMMAS = [1.0, 3.3, 7.0]
 
@@ -23,7 +30,9 @@ def test_a_spectrum_has_its_height_and_its_peak(gamma: float) -> None:
     """
     sea, w = Sea(2.5, 9.0, gamma), np.linspace(0.1, 60.0, 400_000)
     s, peak = density(sea, w), 2.0 * np.pi / 9.0
-    assert np.trapezoid(s, w) == pytest.approx(2.5**2 / 16.0, rel=1e-5)  # the rule's error at this step, and the ends
+    assert np.trapezoid(s, w) == pytest.approx(
+        2.5**2 / 16.0, rel=1e-5
+    )  # the rule's error at this step, and the ends
     assert w[np.argmax(s)] == pytest.approx(peak, abs=2.0 * (w[1] - w[0]))
     if gamma == 1.0:
         closed = 5.0 / 16.0 * 2.5**2 * peak**4 * w**-5 * np.exp(-1.25 * (w / peak) ** -4)
@@ -42,12 +51,15 @@ def test_a_sampled_sea_has_the_spectrums_energy_where_the_spectrum_has_it(gamma:
     assert np.sum(waves.amplitudes**2) / 2.0 == pytest.approx(0.25, rel=1e-12)  # rounding
     t = np.arange(0.0, 40_000.0, 0.5)
     elevation = sum(a * np.sin(w * t + p) for a, w, p in zip(*waves, strict=True))
-    # neighbours 0.005 rad/s apart and less beat over thousands of seconds: some per cent of the variance remain
+    # neighbours 0.005 rad/s apart and less beat over thousands of seconds: some per cent of the
+    # variance remain
     assert np.var(elevation) == pytest.approx(0.25, rel=0.1)
     w = np.linspace(0.05, 40.0, 200_000)
     energy = np.cumsum(density(sea, w)) * (w[1] - w[0])
     below = np.interp(np.sort(waves.frequencies), w, energy) / 0.25
-    assert np.max(np.abs(below - (np.arange(n) + 0.5) / n)) < 1.5 / n  # half a share, half one drawn in it, the cut
+    assert (
+        np.max(np.abs(below - (np.arange(n) + 0.5) / n)) < 1.5 / n
+    )  # half a share, half one drawn in it, the cut
 
 
 def test_a_sea_does_not_repeat() -> None:
@@ -64,7 +76,9 @@ def test_a_sea_does_not_repeat() -> None:
 def test_a_response_is_interpolated_and_its_ends_are_held() -> None:
     """Amplitudes are linear between rows, phases the short way round; both are held beyond."""
     waves = SineSum(np.full(4, 2.0), np.array([0.1, 0.5, 0.75, 3.0]), np.zeros(4))
-    table = ResponseAmplitudeOperator((0.5, 1.0), (1.0, 0.5), (np.deg2rad(170.0), np.deg2rad(-170.0)))
+    table = ResponseAmplitudeOperator(
+        (0.5, 1.0), (1.0, 0.5), (np.deg2rad(170.0), np.deg2rad(-170.0))
+    )
     actual = apply_response(waves, table)
     assert actual.amplitudes == pytest.approx([2.0, 2.0, 1.5, 1.0], rel=1e-15)
     assert np.rad2deg(actual.phases) == pytest.approx([170.0, 170.0, 180.0, 190.0], rel=1e-14)
@@ -99,15 +113,22 @@ def test_a_sea_takes_the_scenes_seed_unless_it_has_its_own() -> None:
     assert not np.array_equal(own.phases, other.phases)
     assert np.flatnonzero(own.amplitudes.any(axis=1)).tolist() == [2]
     waves = sample_sea(Sea(2.0, 8.0, 3.3), 60, 7)
-    assert np.array_equal(own.amplitudes[2], waves.amplitudes) and np.array_equal(own.phases[2], waves.phases)
+    assert np.array_equal(own.amplitudes[2], waves.amplitudes) and np.array_equal(
+        own.phases[2], waves.phases
+    )
 
 
 def test_sinusoids_and_a_sea_add_up() -> None:
     """An axis moves by its own sinusoids, its offset and the sea's together."""
-    roll = [{"amplitude": "2 deg", "frequency": 0.7, "offset": 0.1}, {"amplitude": 0.05, "frequency": 0.3}]
+    roll = [
+        {"amplitude": "2 deg", "frequency": 0.7, "offset": 0.1},
+        {"amplitude": 0.05, "frequency": 0.3},
+    ]
     base = scene_of(roll=roll, sea=SEA | {"components": 3, "response": {"roll": 0.02}}).model.base
     assert base.offsets.tolist() == [0.0, 0.0, 0.0, 0.1, 0.0, 0.0]
-    assert base.amplitudes[3] == pytest.approx([np.deg2rad(2.0), 0.05, *[0.02 * 0.5 * np.sqrt(2.0 / 3.0)] * 3])
+    assert base.amplitudes[3] == pytest.approx(
+        [np.deg2rad(2.0), 0.05, *[0.02 * 0.5 * np.sqrt(2.0 / 3.0)] * 3]
+    )
     assert base.frequencies[3, :2].tolist() == [0.7, 0.3]
 
 
@@ -133,7 +154,9 @@ def test_a_recorded_motion_is_the_motion(tmp_path: Path) -> None:
     at_rows, actual = np.empty((len(t), 6, 3)), np.empty((len(between), 6, 3))
     motion(base, t, at_rows)
     motion(base, between, actual)
-    assert at_rows[:, 5, 0] == pytest.approx(rows[:, 1], abs=1e-12)  # the spline's equations, solved in rounding
+    assert at_rows[:, 5, 0] == pytest.approx(
+        rows[:, 1], abs=1e-12
+    )  # the spline's equations, solved in rounding
     s, c = 0.3 * np.sin(3.0 * between), 0.3 * np.cos(3.0 * between)
     expected = np.stack([c, -3.0 * s, -9.0 * c], axis=1)
     # a quintic at steps of 25 ms: h⁶ 3⁶ of values, h⁴ 3⁶ of second derivatives
@@ -162,7 +185,10 @@ def test_a_recorded_motion_is_the_motion(tmp_path: Path) -> None:
         ("time,pitch\n0,0.8\n", "row 2, pitch = 0.8: as radians more than an eighth of a turn"),
         ("time,yaw\n0,270\n", "name the column yaw_deg (or yaw_rad)"),
         ("time\n" + "\n".join("001234"), "row 3, time = 0: must be 1e-06 s after the row before"),
-        ("time\n" + "\n".join(f"{0.1 * k}" for k in range(8)), "covers 0 to 0.7 s; the run goes from 0 to 2 s"),
+        (
+            "time\n" + "\n".join(f"{0.1 * k}" for k in range(8)),
+            "covers 0 to 0.7 s; the run goes from 0 to 2 s",
+        ),
     ],
     ids=lambda text: str(text)[:30].replace("\n", " "),
 )
@@ -172,11 +198,17 @@ def test_a_bad_file_is_a_single_line_error(text: str, message: str, tmp_path: Pa
     file.write_text(text)
     with pytest.raises(crane_sim.SceneError) as caught:
         scene_of(file=str(file))
-    assert message in str(caught.value) and "motion.csv" in str(caught.value) and "\n" not in str(caught.value)
+    assert (
+        message in str(caught.value)
+        and "motion.csv" in str(caught.value)
+        and "\n" not in str(caught.value)
+    )
 
 
 @pytest.mark.parametrize(("unit", "factor"), [("deg", np.pi / 180.0), ("rad", 1.0)])
-def test_angles_of_a_file_have_the_unit_of_their_column(unit: str, factor: float, tmp_path: Path) -> None:
+def test_angles_of_a_file_have_the_unit_of_their_column(
+    unit: str, factor: float, tmp_path: Path
+) -> None:
     """Columns in degrees, and in radians of any size, are the motion in radians."""
     t = np.linspace(0.0, 2.5, 26)
     rows = np.stack([t, 3.0 * np.sin(t), 4.0 * np.cos(t), 5.0 * t], axis=1)
@@ -185,7 +217,9 @@ def test_angles_of_a_file_have_the_unit_of_their_column(unit: str, factor: float
     base = scene_of(file=str(tmp_path / "motion.csv")).model.base
     at_rows = np.empty((len(t), 6, 3))
     motion(base, t, at_rows)
-    assert at_rows[:, 3:, 0] == pytest.approx(factor * rows[:, 1:], abs=1e-12)  # the spline's equations, in rounding
+    assert at_rows[:, 3:, 0] == pytest.approx(
+        factor * rows[:, 1:], abs=1e-12
+    )  # the spline's equations, in rounding
 
 
 def test_a_file_lies_beside_its_scene(tmp_path: Path) -> None:
@@ -195,7 +229,9 @@ def test_a_file_lies_beside_its_scene(tmp_path: Path) -> None:
     """
     (tmp_path / "motion.csv").write_text("time,sway\n" + "".join(f"{k},{k}\n" for k in range(8)))
     scene_of(surge={"amplitude": 0.0, "frequency": 0.0}).dump(tmp_path / "scene.yaml")
-    document = yaml.safe_load((tmp_path / "scene.yaml").read_text()) | {"base_motion": {"file": "motion.csv"}}
+    document = yaml.safe_load((tmp_path / "scene.yaml").read_text()) | {
+        "base_motion": {"file": "motion.csv"}
+    }
     (tmp_path / "scene.yaml").write_text(yaml.safe_dump(document))
     scene = crane_sim.load_scene(tmp_path / "scene.yaml")
     assert scene.to_dict()["base_motion"]["file"] == str(tmp_path / "motion.csv")
@@ -206,12 +242,30 @@ def test_a_file_lies_beside_its_scene(tmp_path: Path) -> None:
     ("groups", "message"),
     [
         ({"surge": {"amplitude": 1.0}}, "base_motion.surge[0].frequency: is missing"),
-        ({"roll": [{"amplitude": 0.5, "frequency": 1.0, "phas": 1.0}]}, "roll[0]: unknown key 'phas'"),
-        ({"sea": SEA | {"spectrum": "pierson_moskowitz", "gamma": 2.0}}, "gamma = 2.0: belongs to jonswap"),
-        ({"sea": SEA | {"response": {"heave": {"frequencies": [1, 0.5], "amplitudes": [1, 2]}}}}, "must increase"),
-        ({"sea": SEA | {"response": {"yaw": {"frequencies": [1, 2], "amplitudes": [1]}}}}, "yaw.amplitudes: has 1"),
-        ({"sea": SEA | {"seed": -3}}, "base_motion.sea.seed = -3: must be greater than or equal to 0"),
-        ({"sea": SEA | {"components": 10**9}}, "sea.components = 1000000000: must be less than or equal to 1000"),
+        (
+            {"roll": [{"amplitude": 0.5, "frequency": 1.0, "phas": 1.0}]},
+            "roll[0]: unknown key 'phas'",
+        ),
+        (
+            {"sea": SEA | {"spectrum": "pierson_moskowitz", "gamma": 2.0}},
+            "gamma = 2.0: belongs to jonswap",
+        ),
+        (
+            {"sea": SEA | {"response": {"heave": {"frequencies": [1, 0.5], "amplitudes": [1, 2]}}}},
+            "must increase",
+        ),
+        (
+            {"sea": SEA | {"response": {"yaw": {"frequencies": [1, 2], "amplitudes": [1]}}}},
+            "yaw.amplitudes: has 1",
+        ),
+        (
+            {"sea": SEA | {"seed": -3}},
+            "base_motion.sea.seed = -3: must be greater than or equal to 0",
+        ),
+        (
+            {"sea": SEA | {"components": 10**9}},
+            "sea.components = 1000000000: must be less than or equal to 1000",
+        ),
         ({"sea": 5}, "base_motion.sea = 5: must be a group of keys: spectrum, significant_height"),
         ({"sea": SEA, "file": "motion.csv"}, "base_motion.sea: the file gives the whole motion"),
         ({"file": "nowhere.csv"}, "base_motion.file = 'nowhere.csv': cannot be read"),

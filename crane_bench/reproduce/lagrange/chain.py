@@ -4,8 +4,9 @@ The nodes A_0 (the trolley) .. A_N are Cartesian points, so that with A = ∂(po
 
     M = Σ m_i A_iᵀ A_i,    C = Σ m_i A_iᵀ Ȧ_i,
 
-and this C is the one of the Christoffel symbols of Remark 1: for points p_m in a flat space they are
-Γ_ijk = Σ m_m ∂p_m/∂q_i · ∂²p_m/∂q_j∂q_k. Written out, M has the entries (19)-(21), (32)-(33), (39), (62)-(63).
+and this C is the one of the Christoffel symbols of Remark 1: for points p_m in a flat space they
+are Γ_ijk = Σ m_m ∂p_m/∂q_i · ∂²p_m/∂q_j∂q_k. Written out, M has the entries (19)-(21), (32)-(33),
+(39), (62)-(63).
 """
 
 from collections.abc import Sequence
@@ -22,7 +23,9 @@ class LumpedCrane(NamedTuple):
     trolley: float  # m, kg
     masses: Array  # m_i, (N,), kg
     gravity: float = 9.81  # m/s²
-    joint_stiffness: Array | float = 0.0  # κ, (N,), N·m/rad: springs between links, section 4.3, equation (87)
+    joint_stiffness: Array | float = (
+        0.0  # κ, (N,), N·m/rad: springs between links, section 4.3, equation (87)
+    )
 
 
 def directions(q: Array) -> tuple[Array, Array]:
@@ -36,7 +39,9 @@ def node_positions(q: Array) -> Array:
     """Return positions (N+1, 2) of the nodes A_0 .. A_N in (x, z); their velocities are (9)."""
     x, _, lengths = unpack(q)
     along, _ = directions(q)
-    return np.array([x, 0.0]) + np.cumsum(np.concatenate([[[0.0, 0.0]], lengths[:, None] * along]), axis=0)
+    return np.array([x, 0.0]) + np.cumsum(
+        np.concatenate([[[0.0, 0.0]], lengths[:, None] * along]), axis=0
+    )
 
 
 def _relative_coordinates(trolley: float, angles: Array, lengths: Array) -> Array:
@@ -63,7 +68,9 @@ def node_jacobian_rate(q: Array, v: Array) -> Array:
     """Return the time derivative (N+1, 2, 2N+1) of `node_jacobian` at rates v."""
     along, across = directions(q)
     rate, paid = absolute(unpack(v)[1])[:, None], unpack(v)[2][:, None]
-    return _relative_coordinates(0.0, paid * across - unpack(q)[2][:, None] * rate * along, rate * across)
+    return _relative_coordinates(
+        0.0, paid * across - unpack(q)[2][:, None] * rate * along, rate * across
+    )
 
 
 def mass_matrix(crane: LumpedCrane, q: Array) -> Array:
@@ -74,7 +81,9 @@ def mass_matrix(crane: LumpedCrane, q: Array) -> Array:
 
 def coriolis(crane: LumpedCrane, q: Array, v: Array) -> Array:
     """Return C(q, v) (2N+1, 2N+1) of the Christoffel symbols of Remark 1."""
-    return np.einsum("i,iap,iaq->pq", _node_masses(crane), node_jacobian(q), node_jacobian_rate(q, v))
+    return np.einsum(
+        "i,iap,iaq->pq", _node_masses(crane), node_jacobian(q), node_jacobian_rate(q, v)
+    )
 
 
 def kinetic_energy(crane: LumpedCrane, q: Array, v: Array) -> Any:
@@ -96,7 +105,10 @@ def potential_energy(crane: LumpedCrane, q: Array) -> Any:
 
 def potential_force(crane: LumpedCrane, q: Array) -> Array:
     """Return g(q) = ∂U/∂q (2N+1,): gravity (83)-(84), joints (87)."""
-    weights, theta = crane.gravity * np.einsum("i,ip->p", crane.masses, node_jacobian(q)[1:, 1]), unpack(q)[1]
+    weights, theta = (
+        crane.gravity * np.einsum("i,ip->p", crane.masses, node_jacobian(q)[1:, 1]),
+        unpack(q)[1],
+    )
     return weights + np.concatenate([[0.0], crane.joint_stiffness * theta, np.zeros_like(theta)])
 
 
@@ -108,17 +120,19 @@ def bias(crane: LumpedCrane, q: Array, v: Array) -> Array:
 def free_coordinates(n: int, lengths: Sequence[int] = ()) -> Array:
     """Return the indices in q of trolley, angles, and links (from 1) of free length.
 
-    Fixing a length drops its row and its column (Remark 16). All are free in (93); (1,) is the crane of 6.2.2, whose
-    hoist is the first link; () is the rigid crane.
+    Fixing a length drops its row and its column (Remark 16). All are free in (93); (1,) is the
+    crane of 6.2.2, whose hoist is the first link; () is the rigid crane.
     """
     return np.array([*range(n + 1), *(n + k for k in lengths)])
 
 
-def chain_acceleration(crane: LumpedCrane, q: Array, v: Array, forces: Array, lengths: Sequence[int] = ()) -> Array:
+def chain_acceleration(
+    crane: LumpedCrane, q: Array, v: Array, forces: Array, lengths: Sequence[int] = ()
+) -> Array:
     """Return q̈ (2N+1,) under generalised forces (2N+1,), with all unnamed links' lengths fixed.
 
-    The force on a length is the one that lengthens the link: the tension is its negative. Rates of fixed lengths
-    must be zero in v.
+    The force on a length is the one that lengthens the link: the tension is its negative. Rates of
+    fixed lengths must be zero in v.
 
     Raises:
         ValueError: a fixed length changes.

@@ -1,6 +1,7 @@
 """The report's closed forms for two links and for one; right as printed in their last lines.
 
-They are for point masses without joints and springs; other parameters of the crane are not looked at.
+They are for point masses without joints and springs; other parameters of the crane are not looked
+at.
 """
 
 from math import cos, sin

@@ -8,7 +8,7 @@
 | (x, x_1 .. x_N): fixed lengths, no angles           | end of 6.2.3  | a link is horizontal; it hides up against down |
 
 The report's horizontal positions are those for small angles; here they are exact.
-"""
+"""  # noqa: E501
 
 from typing import Any
 

@@ -1,7 +1,7 @@
 """The report's sums for the mass matrix and the gravity of N links, by entry; right as printed.
 
-Slow, and a derivation of its own beside `crane_bench.reproduce.lagrange.chain`. Nodes and links are counted
-from 1, as there.
+Slow, and a derivation of its own beside `crane_bench.reproduce.lagrange.chain`. Nodes and links are
+counted from 1, as there.
 """
 
 from math import cos, fsum, sin
@@ -30,7 +30,11 @@ def mass_matrix(crane: LumpedCrane, q: Array) -> Array:
 def angle_trolley(crane: LumpedCrane, q: Array, n: int) -> float:
     """Return the entry of θ_n and x, (20) and (32)."""
     alpha, lengths, nodes = _absolute_links(q)
-    return fsum(crane.masses[i - 1] * lengths[k] * cos(alpha[k]) for i in range(n, nodes) for k in range(n, i + 1))
+    return fsum(
+        crane.masses[i - 1] * lengths[k] * cos(alpha[k])
+        for i in range(n, nodes)
+        for k in range(n, i + 1)
+    )
 
 
 def length_trolley(crane: LumpedCrane, q: Array, n: int) -> float:
@@ -73,7 +77,11 @@ def gravity(crane: LumpedCrane, q: Array) -> Array:
     alpha, lengths, nodes = _absolute_links(q)
     angles, reach = [], []
     for n in range(1, nodes):
-        terms = (crane.masses[i - 1] * lengths[k] * sin(alpha[k]) for i in range(n, nodes) for k in range(n, i + 1))
+        terms = (
+            crane.masses[i - 1] * lengths[k] * sin(alpha[k])
+            for i in range(n, nodes)
+            for k in range(n, i + 1)
+        )
         angles.append(crane.gravity * fsum(terms))
         reach.append(-crane.gravity * fsum(crane.masses[n - 1 :]) * cos(alpha[n]))
     return np.array([0.0, *angles, *reach])

@@ -34,4 +34,6 @@ def collocate(crane: LumpedCrane, q: Array, v: Array) -> Collocated:
     angle_mass, coupling = mass[np.ix_(swinging, swinging)], mass[np.ix_(swinging, driven)]
     gains = np.linalg.solve(angle_mass, coupling).T
     reduced = mass[np.ix_(driven, driven)] - gains @ coupling
-    return Collocated(reduced, load[driven] - gains @ load[swinging], angle_mass, coupling, load[swinging])
+    return Collocated(
+        reduced, load[driven] - gains @ load[swinging], angle_mass, coupling, load[swinging]
+    )

@@ -1,6 +1,7 @@
 """Properties of the report's matrices: symmetry, definiteness, skew-symmetry, rank, condition.
 
-Derivatives are complex steps: Im f(q + i h d) / h has no difference of close numbers and is exact to rounding.
+Derivatives are complex steps: Im f(q + i h d) / h has no difference of close numbers and is exact
+to rounding.
 """
 
 from collections.abc import Callable
@@ -63,7 +64,8 @@ def conditions(mass: Array, free: Array) -> tuple[float, float]:
 
     M is (2N+1, 2N+1).
 
-    The coordinates that stay are `free`, as `free_coordinates` gives them (Lemma 1.8, equation (157)).
+    The coordinates that stay are `free`, as `free_coordinates` gives them (Lemma 1.8, equation
+    (157)).
     """
     kept = np.ix_(free, free)
     upright = transform_mass(mass, absolute_map(len(mass) // 2))

@@ -1,8 +1,8 @@
 """CasADi: symbolic equations, written to C by CasADi, integrated by the hand-written C's loops.
 
-Coordinates are absolute angles, and Cartesian ones of a payload on a spring. CasADi differentiates the energies and
-solves with the mass matrix symbolically; chains are also written with their tridiagonal system of tensions, and the
-faster formulation is kept.
+Coordinates are absolute angles, and Cartesian ones of a payload on a spring. CasADi differentiates
+the energies and solves with the mass matrix symbolically; chains are also written with their
+tridiagonal system of tensions, and the faster formulation is kept.
 """
 
 import tempfile
@@ -68,12 +68,18 @@ class CasadiC:
         if isinstance(problem, KnuckleCrane):
             return [self._knuckle_crane(problem)]
         tensions = [self._chain_by_tensions(problem)]
-        return [self._chain_by_angles(problem), *tensions] if len(problem.masses) <= MAX_DENSE_LINKS else tensions
+        return (
+            [self._chain_by_angles(problem), *tensions]
+            if len(problem.masses) <= MAX_DENSE_LINKS
+            else tensions
+        )
 
     def _loops(self, model: Model, hand_c: CLoopInput) -> Loops:
         """Write the C and compile loops around it, with frequency and duration of `hand_c`."""
         x = self._ca.vertcat(model.q, model.v)
-        rhs = self._ca.Function("rhs", [x], [self._ca.vertcat(model.v, model.acceleration)], {"cse": True})
+        rhs = self._ca.Function(
+            "rhs", [x], [self._ca.vertcat(model.v, model.acceleration)], {"cse": True}
+        )
         generator = self._ca.CodeGenerator("casadi_rhs.c")
         generator.add(rhs)
         (self._compiler.folder / "casadi_rhs.h").write_text(generator.dump())
@@ -81,7 +87,14 @@ class CasadiC:
         methods, define = ("rk4", "rk8"), (f"-DSIZE={len(state)}",)
         source = C_SOURCES / "casadi.c"
         c_input = CLoopInput(
-            source, np.zeros(1), state, model.outputs, hand_c.max_frequency, hand_c.duration, methods, define
+            source,
+            np.zeros(1),
+            state,
+            model.outputs,
+            hand_c.max_frequency,
+            hand_c.duration,
+            methods,
+            define,
         )
         return Loops(self._compiler, c_input)
 
@@ -97,9 +110,16 @@ class CasadiC:
 
         def outputs(x: Array) -> tuple[Array, None]:
             angles = x[1 : n + 1]
-            return np.array([x[0] + p.lengths @ np.sin(angles), 0.0, -(p.lengths @ np.cos(angles))]), None
+            return np.array(
+                [x[0] + p.lengths @ np.sin(angles), 0.0, -(p.lengths @ np.cos(angles))]
+            ), None
 
-        return self._ca.SX.sym("q", n + 1), self._ca.SX.sym("v", n + 1), np.array([0.0, *p.angles]), outputs
+        return (
+            self._ca.SX.sym("q", n + 1),
+            self._ca.SX.sym("v", n + 1),
+            np.array([0.0, *p.angles]),
+            outputs,
+        )
 
     def _chain_by_angles(self, p: Chain) -> Model:
         ca, (q, v, initial, outputs) = self._ca, self._chain_coordinates(p)
@@ -116,9 +136,13 @@ class CasadiC:
         ca, (q, v, initial, outputs) = self._ca, self._chain_coordinates(p)
         n, s, c, inverse_masses = len(p.masses), ca.sin(q[1:]), ca.cos(q[1:]), 1.0 / p.masses
         cos_sin_relative = [
-            (c[k] * c[k + 1] + s[k] * s[k + 1], c[k] * s[k + 1] - s[k] * c[k + 1]) for k in range(n - 1)
+            (c[k] * c[k + 1] + s[k] * s[k + 1], c[k] * s[k + 1] - s[k] * c[k + 1])
+            for k in range(n - 1)
         ]
-        pivot = [inverse_masses[0] + s[0] ** 2 / p.trolley, *(inverse_masses[:-1] + inverse_masses[1:])]
+        pivot = [
+            inverse_masses[0] + s[0] ** 2 / p.trolley,
+            *(inverse_masses[:-1] + inverse_masses[1:]),
+        ]
         t = [p.lengths[k] * v[k + 1] ** 2 for k in range(n)]
         t[0] += p.gravity * c[0]
         for k in range(1, n):
@@ -134,8 +158,12 @@ class CasadiC:
         for k in range(n - 1):
             angular_accelerations[k] += cos_sin_relative[k][1] * t[k + 1] * inverse_masses[k]
             angular_accelerations[k + 1] -= cos_sin_relative[k][1] * t[k] * inverse_masses[k]
-        angular_accelerations = [a / length for a, length in zip(angular_accelerations, p.lengths, strict=True)]
-        return Model(q, v, ca.vertcat(trolley_acceleration, *angular_accelerations), initial, outputs)
+        angular_accelerations = [
+            a / length for a, length in zip(angular_accelerations, p.lengths, strict=True)
+        ]
+        return Model(
+            q, v, ca.vertcat(trolley_acceleration, *angular_accelerations), initial, outputs
+        )
 
     def _spring_crane(self, p: Spring) -> Model:
         """Return the spring's crane: trolley, payload x and z."""
@@ -149,7 +177,9 @@ class CasadiC:
             stretch = float(np.hypot(x[1] - x[0], x[2])) - p.length
             return np.array([x[1], 0.0, x[2]]), p.stiffness * stretch
 
-        return Model(q, v, self._lagrange(kinetic, potential, q, v), np.array([0.0, *p.start]), outputs)
+        return Model(
+            q, v, self._lagrange(kinetic, potential, q, v), np.array([0.0, *p.start]), outputs
+        )
 
     def _knuckle_crane(self, p: KnuckleCrane) -> Model:
         """Return the knuckle crane: α, β, γ and the payload in the world."""
@@ -158,7 +188,9 @@ class CasadiC:
         kinetic, potential = 0.5 * p.tower * v[0] ** 2, 0.0
         end = ca.SX.zeros(3)
         for angle, rate, rod in ((q[1], v[1], p.boom), (q[2], v[2], p.jib)):
-            direction = ca.vertcat(ca.cos(q[0]) * ca.cos(angle), ca.sin(q[0]) * ca.cos(angle), ca.sin(angle))
+            direction = ca.vertcat(
+                ca.cos(q[0]) * ca.cos(angle), ca.sin(q[0]) * ca.cos(angle), ca.sin(angle)
+            )
             com, end = end + 0.5 * rod.length * direction, end + rod.length * direction
             kinetic += 0.5 * rod.mass * ca.sumsqr(ca.jtimes(com, q, v)) + self._rotational_energy(
                 rod, angle, rate, v[0]
@@ -167,9 +199,14 @@ class CasadiC:
         rope = ca.norm_2(q[3:] - end)
         deflections = (q[1] - p.neutral[0], q[2] - q[1] - p.neutral[1], rope - p.neutral[2])
         potential += sum(0.5 * k * e**2 for k, e in zip(p.stiffness, deflections, strict=True))
-        kinetic, potential = kinetic + 0.5 * p.payload * ca.sumsqr(v[3:]), potential + p.payload * p.gravity * q[5]
+        kinetic, potential = (
+            kinetic + 0.5 * p.payload * ca.sumsqr(v[3:]),
+            potential + p.payload * p.gravity * q[5],
+        )
         initial = np.array([*p.q, *p.start])
-        return Model(q, v, self._lagrange(kinetic, potential, q, v), initial, lambda x: (x[3:6].copy(), None))
+        return Model(
+            q, v, self._lagrange(kinetic, potential, q, v), initial, lambda x: (x[3:6].copy(), None)
+        )
 
     def _rotational_energy(self, rod: RodParameters, angle: Any, rate: Any, slew: Any) -> Any:
         """Return the kinetic energy of a rod's rotation about its centre of mass."""

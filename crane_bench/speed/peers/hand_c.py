@@ -59,19 +59,29 @@ def _single(p: Chain) -> CLoopInput:
         return np.array([x[0] + length * np.sin(x[1]), 0.0, -length * np.cos(x[1])]), None
 
     start = np.array([0.0, angle, 0.0, 0.0])
-    return CLoopInput(C_SOURCES / "single.c", parameters, start, outputs, max_frequency, p.duration, PLAIN)
+    return CLoopInput(
+        C_SOURCES / "single.c", parameters, start, outputs, max_frequency, p.duration, PLAIN
+    )
 
 
 def _chain(p: Chain) -> CLoopInput:
     n, m, lengths = len(p.masses), p.masses, p.lengths
     padded = (n + 8) // 8 * 8
-    scale = np.array([np.sqrt(m[0]), *(1.0 / np.sqrt(1.0 / m[:-1] + 1.0 / m[1:]))])  # diagonal of the system: 1
+    scale = np.array(
+        [np.sqrt(m[0]), *(1.0 / np.sqrt(1.0 / m[:-1] + 1.0 / m[1:]))]
+    )  # diagonal of the system: 1
     rows, x = np.zeros((4, padded)), np.zeros(2 * padded)
     rows[0, 1:n] = scale[:-1] * scale[1:] / m[:-1]
     rows[1, :n] = lengths * scale
     rows[2, : n - 1] = scale[1:] / (m[:-1] * lengths[:-1])
     rows[3, 1:n] = scale[:-1] / (m[:-1] * lengths[1:])
-    top = [m[0] / p.trolley, p.gravity * scale[0], p.gravity / lengths[0], scale[0] / p.trolley, 1.0 / lengths[0]]
+    top = [
+        m[0] / p.trolley,
+        p.gravity * scale[0],
+        p.gravity / lengths[0],
+        scale[0] / p.trolley,
+        1.0 / lengths[0],
+    ]
     x[:n] = np.diff(p.angles, prepend=0.0)
     max_frequency = 2.0 * float(np.sqrt(np.sum(m) * p.gravity / np.min(m * lengths)))
 
@@ -80,7 +90,16 @@ def _chain(p: Chain) -> CLoopInput:
         return np.array([x[n] + lengths @ np.sin(angles), 0.0, -(lengths @ np.cos(angles))]), None
 
     parameters = np.array([*rows.ravel(), *top])
-    return CLoopInput(C_SOURCES / "chain.c", parameters, x, outputs, max_frequency, p.duration, ALL, (f"-DLINKS={n}",))
+    return CLoopInput(
+        C_SOURCES / "chain.c",
+        parameters,
+        x,
+        outputs,
+        max_frequency,
+        p.duration,
+        ALL,
+        (f"-DLINKS={n}",),
+    )
 
 
 def _spring(p: Spring) -> CLoopInput:
@@ -92,14 +111,22 @@ def _spring(p: Spring) -> CLoopInput:
         return np.array([x[1], 0.0, x[2]]), p.stiffness * stretch
 
     start = np.array([0.0, *p.start, 0.0, 0.0, 0.0])
-    return CLoopInput(C_SOURCES / "spring.c", parameters, start, outputs, max_frequency, p.duration, ALL)
+    return CLoopInput(
+        C_SOURCES / "spring.c", parameters, start, outputs, max_frequency, p.duration, ALL
+    )
 
 
 def _knuckle(p: KnuckleCrane) -> CLoopInput:
     boom, jib, g = p.boom, p.jib, p.gravity
     k1, k2 = boom.length**2 * (0.25 * boom.mass + jib.mass), 0.25 * jib.length**2 * jib.mass
     parameters = [boom.length, jib.length, p.tower + boom.axial + jib.axial, 1.0 / p.payload, g]
-    parameters += [k1, k2, 0.5 * boom.length * jib.length * jib.mass, boom.inertia + k1, jib.inertia + k2]
+    parameters += [
+        k1,
+        k2,
+        0.5 * boom.length * jib.length * jib.mass,
+        boom.inertia + k1,
+        jib.inertia + k2,
+    ]
     parameters += [boom.inertia - boom.axial, jib.inertia - jib.axial]
     parameters += [g * boom.length * (0.5 * boom.mass + jib.mass), 0.5 * g * jib.length * jib.mass]
     max_frequency = float(np.sqrt(p.stiffness[2] / p.payload))
@@ -109,7 +136,19 @@ def _knuckle(p: KnuckleCrane) -> CLoopInput:
         return np.array([c * x[3] - s * x[4], s * x[3] + c * x[4], x[5]]), None
 
     s, c = np.sin(p.q[0]), np.cos(p.q[0])
-    in_slewing_frame = [c * p.start[0] + s * p.start[1], c * p.start[1] - s * p.start[0], p.start[2]]
+    in_slewing_frame = [
+        c * p.start[0] + s * p.start[1],
+        c * p.start[1] - s * p.start[0],
+        p.start[2],
+    ]
     state = np.array([*p.q, *in_slewing_frame, *np.zeros(6)])
     parameters += [*p.stiffness, *p.neutral]
-    return CLoopInput(C_SOURCES / "knuckle.c", np.array(parameters), state, outputs, max_frequency, p.duration, PLAIN)
+    return CLoopInput(
+        C_SOURCES / "knuckle.c",
+        np.array(parameters),
+        state,
+        outputs,
+        max_frequency,
+        p.duration,
+        PLAIN,
+    )

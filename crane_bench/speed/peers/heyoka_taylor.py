@@ -1,8 +1,9 @@
 """heyoka: Taylor's method of an order that the tolerance sets, its recurrences compiled by LLVM.
 
-Each crane by hand in the form that is cheapest for it: one link in closed form, the knuckle crane in its slewing frame,
-the spring's crane in Cartesian coordinates, chains by their tensions. `state_equations` takes a function that makes
-its numbers, so that `test/reference/taylor.py` can solve the same equations in quadruple precision.
+Each crane by hand in the form that is cheapest for it: one link in closed form, the knuckle crane
+in its slewing frame, the spring's crane in Cartesian coordinates, chains by their tensions.
+`state_equations` takes a function that makes its numbers, so that `test/reference/taylor.py` can
+solve the same equations in quadruple precision.
 """
 
 from collections.abc import Callable
@@ -58,19 +59,28 @@ class Heyoka:
 
     def runs(self, problem: Problem) -> list[Run]:
         """Return the sweep of tolerances, recurrences written out; chains in compact mode."""
-        equations, (start, outputs) = state_equations(self._hy, problem, float), start_and_outputs(problem)
+        equations, (start, outputs) = (
+            state_equations(self._hy, problem, float),
+            start_and_outputs(problem),
+        )
         links = len(problem.masses) if isinstance(problem, Chain) else 1
         modes = [False] * (links <= MAX_UNROLLED) + [True] * (links > 1)
         runs = []
         for compact in modes:
             for tol in COARSE_TOLERANCES if links > 1 else TOLERANCES:
-                integrator = self._hy.taylor_adaptive(equations, start.tolist(), tol=tol, compact_mode=compact)
+                integrator = self._hy.taylor_adaptive(
+                    equations, start.tolist(), tol=tol, compact_mode=compact
+                )
                 execute = make_execute(integrator, start, problem.duration, outputs)
-                runs.append(Run(self.name, "taylor, compact" if compact else "taylor", tol, execute))
+                runs.append(
+                    Run(self.name, "taylor, compact" if compact else "taylor", tol, execute)
+                )
         return runs
 
 
-def make_execute(integrator: Any, start: Array, duration: float, outputs: OutputFunction) -> Callable[[int], RunResult]:
+def make_execute(
+    integrator: Any, start: Array, duration: float, outputs: OutputFunction
+) -> Callable[[int], RunResult]:
     """Return the function that integrates the whole duration a number of times."""
     state = integrator.state  # a view
 
@@ -95,7 +105,9 @@ def start_and_outputs(problem: Problem) -> tuple[Array, OutputFunction]:
 
     def outputs(state: Array) -> tuple[Array, None]:
         angles = state[1 : n + 1]
-        return np.array([state[0] + lengths @ np.sin(angles), 0.0, -(lengths @ np.cos(angles))]), None
+        return np.array(
+            [state[0] + lengths @ np.sin(angles), 0.0, -(lengths @ np.cos(angles))]
+        ), None
 
     return np.array([0.0, *problem.angles, *np.zeros(n + 1)]), outputs
 
@@ -111,7 +123,9 @@ def state_equations(hy: Any, problem: Problem, number: Number) -> Equations:
 
 def _single(hy: Any, p: Chain, number: Number) -> Equations:
     x, angle, v, w = hy.make_vars("x", "angle", "v", "w")
-    trolley, mass, length, g = (number(value) for value in (p.trolley, p.masses[0], p.lengths[0], p.gravity))
+    trolley, mass, length, g = (
+        number(value) for value in (p.trolley, p.masses[0], p.lengths[0], p.gravity)
+    )
     s, c = hy.sin(angle), hy.cos(angle)
     acceleration = mass * s * (length * w * w + g * c) / (trolley + mass * s * s)
     turning = -(g * s + c * acceleration) / length
@@ -120,7 +134,9 @@ def _single(hy: Any, p: Chain, number: Number) -> Equations:
 
 def _spring(hy: Any, p: Spring, number: Number) -> Equations:
     x, px, pz, v, vx, vz = hy.make_vars("x", "px", "pz", "v", "vx", "vz")
-    trolley, mass, rest, stiffness, g = map(number, (p.trolley, p.payload, p.length, p.stiffness, p.gravity))
+    trolley, mass, rest, stiffness, g = map(
+        number, (p.trolley, p.payload, p.length, p.stiffness, p.gravity)
+    )
     rx = px - x
     pull = stiffness - stiffness * rest / hy.sqrt(rx * rx + pz * pz)
     accelerations = (pull * rx / trolley, -pull * rx / mass, -pull * pz / mass - g)
@@ -133,7 +149,10 @@ def _chain(hy: Any, p: Chain, number: Number) -> Equations:
     x, v = hy.make_vars("x", "v")
     angles = hy.make_vars(*(f"a{k}" for k in range(n)))
     rates = hy.make_vars(*(f"w{k}" for k in range(n)))
-    m, lengths = [number(mass) for mass in p.masses.tolist()], [number(length) for length in p.lengths.tolist()]
+    m, lengths = (
+        [number(mass) for mass in p.masses.tolist()],
+        [number(length) for length in p.lengths.tolist()],
+    )
     trolley, g, one = number(p.trolley), number(p.gravity), number(1.0)
     inverse = [one / mass for mass in m]
     s, c = hy.sin(angles[0]), hy.cos(angles[0])
@@ -166,14 +185,20 @@ def _solve(pivots: list[Any], off_diagonal: list[Any], right_side: list[Any]) ->
 
 def _knuckle(hy: Any, p: KnuckleCrane, number: Number) -> Equations:
     """Return the knuckle crane, its payload in the slewing frame."""
-    variables = hy.make_vars("alpha", "beta", "gamma", "x", "y", "z", "wa", "wb", "wg", "vx", "vy", "vz")
+    variables = hy.make_vars(
+        "alpha", "beta", "gamma", "x", "y", "z", "wa", "wb", "wg", "vx", "vy", "vz"
+    )
     _, beta, gamma, x, y, z, wa, wb, wg, vx, vy, vz = variables
     lb, mb, ib, axial_b = map(number, p.boom)
     lj, mj, ij, axial_j = map(number, p.jib)
     tower, m, g = map(number, (p.tower, p.payload, p.gravity))
     (kb, kg, kr), (b0, g0, r0) = map(number, p.stiffness), map(number, p.neutral)
     half, quarter, two = number(0.5), number(0.25), number(2.0)
-    k3, jb, jj = half * lb * lj * mj, ib + lb * lb * (quarter * mb + mj), ij + quarter * lj * lj * mj
+    k3, jb, jj = (
+        half * lb * lj * mj,
+        ib + lb * lb * (quarter * mb + mj),
+        ij + quarter * lj * lj * mj,
+    )
     sb, cb, sg, cg = hy.sin(beta), hy.cos(beta), hy.sin(gamma), hy.cos(gamma)
     r, ez = lb * cb + lj * cg, z - lb * sb - lj * sg
     ex = x - r
@@ -185,9 +210,18 @@ def _knuckle(hy: Any, p: KnuckleCrane, number: Number) -> Equations:
     b2 = couple - kb * (beta - b0) - s * wg * wg - hb * wa * wa
     b2 += lb * (cb * fz - sb * fr) - g * lb * (half * mb + mj) * cb
     b3 = s * wb * wb - couple - hg * wa * wa + lj * (cg * fz - sg * fr) - half * g * lj * mj * cg
-    wa_dot = (r * ft + two * wa * (hb * wb + hg * wg)) / (tower + axial_b + axial_j + cb * p1 + cg * p2)
+    wa_dot = (r * ft + two * wa * (hb * wb + hg * wg)) / (
+        tower + axial_b + axial_j + cb * p1 + cg * p2
+    )
     det = jb * jj - c * c
     ax = two * wa * vy + wa * wa * x + wa_dot * y - fr / m
     ay = wa * wa * y - two * wa * vx - wa_dot * x - ft / m
-    accelerations = (wa_dot, (jj * b2 - c * b3) / det, (jb * b3 - c * b2) / det, ax, ay, -fz / m - g)
+    accelerations = (
+        wa_dot,
+        (jj * b2 - c * b3) / det,
+        (jb * b3 - c * b2) / det,
+        ax,
+        ay,
+        -fz / m - g,
+    )
     return list(zip(variables, (wa, wb, wg, vx, vy, vz, *accelerations), strict=True))

@@ -1,9 +1,9 @@
 """The benchmark's cranes as serial chains of joints for multibody engines, and their step sizes.
 
-Every joint is prismatic along or revolute about an axis of its parent frame; every linear spring becomes the spring of
-one joint. So the payload of the knuckle crane is the child of two swing angles and a prismatic joint below the jib's
-end, and no engine needs a force between two bodies. The two angles are singular for a rope perpendicular to the plane
-of boom and jib.
+Every joint is prismatic along or revolute about an axis of its parent frame; every linear spring
+becomes the spring of one joint. So the payload of the knuckle crane is the child of two swing
+angles and a prismatic joint below the jib's end, and no engine needs a force between two bodies.
+The two angles are singular for a rope perpendicular to the plane of boom and jib.
 """
 
 from typing import NamedTuple
@@ -55,7 +55,10 @@ def payload_position(joints: list[Joint], q: Array) -> Array:
         else:
             i, j = (joint.axis + 1) % 3, (joint.axis + 2) % 3
             c, s = np.cos(value), np.sin(value)
-            position[i], position[j] = c * position[i] - s * position[j], s * position[i] + c * position[j]
+            position[i], position[j] = (
+                c * position[i] - s * position[j],
+                s * position[i] + c * position[j],
+            )
         position += joint.offset
     return position
 
@@ -72,7 +75,9 @@ def step_sizes(problem: Problem, first: float, last: float, per_decade: int = 6)
     These are relative to 1 / highest frequency.
     """
     frequency = highest_frequency(problem)
-    counts = np.ceil(problem.duration / np.array(sweep_values(first / frequency, last / frequency, per_decade)))
+    counts = np.ceil(
+        problem.duration / np.array(sweep_values(first / frequency, last / frequency, per_decade))
+    )
     return [problem.duration / count for count in counts]
 
 
@@ -100,8 +105,19 @@ def _trolley(mass: float) -> Joint:
 
 def _chain_joints(chain: Chain) -> list[Joint]:
     joints, previous_length, previous_angle = [_trolley(chain.trolley)], 0.0, 0.0
-    for mass, length, angle in zip(chain.masses.tolist(), chain.lengths.tolist(), chain.angles.tolist(), strict=True):
-        joints.append(Joint(False, 1, previous_angle - angle, (0.0, 0.0, -previous_length), mass, (0.0, 0.0, -length)))
+    for mass, length, angle in zip(
+        chain.masses.tolist(), chain.lengths.tolist(), chain.angles.tolist(), strict=True
+    ):
+        joints.append(
+            Joint(
+                False,
+                1,
+                previous_angle - angle,
+                (0.0, 0.0, -previous_length),
+                mass,
+                (0.0, 0.0, -length),
+            )
+        )
         previous_length, previous_angle = length, angle
     return joints
 
@@ -110,12 +126,25 @@ def _spring_joints(crane: Spring) -> list[Joint]:
     x, z = crane.start
     swing = Joint(False, 1, float(np.arctan2(-x, -z)))
     spring = JointSpring(crane.stiffness, -crane.length)
-    return [_trolley(crane.trolley), swing, Joint(True, 2, -float(np.hypot(x, z)), mass=crane.payload, spring=spring)]
+    return [
+        _trolley(crane.trolley),
+        swing,
+        Joint(True, 2, -float(np.hypot(x, z)), mass=crane.payload, spring=spring),
+    ]
 
 
 def _rod_joint(rod: RodParameters, offset: float, initial: float, spring: JointSpring) -> Joint:
     inertia = rod.axial, rod.inertia, rod.inertia
-    return Joint(False, 1, initial, (offset, 0.0, 0.0), rod.mass, (0.5 * rod.length, 0.0, 0.0), inertia, spring)
+    return Joint(
+        False,
+        1,
+        initial,
+        (offset, 0.0, 0.0),
+        rod.mass,
+        (0.5 * rod.length, 0.0, 0.0),
+        inertia,
+        spring,
+    )
 
 
 def _knuckle_joints(crane: KnuckleCrane) -> list[Joint]:
@@ -127,10 +156,14 @@ def _knuckle_joints(crane: KnuckleCrane) -> list[Joint]:
         _rod_joint(crane.jib, crane.boom.length, beta - gamma, JointSpring(kj, -gamma0)),
     ]
     hook = Joint(False, 1, 0.0, (crane.jib.length, 0.0, 0.0))
-    rope = crane.start - payload_position([*joints, hook], np.array([alpha, -beta, beta - gamma, 0.0]))
+    rope = crane.start - payload_position(
+        [*joints, hook], np.array([alpha, -beta, beta - gamma, 0.0])
+    )
     c, s = np.cos(alpha), np.sin(alpha)
     radial, across, up = c * rope[0] + s * rope[1], c * rope[1] - s * rope[0], rope[2]
     tilt = float(np.arctan2(-radial, -up)) + gamma
     swing = Joint(False, 0, float(np.arctan2(across, np.hypot(radial, up))))
-    slide = Joint(True, 2, -float(np.linalg.norm(rope)), mass=crane.payload, spring=JointSpring(kr, -length))
+    slide = Joint(
+        True, 2, -float(np.linalg.norm(rope)), mass=crane.payload, spring=JointSpring(kr, -length)
+    )
     return [*joints, hook._replace(initial=tilt), swing, slide]

@@ -1,11 +1,13 @@
 """The benchmark's cranes with a rigid load as a mechanism for general multibody engines.
 
-Bodies form a tree of prismatic and revolute joints; between bodies there are springs that pull, the falls. A rope whose
-length a winch imposes is a prismatic joint with an inertia of `HEAVY` times what hangs on it: the winch's own motion
-l'' = (u - l') / T then needs no constraint, and the load changes it by g / HEAVY.
+Bodies form a tree of prismatic and revolute joints; between bodies there are springs that pull, the
+falls. A rope whose length a winch imposes is a prismatic joint with an inertia of `HEAVY` times
+what hangs on it: the winch's own motion l'' = (u - l') / T then needs no constraint, and the load
+changes it by g / HEAVY.
 
-Inputs are tables of straight lines. Between two of their times every input rises at a constant rate, so that an engine
-which integrates the input's value beside the crane's state has the exact input in every stage of its method.
+Inputs are tables of straight lines. Between two of their times every input rises at a constant
+rate, so that an engine which integrates the input's value beside the crane's state has the exact
+input in every stage of its method.
 """
 
 from typing import Any, NamedTuple
@@ -91,7 +93,12 @@ def mechanism_of(scene: Scene) -> Mechanism | None:
     model, load = scene.model, getattr(scene.model, "load", None)
     added = (getattr(model, name, None) for name in ("base", "wind", "drag", "force"))
     hoist = getattr(model, "hoist", None)
-    if scene.sampled or not isinstance(load, RigidLoad) or not isinstance(hoist, MotionHoist) or any(added):
+    if (
+        scene.sampled
+        or not isinstance(load, RigidLoad)
+        or not isinstance(hoist, MotionHoist)
+        or any(added)
+    ):
         return None
     if (inputs := input_tables(scene)) is None:
         return None
@@ -110,8 +117,13 @@ def mechanism_of(scene: Scene) -> Mechanism | None:
 def input_tables(scene: Scene) -> list[Table] | None:
     """Return a table for each actuated joint, None where an input is no table and not constant."""
     source = unwrap(scene.source)
-    channels: Any = source.channels if isinstance(source, Inputs) else [Constant(value) for value in source]
-    tables = [Table((0.0,), (channel.value,)) if isinstance(channel, Constant) else channel for channel in channels]
+    channels: Any = (
+        source.channels if isinstance(source, Inputs) else [Constant(value) for value in source]
+    )
+    tables = [
+        Table((0.0,), (channel.value,)) if isinstance(channel, Constant) else channel
+        for channel in channels
+    ]
     return tables if all(isinstance(table, Table) for table in tables) else None
 
 
@@ -119,7 +131,9 @@ def segments(mechanism: Mechanism) -> tuple[Array, list[Segment]]:
     """Return (inputs at t = 0, the times between kinks of the inputs up to the end)."""
     tables, end = [drive.table for drive in mechanism.drives], mechanism.duration
     kinks = sorted({0.0, end, *(t for table in tables for t in table.times if 0.0 < t < end)})
-    values = np.array([[np.interp(t, table.times, table.values) for table in tables] for t in kinks])
+    values = np.array(
+        [[np.interp(t, table.times, table.values) for table in tables] for t in kinks]
+    )
     times = np.diff(kinks)
     rates = np.diff(values, axis=0) / times[:, None]
     return values[0], [Segment(float(t), row) for t, row in zip(times, rates, strict=True)]
@@ -138,7 +152,11 @@ def load_pose(mechanism: Mechanism, q: Array) -> tuple[Array, Array]:
     for body, value in zip(mechanism.bodies, q, strict=True):
         at, turn = poses[body.parent + 1]
         at, axis = at + turn @ body.joint.offset, body.joint.axis
-        poses.append((at + value * turn[:, axis], turn) if body.joint.prismatic else (at, turn @ rotation(axis, value)))
+        poses.append(
+            (at + value * turn[:, axis], turn)
+            if body.joint.prismatic
+            else (at, turn @ rotation(axis, value))
+        )
     at, turn = poses[-1]
     return at + turn @ mechanism.point, turn
 
@@ -164,7 +182,10 @@ def _support(scene: Scene, support: Any) -> list[Body]:
     q, v = scene.initial_q, scene.initial_v
     if isinstance(support, Bridge):
         bridge = Joint(True, 1, q[1], mass=support.axes[1].mass)
-        return [Body(bridge, -1, v[1]), Body(Joint(True, 0, q[0], mass=support.trolley.mass), 0, v[0])]
+        return [
+            Body(bridge, -1, v[1]),
+            Body(Joint(True, 0, q[0], mass=support.trolley.mass), 0, v[0]),
+        ]
     assert isinstance(support, TowerCrane) and isinstance(support.slew, Slew)
     inertia = support.slew.inertia
     slew = Joint(False, 2, q[0], mass=_ROTOR, inertia=(inertia, inertia, inertia))
@@ -172,7 +193,9 @@ def _support(scene: Scene, support: Any) -> list[Body]:
 
 
 def _drives(support: Any, tables: list[Table]) -> list[Drive]:
-    order = (1, 0) if isinstance(support, Bridge) else (0, 1)  # the bridge carries the trolley, which comes first
+    order = (
+        (1, 0) if isinstance(support, Bridge) else (0, 1)
+    )  # the bridge carries the trolley, which comes first
     drives = [Drive(body, 1.0, table) for body, table in zip(order, tables[:2], strict=True)]
     return [drive for drive in drives if any(drive.table.values)]
 
@@ -199,14 +222,17 @@ def _angular_velocity(q: Any, v: Any) -> Array:
     return 2.0 * (w * rate - v[-4] * vector - np.cross(vector, rate))
 
 
-def _load_bodies(load: RigidLoad, com: Any, offset: Vector, motion: tuple[Array, Array], parent: int) -> list[Body]:
+def _load_bodies(
+    load: RigidLoad, com: Any, offset: Vector, motion: tuple[Array, Array], parent: int
+) -> list[Body]:
     """Return the load's three revolute joints.
 
     Args:
         load: a body whose principal axes are its own.
         com: its centre of mass from the joints (3,) [m].
         offset: of the joints from the parent's.
-        motion: (rotation (3, 3), angular velocity (3,) [rad/s], in its axes) relative to the parent.
+        motion: (rotation (3, 3), angular velocity (3,) [rad/s], in its axes) relative to the
+            parent.
         parent: number of the parent.
     """
     inertia: Any = tuple(load.inertia[i][i] for i in range(3))
@@ -224,32 +250,53 @@ def _on_falls(scene: Scene, crane: FallsCrane, inputs: list[Table]) -> Mechanism
         return None  # the falls' length would change
     bodies = _support(scene, crane.support.structure)
     for axis in (0, 1, 2):
-        bodies.append(Body(Joint(True, axis, q[3 + axis]), len(bodies) - 1 if axis else -1, v[3 + axis]))
+        bodies.append(
+            Body(Joint(True, axis, q[3 + axis]), len(bodies) - 1 if axis else -1, v[3 + axis])
+        )
     turn, omega, origin = attitude_of(q), _angular_velocity(q, v), (0.0, 0.0, 0.0)
     bodies += _load_bodies(crane.load, origin, origin, (turn, omega), len(bodies) - 1)
-    rows = zip(falls.top.tolist(), falls.bottom.tolist(), falls.offset, falls.axial_stiffness, falls.relaxation,
-               strict=True)  # fmt: skip
+    rows = zip(
+        falls.top.tolist(),
+        falls.bottom.tolist(),
+        falls.offset,
+        falls.axial_stiffness,
+        falls.relaxation,
+        strict=True,
+    )
     ropes = list[Fall]()
     for top, bottom, offset, stiffness, relaxation in rows:
         length = q[2] + float(offset)
         ends = (1, tuple(top)), (len(bodies) - 1, tuple(bottom))
-        ropes.append(Fall(*ends, length, float(stiffness / length), float(relaxation * stiffness / length)))
+        ropes.append(
+            Fall(*ends, length, float(stiffness / length), float(relaxation * stiffness / length))
+        )
     drives = _drives(crane.support.structure, inputs)
     return Mechanism(bodies, (0.0, 0.0, 0.0), ropes, drives, crane.gravity, scene.duration)
 
 
-def _on_cable(scene: Scene, crane: SuspendedCrane, load: RigidLoad, inputs: list[Table]) -> Mechanism | None:
+def _on_cable(
+    scene: Scene, crane: SuspendedCrane, load: RigidLoad, inputs: list[Table]
+) -> Mechanism | None:
     q, v, chain = scene.initial_q, scene.initial_v, crane.cable
     n, lag = len(chain.masses), getattr(crane.hoist, "time_constant", None)
-    if lag is None or any(v[2 : 5 + 3 * (n - 1)]) or not isinstance(crane.support.structure, Bridge | TowerCrane):
+    if (
+        lag is None
+        or any(v[2 : 5 + 3 * (n - 1)])
+        or not isinstance(crane.support.structure, Bridge | TowerCrane)
+    ):
         return None  # beside the support only the load's attitude may have rates
     bodies = _support(scene, crane.support.structure)
     turn = rotation(2, q[0]) if isinstance(crane.support.structure, TowerCrane) else np.eye(3)
     heavy, masses = HEAVY * float(chain.masses.sum()), [*chain.masses[:-1].tolist(), 0.0]
     rope = rotation(0, q[3]) @ rotation(1, -q[4])
     bodies += _turned_line(rope, len(bodies), (0.0, 0.0, 0.0))
-    bodies.append(Body(Joint(True, 2, -q[2], mass=masses[0]), len(bodies) - 1, 0.0, heavy, heavy / lag))
-    drives = [*_drives(crane.support.structure, inputs), Drive(len(bodies) - 1, -heavy / lag, inputs[2])]
+    bodies.append(
+        Body(Joint(True, 2, -q[2], mass=masses[0]), len(bodies) - 1, 0.0, heavy, heavy / lag)
+    )
+    drives = [
+        *_drives(crane.support.structure, inputs),
+        Drive(len(bodies) - 1, -heavy / lag, inputs[2]),
+    ]
     turn, offset = turn @ rope, (0.0, 0.0, 0.0)
     for k in range(1, n):
         link = _rotation_to(turn.T @ np.array(q[2 + 3 * k : 5 + 3 * k]))
@@ -263,10 +310,14 @@ def _on_cable(scene: Scene, crane: SuspendedCrane, load: RigidLoad, inputs: list
 def _rotation_to(direction: Array) -> Array:
     """Return the rotation Rx(a) Ry(b) that turns (0, 0, -1) to a unit vector (3,)."""
     x, y, z = direction
-    return rotation(0, float(np.arctan2(y, -z))) @ rotation(1, float(-np.arctan2(x, np.hypot(y, z))))
+    return rotation(0, float(np.arctan2(y, -z))) @ rotation(
+        1, float(-np.arctan2(x, np.hypot(y, z)))
+    )
 
 
-def _turned_line(turn: Array, first: int, offset: Vector, mass: float = 0.0, length: float = 0.0) -> list[Body]:
+def _turned_line(
+    turn: Array, first: int, offset: Vector, mass: float = 0.0, length: float = 0.0
+) -> list[Body]:
     """Return the two revolute joints of a line, with a mass at its lower end."""
     a, b, _ = _turns(turn)
     lower = Joint(False, 1, b, mass=mass, com=(0.0, 0.0, -length))

@@ -1,8 +1,9 @@
 """MuJoCo: its own Runge-Kutta method and its first-order ones, stepped by its C loop.
 
-Contacts, constraints and checks that the cranes do not need are switched off. Inputs are activations that its own
-method integrates. A fall is a spatial tendon whose spring pulls only beyond its length; its damper acts on a slack one,
-too, which no parameter of a tendon changes: scenes whose falls go slack need another model.
+Contacts, constraints and checks that the cranes do not need are switched off. Inputs are
+activations that its own method integrates. A fall is a spatial tendon whose spring pulls only
+beyond its length; its damper acts on a slack one, too, which no parameter of a tendon changes:
+scenes whose falls go slack need another model.
 """
 
 import time
@@ -30,8 +31,18 @@ from crane_bench.speed.problem import Problem
 Array = npt.NDArray[np.float64]
 NAME = "MuJoCo"
 _POINT = 2e-15
-"""kg m², the inertia of a point mass: MuJoCo demands more than 1e-15. It is 5e-10 m l² for m = 1e-4 kg, l = 0.2 m."""
-_OFF = ("contact", "constraint", "warmstart", "eulerdamp", "autoreset", "sensor", "nativeccd", "island")
+"""kg m², the inertia of a point mass: MuJoCo demands more than 1e-15. It is 5e-10 m l² for m = 1e-4
+kg, l = 0.2 m."""
+_OFF = (
+    "contact",
+    "constraint",
+    "warmstart",
+    "eulerdamp",
+    "autoreset",
+    "sensor",
+    "nativeccd",
+    "island",
+)
 METHODS = {"RK4": 4, "implicitfast": 1, "Euler": 1, "discrete": 1}
 """Its integrators, and how often each evaluates the equations in a step."""
 STEPS = sweep_values(0.2, 2e-4, 4)  # s, of rigid loads
@@ -59,10 +70,13 @@ class MuJoCo:
 
     name = NAME
     unsupported_scenes: ClassVar[dict[str, str]] = {
-        "overhead_spatial": "its loop holds forces through each step, so that a sine force is of first order, "
+        "overhead_spatial": "its loop holds forces through each step, so that a sine force is of "
+        "first order, "
         "unless Python is called in every stage",
-        "overhead_hoist": "a prescribed length needs an equality constraint, whose forces are soft: the length lags",
-        "overhead_coulomb": "friction is smoothed: a sticking trolley creeps, and no step ends where it breaks loose",
+        "overhead_hoist": "a prescribed length needs an equality constraint, whose forces are "
+        "soft: the length lags",
+        "overhead_coulomb": "friction is smoothed: a sticking trolley creeps, and no step ends "
+        "where it breaks loose",
     }
 
     def __init__(self) -> None:
@@ -112,7 +126,10 @@ def make_run(
 ) -> Callable[[int], RunResult]:
     """Return an integration with at most this step [s], which divides each of the segments."""
     mujoco, (first, pieces), (q, v) = find_package(), segments(mechanism), initial_state(mechanism)
-    data, counts = mujoco.MjData(model), [int(np.ceil(piece.duration / step - 1e-9)) for piece in pieces]
+    data, counts = (
+        mujoco.MjData(model),
+        [int(np.ceil(piece.duration / step - 1e-9)) for piece in pieces],
+    )
 
     def execute(repetitions: int) -> RunResult:
         for _ in range(repetitions):
@@ -121,7 +138,9 @@ def make_run(
                 model.opt.timestep, data.ctrl[:] = piece.duration / count, piece.rates
                 mujoco.mj_step(model, data, count)
         at, turn = load_pose(mechanism, data.qpos)
-        return RunResult(at, METHODS[method] * sum(counts), sum(counts), tension_at(data.qpos), turn)
+        return RunResult(
+            at, METHODS[method] * sum(counts), sum(counts), tension_at(data.qpos), turn
+        )
 
     return execute
 
@@ -131,7 +150,8 @@ def batch(problem: Problem, starts: Array | int, step: float, threads: int) -> t
 
     Args:
         problem: common to all.
-        starts: (n, nq) initial coordinates of `model_joints(problem)`, or the number of copies of the problem's own.
+        starts: (n, nq) initial coordinates of `model_joints(problem)`, or the number of copies of
+            the problem's own.
         step: s.
         threads: size of the pool.
 
@@ -157,7 +177,9 @@ def batch(problem: Problem, starts: Array | int, step: float, threads: int) -> t
     return np.array([load_pose(mechanism, end[1 : 1 + n])[0] for end in ends]), seconds
 
 
-def _roll_out(pool: Any, model: Any, data: list[Any], state: Array, count: int, piece: int = 50) -> Array:
+def _roll_out(
+    pool: Any, model: Any, data: list[Any], state: Array, count: int, piece: int = 50
+) -> Array:
     """Return the states after `count` steps.
 
     A rollout keeps all intermediate states, so it is done in pieces.
@@ -171,8 +193,14 @@ def _roll_out(pool: Any, model: Any, data: list[Any], state: Array, count: int, 
 def compile_model(mechanism: Mechanism, method: str) -> Any:
     """Return the compiled model of a mechanism, all that it does not need switched off."""
     flags = " ".join(f'{name}="disable"' for name in _OFF)
-    option = f'<option integrator="{method}" gravity="0 0 {-mechanism.gravity!r}"><flag {flags}/></option>'
-    tendons, motors = map(_tendon, range(len(mechanism.falls)), mechanism.falls), map(_motor, mechanism.drives)
+    option = (
+        f'<option integrator="{method}" gravity="0 0 {-mechanism.gravity!r}"><flag '
+        f"{flags}/></option>"
+    )
+    tendons, motors = (
+        map(_tendon, range(len(mechanism.falls)), mechanism.falls),
+        map(_motor, mechanism.drives),
+    )
     text = (
         f'<mujoco><compiler angle="radian"/>{option}<worldbody>{_tree(mechanism)}</worldbody>'
         f"<tendon>{''.join(tendons)}</tendon><actuator>{''.join(motors)}</actuator></mujoco>"
@@ -195,11 +223,19 @@ def _tree(mechanism: Mechanism) -> str:
 def _body(mechanism: Mechanism, moving: list[int]) -> str:
     """Return the opening of a body that these joints move, with the ends of its falls."""
     joints = [mechanism.bodies[i].joint for i in moving]
-    places = np.cumsum([joint.offset for joint in joints], axis=0)  # while all angles and lengths are zero
+    places = np.cumsum(
+        [joint.offset for joint in joints], axis=0
+    )  # while all angles and lengths are zero
     last, inertia = joints[-1], _numbers(max(value, _POINT) for value in joints[-1].inertia)
     text = f'<body pos="{_numbers(places[-1])}">'
-    text += "".join(_joint(i, mechanism.bodies[i], place - places[-1]) for i, place in zip(moving, places, strict=True))
-    text += f'<inertial pos="{_numbers(last.com)}" mass="{float(last.mass)!r}" diaginertia="{inertia}"/>'
+    text += "".join(
+        _joint(i, mechanism.bodies[i], place - places[-1])
+        for i, place in zip(moving, places, strict=True)
+    )
+    text += (
+        f'<inertial pos="{_numbers(last.com)}" mass="{float(last.mass)!r}" '
+        f'diaginertia="{inertia}"/>'
+    )
     for k, fall in enumerate(mechanism.falls):
         for which, (number, point) in (("upper", fall.upper), ("lower", fall.lower)):
             if number == moving[-1]:
@@ -211,13 +247,19 @@ def _joint(i: int, body: Body, place: Any) -> str:
     joint, axis = body.joint, _numbers(float(k == body.joint.axis) for k in range(3))
     terms = f'armature="{float(body.armature)!r}" damping="{float(body.damping)!r}"'
     if joint.spring is not None:
-        terms += f' stiffness="{float(joint.spring.stiffness)!r}" springref="{float(joint.spring.neutral)!r}"'
+        terms += (
+            f' stiffness="{float(joint.spring.stiffness)!r}" '
+            f'springref="{float(joint.spring.neutral)!r}"'
+        )
     kind = "slide" if joint.prismatic else "hinge"
     return f'<joint name="{i}" type="{kind}" axis="{axis}" pos="{_numbers(place)}" {terms}/>'
 
 
 def _tendon(k: int, fall: Fall) -> str:
-    spring = f'springlength="0 {fall.length!r}" stiffness="{fall.stiffness!r}" damping="{fall.damping!r}"'
+    spring = (
+        f'springlength="0 {fall.length!r}" stiffness="{fall.stiffness!r}" '
+        f'damping="{fall.damping!r}"'
+    )
     return f'<spatial {spring}><site site="upper {k}"/><site site="lower {k}"/></spatial>'
 
 

@@ -41,13 +41,18 @@ class Scipy:
         def execute(method: str, rtol: float, repeats: int) -> RunResult:
             span = (0.0, problem.duration)
             options: dict[str, Any] = {"rtol": rtol, "atol": 0.01 * rtol}
-            (*_, solution) = [solve_ivp(slope, span, start, method, span[1:], **options) for _ in range(repeats)]
-            payload, tension = outputs(solution.y[:, -1]) if solution.success else (np.full(3, np.nan), None)
+            (*_, solution) = [
+                solve_ivp(slope, span, start, method, span[1:], **options) for _ in range(repeats)
+            ]
+            payload, tension = (
+                outputs(solution.y[:, -1]) if solution.success else (np.full(3, np.nan), None)
+            )
             return RunResult(payload, solution.nfev, None, tension)
 
         settings = [(method, rtol) for method in METHODS for rtol in TOLERANCES]
         return [
-            Run(self.name, m, rtol, lambda repeats, m=m, rtol=rtol: execute(m, rtol, repeats)) for m, rtol in settings
+            Run(self.name, m, rtol, lambda repeats, m=m, rtol=rtol: execute(m, rtol, repeats))
+            for m, rtol in settings
         ]
 
 

@@ -1,13 +1,13 @@
 """Rigid links with lumped masses in the vertical plane: their tensions and angular accelerations.
 
-The tensions solve a tridiagonal, positive definite system of N equations, whose condition a heavy payload does not
-spoil as it does that of the N x N mass matrix. Angles are absolute, from the downward vertical;
-n_k = (sin α_k, -cos α_k) points down link k, t_k = (cos α_k, sin α_k) where it moves when α_k grows. Node 0 is the
-trolley.
+The tensions solve a tridiagonal, positive definite system of N equations, whose condition a heavy
+payload does not spoil as it does that of the N x N mass matrix. Angles are absolute, from the
+downward vertical; n_k = (sin α_k, -cos α_k) points down link k, t_k = (cos α_k, sin α_k) where it
+moves when α_k grows. Node 0 is the trolley.
 
-A link with a moment of inertia (`Rods`) also transmits a transverse force, and its angular acceleration is an
-unknown, too. Stiffness and damping of joints between links (`Joints`) are couples on the links, equivalent to
-transverse forces on the nodes at their ends.
+A link with a moment of inertia (`Rods`) also transmits a transverse force, and its angular
+acceleration is an unknown, too. Stiffness and damping of joints between links (`Joints`) are
+couples on the links, equivalent to transverse forces on the nodes at their ends.
 """
 
 from typing import Any, NamedTuple
@@ -22,7 +22,8 @@ from crane_sim.numerics.rows import elementwise
 class Chain(NamedTuple):
     """Node masses and link lengths from the top, (N,) arrays; the last node is the payload.
 
-    Of a short chain in the plane they are tuples (`make_chain`): code is made for the number of its links.
+    Of a short chain in the plane they are tuples (`make_chain`): code is made for the number of its
+    links.
     """
 
     masses: Any  # kg
@@ -55,15 +56,21 @@ class Rods(NamedTuple):
 
 
 ROWS = 13
-"""Rows of the work array (ROWS, N + 1) in which one evaluation keeps what it computes; links in columns 0 to N - 1."""
+"""Rows of the work array (ROWS, N + 1) in which one evaluation keeps what it computes; links in
+columns 0 to N - 1."""
 SIN, COS, RATE, LENGTH = 0, 1, 2, 3  # of the links
 INV_MASS = 4  # 1/kg, of the node below each link
-RHS_ALONG = 5  # m/s², what a link's tension has to supply: the relative acceleration of its ends along it
+RHS_ALONG = (
+    5  # m/s², what a link's tension has to supply: the relative acceleration of its ends along it
+)
 RHS_ACROSS = 6  # m/s², the relative acceleration of its ends across it that needs no tension
 TENSION = 7  # N
 TURNING = 8  # rad/s², angular acceleration
 DIAGONAL, FACTOR = 9, 10  # 1/kg, of the system's matrix; of its elimination
-BEND_COS, BEND_SIN = 11, 12  # 1/kg, cosine and sine of the bend from link k to k + 1, over the mass of the node between
+BEND_COS, BEND_SIN = (
+    11,
+    12,
+)  # 1/kg, cosine and sine of the bend from link k to k + 1, over the mass of the node between
 
 
 @routine
@@ -124,8 +131,9 @@ def solve_links(rods, w, top):
     Args:
         rods: the links' inertia, None where they have none.
         w: work array with everything else.
-        top: (inverse mass of the axis [1/kg], inverse mass and bias acceleration of the first length, its rate [m/s]);
-            an inverse mass of -1 says that the acceleration is the tension itself (`hoist_response`).
+        top: (inverse mass of the axis [1/kg], inverse mass and bias acceleration of the first
+            length, its rate [m/s]); an inverse mass of -1 says that the acceleration is the tension
+            itself (`hoist_response`).
     """
     if rods is not None:
         solve_pairs(rods.inertia, w, top)
@@ -172,7 +180,11 @@ def fill_bends(s, c, s_below, c_below, inv_mass):
 
 def link_angles(w):
     """Fill the rows of the bends."""
-    fill_bends(w.shape[1] - 2, (w[BEND_COS], w[BEND_SIN]), (w[SIN], w[COS], w[SIN, 1:], w[COS, 1:], w[INV_MASS]))
+    fill_bends(
+        w.shape[1] - 2,
+        (w[BEND_COS], w[BEND_SIN]),
+        (w[SIN], w[COS], w[SIN, 1:], w[COS, 1:], w[INV_MASS]),
+    )
 
 
 def assemble_diagonal(w, top):
@@ -182,7 +194,9 @@ def assemble_diagonal(w, top):
         w[DIAGONAL, k] = w[INV_MASS, k - 1] + w[INV_MASS, k]
     w[DIAGONAL, 0] = w[INV_MASS, 0] + w[SIN, 0] * w[SIN, 0] * axis_inv_mass + hoist_inv_mass
     w[RHS_ALONG, 0] -= hoist_bias_acc
-    if hoist_inv_mass < 0.0:  # a massless winch: the first tension is given, which replaces the first link's equation
+    if (
+        hoist_inv_mass < 0.0
+    ):  # a massless winch: the first tension is given, which replaces the first link's equation
         w[DIAGONAL, 0], w[RHS_ALONG, 0] = 1.0, hoist_bias_acc
         w[RHS_ALONG, 1] += w[BEND_COS, 0] * hoist_bias_acc
 
@@ -207,8 +221,8 @@ def eliminate_row(w, k, off_diagonal, less, more):
 def solve_tensions(w, top):
     """Eliminate from both ends to the middle and substitute back; arguments of `solve_links`.
 
-    The two halves do not wait for each other, so the processor works on both at once; the pivots are those of a
-    positive definite matrix, whichever order they are taken in.
+    The two halves do not wait for each other, so the processor works on both at once; the pivots
+    are those of a positive definite matrix, whichever order they are taken in.
     """
     n = w.shape[1] - 1
     link_angles(w)
@@ -279,7 +293,12 @@ def diagonal_block(w, inertia, top, k):
         return own, 0.0, 0.0, own * arm + length
     axis, hoist, _, _ = top
     s, c, own = w[SIN, 0], w[COS, 0], w[INV_MASS, 0]
-    return own + s * s * axis + hoist, s * c * axis * arm, s * c * axis, (own + c * c * axis) * arm + length
+    return (
+        own + s * s * axis + hoist,
+        s * c * axis * arm,
+        s * c * axis,
+        (own + c * c * axis) * arm + length,
+    )
 
 
 def block_rhs(w, top, k):
@@ -302,12 +321,21 @@ def solve_pairs(inertia, w, top):
         along, across = block_rhs(w, top, k)
         if k > 0:
             e, f, g, h = coupling(w, inertia, k, k - 1)
-            a, b = a - e * right[k - 1, 0] - f * right[k - 1, 2], b - e * right[k - 1, 1] - f * right[k - 1, 3]
-            c, d = c - g * right[k - 1, 0] - h * right[k - 1, 2], d - g * right[k - 1, 1] - h * right[k - 1, 3]
+            a, b = (
+                a - e * right[k - 1, 0] - f * right[k - 1, 2],
+                b - e * right[k - 1, 1] - f * right[k - 1, 3],
+            )
+            c, d = (
+                c - g * right[k - 1, 0] - h * right[k - 1, 2],
+                d - g * right[k - 1, 1] - h * right[k - 1, 3],
+            )
             along = along - e * w[TENSION, k - 1] - f * w[TURNING, k - 1]
             across = across - g * w[TENSION, k - 1] - h * w[TURNING, k - 1]
         inverse = 1.0 / (a * d - b * c)
-        w[TENSION, k], w[TURNING, k] = (d * along - b * across) * inverse, (a * across - c * along) * inverse
+        w[TENSION, k], w[TURNING, k] = (
+            (d * along - b * across) * inverse,
+            (a * across - c * along) * inverse,
+        )
         if k + 1 < n:
             e, f, g, h = coupling(w, inertia, k, k + 1)
             right[k, 0], right[k, 1] = (d * e - b * g) * inverse, (d * f - b * h) * inverse

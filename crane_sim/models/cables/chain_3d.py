@@ -1,7 +1,7 @@
 """Rigid links with lumped masses in space: unit vectors down the links, tensions, accelerations.
 
-There is no angle, and so no singularity. The tensions solve the same tridiagonal, positive definite system as in the
-plane, with scalar products of neighbouring unit vectors in place of cosines.
+There is no angle, and so no singularity. The tensions solve the same tridiagonal, positive definite
+system as in the plane, with scalar products of neighbouring unit vectors in place of cosines.
 """
 
 from math import sqrt
@@ -24,7 +24,8 @@ class SupportEnd(NamedTuple):
     """Acceleration of the first link's upper end and of its length, as functions of its tension."""
 
     mobility: float  # 1/kg, of the end along the first link
-    hoist_inv_mass: float  # 1/kg, of the length; -1 where the bias acceleration is the tension, see `Hoist.response`
+    # 1/kg, of the length; -1 where the bias acceleration is the tension, see `Hoist.response`
+    hoist_inv_mass: float
     hoist_bias_acc: float  # m/s², acceleration of the length without tension
     rate: float  # m/s, of the length
 
@@ -72,11 +73,16 @@ def solve_tensions(links, top, acc, tension, ratio):
     """
     n, inv_masses = len(tension), links.inv_masses
     upper = -scalar_product(links.units, 0, 1) * inv_masses[0] if n > 1 else 0.0
-    if top.hoist_inv_mass < 0.0:  # the tension of a massless winch does not depend on the second link
+    if (
+        top.hoist_inv_mass < 0.0
+    ):  # the tension of a massless winch does not depend on the second link
         tension[0], ratio[0] = top.hoist_bias_acc, 0.0
     else:
         inverse = 1.0 / (top.first_inv_mass(links) + top.hoist_inv_mass)
-        tension[0], ratio[0] = (constraint_acceleration(links, acc, 0) - top.hoist_bias_acc) * inverse, upper * inverse
+        tension[0], ratio[0] = (
+            (constraint_acceleration(links, acc, 0) - top.hoist_bias_acc) * inverse,
+            upper * inverse,
+        )
     for k in range(1, n):
         inverse = 1.0 / (inv_masses[k - 1] + inv_masses[k] - upper * ratio[k - 1])
         tension[k] = (constraint_acceleration(links, acc, k) - upper * tension[k - 1]) * inverse
@@ -91,7 +97,11 @@ def hoisted_length_acceleration(links, top, acc, tension):
     if top.hoist_inv_mass >= 0.0:
         return top.hoist_bias_acc + top.hoist_inv_mass * tension[0]
     free = constraint_acceleration(links, acc, 0) - top.first_inv_mass(links) * tension[0]
-    return free + scalar_product(links.units, 0, 1) * links.inv_masses[0] * tension[1] if len(tension) > 1 else free
+    return (
+        free + scalar_product(links.units, 0, 1) * links.inv_masses[0] * tension[1]
+        if len(tension) > 1
+        else free
+    )
 
 
 def project_across(unit, vector):
@@ -114,8 +124,8 @@ def direction_accelerations(links, top, acc, tension, out, at):
     Other arguments as in `solve_tensions`.
 
     `acc` has the first link's pull on its upper end, which does not move along the link alone.
-    The pulls of a link's neighbours are projected across it one by one, which avoids cancellation under a heavy
-    payload.
+    The pulls of a link's neighbours are projected across it one by one, which avoids cancellation
+    under a heavy payload.
     """
     n, units, inv_masses = len(tension), links.units, links.inv_masses
     relative = relative_end_acceleration(acc, 0)

@@ -1,14 +1,17 @@
 """One rigid, massless rope of varying length, in the coordinates of its payload.
 
-The state is the payload's position and velocity (X, Y, Z, X', Y', Z') in the support's frame: no angles, so the swing
-may pass any direction; the only singular point is a rope of zero length. The drive decides the tension:
+The state is the payload's position and velocity (X, Y, Z, X', Y', Z') in the support's frame: no
+angles, so the swing may pass any direction; the only singular point is a rope of zero length. The
+drive decides the tension:
 
-- ForceRope: the winch applies the effort u (positive pays out), so the tension is -u plus the spring's;
-- MotionRope: the winch imposes the rope's acceleration, or, with a time constant, follows a commanded velocity;
+- ForceRope: the winch applies the effort u (positive pays out), so the tension is -u plus the
+  spring's;
+- MotionRope: the winch imposes the rope's acceleration, or, with a time constant, follows a
+  commanded velocity;
 - LockedRope: the rope keeps its length.
 
-The method `tension` returns it [N], with the arguments of `imposed_tension`; `power` is what the winch supplies [W] at
-efforts u of all joints.
+The method `tension` returns it [N], with the arguments of `imposed_tension`; `power` is what the
+winch supplies [W] at efforts u of all joints.
 """
 
 from math import sqrt
@@ -90,7 +93,13 @@ def swing_angles(rope_state):
     vx, vy, vz = rope_state.velocity
     c2 = sqrt(ny * ny + nz * nz)
     s1, c1 = (ny / c2, -nz / c2) if c2 > 0.0 else (0.0, 1.0)
-    return s1, c1, c2, (c1 * vy + s1 * vz) / rope_state.length, (c2 * vx + nx * (c1 * vz - s1 * vy)) / rope_state.length
+    return (
+        s1,
+        c1,
+        c2,
+        (c1 * vy + s1 * vz) / rope_state.length,
+        (c2 * vx + nx * (c1 * vz - s1 * vy)) / rope_state.length,
+    )
 
 
 def winch_pull(rope, tau, rope_state):
@@ -98,7 +107,9 @@ def winch_pull(rope, tau, rope_state):
 
     It is 0 where the winch takes no effort.
     """
-    return -add_spring(rope.spring, tau[3], rope_state.length) if isinstance(rope, ForceRope) else 0.0
+    return (
+        -add_spring(rope.spring, tau[3], rope_state.length) if isinstance(rope, ForceRope) else 0.0
+    )
 
 
 def imposed_tension(p, pose, rope_state, tau, force, reaction, length_acceleration):
@@ -114,10 +125,14 @@ def imposed_tension(p, pose, rope_state, tau, force, reaction, length_accelerati
     """
     qdd = p.support.accelerations(pose, p.gravity, tau, reaction)
     relative, yaw_acceleration = p.support.tip_acceleration(pose, qdd)
-    tip = inertial_acceleration(relative, pose.tip, pose.tip_velocity, pose.yaw_rate, yaw_acceleration)
+    tip = inertial_acceleration(
+        relative, pose.tip, pose.tip_velocity, pose.yaw_rate, yaw_acceleration
+    )
     nx, ny, nz = rope_state.n
     m = p.load.mass
-    pull = nx * (force[0] / m - tip[0]) + ny * (force[1] / m - tip[1]) + nz * (force[2] / m - tip[2])
+    pull = (
+        nx * (force[0] / m - tip[0]) + ny * (force[1] / m - tip[1]) + nz * (force[2] / m - tip[2])
+    )
     return (pull + centripetal(pose, rope_state) - length_acceleration) / (
         1.0 / m + p.support.tip_mobility(pose, rope_state.n)
     )
@@ -138,7 +153,9 @@ def add_rope_energy(rope, energy, length):
 
 def limit_winch(p, u):
     """Return the efforts u on crane p, the winch's limited to what a rope transmits: tension."""
-    if not isinstance(p.cable, ForceRope) or (p.friction is not None and p.friction.rope is not None):
+    if not isinstance(p.cable, ForceRope) or (
+        p.friction is not None and p.friction.rope is not None
+    ):
         return u  # a winch with friction overcomes it to pay out, while the rope pulls
     return (u[0], u[1], u[2], min(u[3], 0.0))
 

@@ -7,7 +7,12 @@ from crane_sim.models.guards import LOWER, Guard, encode, smaller_guard
 from crane_sim.models.moving_base import added_energy, to_world
 from crane_sim.models.stops import length_guard
 from crane_sim.models.supports.backlash import drive_accelerations, drive_energies, play_power
-from crane_sim.models.supports.hoist import hoist_guard, hoist_modes, hoist_reflected_mass, hoist_response
+from crane_sim.models.supports.hoist import (
+    hoist_guard,
+    hoist_modes,
+    hoist_reflected_mass,
+    hoist_response,
+)
 from crane_sim.models.supports.joint_modes import support_guard, write_friction_rates
 from crane_sim.models.supports.reeved_hoist import winch_energy
 from crane_sim.models.supports.reeving import dead_end_of, follow_rope, reeving_of, sheave_factor
@@ -38,7 +43,8 @@ class SupportMotion(NamedTuple):
     pose: Posture
     dynamics: Dynamics
     command: Any  # efforts of the drives
-    efforts: Any  # (n,) on the coordinates of drives, springs, base and wind, and the couple of what hangs
+    # (n,) on the coordinates of drives, springs, base and wind, and the couple of what hangs
+    efforts: Any
     net: Any  # (n,) what accelerates the coordinates: `net_efforts`, and the force on the tip
     accelerations: Any  # (n,)
 
@@ -54,7 +60,8 @@ def move_support(p, t, pose, tau, flow, base, couple, force):
     Args:
         p, t, pose: the crane, time [s], and the posture of its support.
         tau, flow, base: efforts of drives, wind in the base's axes, base.
-        couple, force: about the vertical [N m], and (3,) [N] on the tip, in the tree's axes: of what hangs.
+        couple, force: about the vertical [N m], and (3,) [N] on the tip, in the tree's axes: of
+            what hangs.
     """
     dynamics = compute_dynamics(p.support, pose)
     efforts = linear.add(joint_efforts(p.support, pose, tau), base_efforts(pose, base))
@@ -104,9 +111,10 @@ def fall_guard(p, best, x, acceleration, tension):
 
 
 def write_common_rates(p, x, solved, out):
-    """Write rates of coordinates and modes, and accelerations but those of the load, into `out`.
+    """Write rates of coordinates and modes, and the accelerations of support, drives and hoist.
 
-    `solved` has the SupportMotion `support` and the acceleration `length` [m/s²] of the hoist's length.
+    `solved` has the SupportMotion `support` and the acceleration `length` [m/s²] of the hoist's
+    length.
     """
     (nq, first, modes), support = layout_of(p), solved.support
     n = len(support.accelerations)
@@ -114,7 +122,9 @@ def write_common_rates(p, x, solved, out):
         out[i] = x[nq + i]
     for i in range(n):
         out[nq + i] = support.accelerations[i]
-    for i, drive_acc in enumerate(drive_accelerations(p.support.drives, support.command, support.pose)):
+    for i, drive_acc in enumerate(
+        drive_accelerations(p.support.drives, support.command, support.pose)
+    ):
         out[nq + n + i] = drive_acc
     if p.hoist is not None:
         out[nq + first - 1] = solved.length
@@ -126,7 +136,9 @@ def write_common_rates(p, x, solved, out):
 def support_power(p, solved):
     """Return the power [W] that the support's drives supply, their losses taken off."""
     support = solved.support
-    power = drive_power(support.pose, support.dynamics, support.efforts, support.net, support.accelerations)
+    power = drive_power(
+        support.pose, support.dynamics, support.efforts, support.net, support.accelerations
+    )
     return power + play_power(p.support.drives, support.command, support.pose)
 
 
@@ -135,19 +147,24 @@ def winch_power(p, x, solved):
     if p.hoist is None:
         return 0.0
     motion = (*rope_length(p, x), solved.length)
-    return p.hoist.power(solved.support.command, mode_of_winch(p, x), motion, solved.paid, p.gravity)
+    return p.hoist.power(
+        solved.support.command, mode_of_winch(p, x), motion, solved.paid, p.gravity
+    )
 
 
 def carrier_energies(p, base, x, pose):
     """Return the energies [J] of structure, drives and winch.
 
     Returns:
-        kinetic and potential energy relative to the base, and those that the base, a BaseState or None, adds.
+        kinetic and potential energy relative to the base, and those that the base, a BaseState or
+        None, adds.
     """
     kinetic, potential = drive_energies(p.support.drives, pose.state)
     dynamics, (length, rate) = compute_dynamics(p.support, pose), rope_length(p, x)
     wound, hung = winch_energy(p.hoist, length, rate, p.gravity)
-    kinetic += kinetic_energy(pose, dynamics) + 0.5 * hoist_reflected_mass(p.hoist) * rate * rate + wound
+    kinetic += (
+        kinetic_energy(pose, dynamics) + 0.5 * hoist_reflected_mass(p.hoist) * rate * rate + wound
+    )
     potential += potential_energy(pose, dynamics, p.gravity) + hung
     added = (0.0, 0.0) if base is None else energy_by_base(pose, base, p.gravity)
     return kinetic, potential, *added

@@ -1,13 +1,13 @@
 """Pick-up and release of loads: the loads of a run's schedule, and the passage to the next one.
 
-What is let go leaves with the motion that it has and takes its momentum along, so nothing jumps. What is taken up
-joins the load by a perfectly inelastic impact: the two have their momentum and their angular momentum about the
-attachment P together, as if the cable were not there,
+What is let go leaves with the motion that it has and takes its momentum along, so nothing jumps.
+What is taken up joins the load by a perfectly inelastic impact: the two have their momentum and
+their angular momentum about the attachment P together, as if the cable were not there,
 
     m v_C = m₀ v_C₀ + m₁ V,    I ω + d × m v_C = I₀ ω₀ + d₀ × m₀ v_C₀ + s₁ × V,
 
-where d leads from P to the centre of mass C, and m₁ = m - m₀, s₁ = m d - m₀ d₀ are what is taken up at the velocity V.
-Then the cable's impulses hold P (`impulses`).
+where d leads from P to the centre of mass C, and m₁ = m - m₀, s₁ = m d - m₀ d₀ are what is taken up
+at the velocity V. Then the cable's impulses hold P (`impulses`).
 """
 
 from typing import Any, NamedTuple
@@ -32,9 +32,11 @@ class Exchange(NamedTuple):
 
     times: Any  # (n,) s, of the exchanges, in order
     velocities: Any  # (n, 3) m/s, of what is taken up, relative to the base and in its axes
-    carried: Any  # (n,) 1: what is taken up moves with the load, or something is let go: no velocity jumps
+    # (n,) 1: what is taken up moves with the load, or something is let go: no velocity jumps
+    carried: Any
     masses: Any  # (n + 1,) kg, of the loads
-    bodies: Any  # (n + 1, COLUMNS) inertia, its inverse, attachment and centre of pressure of rigid ones
+    # (n + 1, COLUMNS) inertia, its inverse, attachment and centre of pressure of rigid ones
+    bodies: Any
     windages: Any  # (n + 1, 2) area and drag coefficient
 
 
@@ -78,7 +80,9 @@ def load_of(p, x) -> Any:
     if isinstance(p.load, PointLoad):
         return PointLoad(mass, windage)
     tensor, inverse = matrix_at(rows, k, INERTIA), matrix_at(rows, k, INVERSE)
-    return RigidLoad(mass, tensor, inverse, vector_at(rows, k, ATTACHMENT), windage, vector_at(rows, k, CENTRE))
+    return RigidLoad(
+        mass, tensor, inverse, vector_at(rows, k, ATTACHMENT), windage, vector_at(rows, k, CENTRE)
+    )
 
 
 def body_of_coordinates(p, x, state):
@@ -128,8 +132,17 @@ def join(load, after, state, velocity):
 
 def join_bodies(load, after, state, velocity):
     """Return the result of `join` for rigid bodies."""
-    m0, m, d0, d = load.mass, after.mass, scale(-1.0, load.attachment), scale(-1.0, after.attachment)
-    w, v, given = state.omega, rotate_to_base(state.rows, state.velocity), rotate_to_base(state.rows, velocity)
+    m0, m, d0, d = (
+        load.mass,
+        after.mass,
+        scale(-1.0, load.attachment),
+        scale(-1.0, after.attachment),
+    )
+    w, v, given = (
+        state.omega,
+        rotate_to_base(state.rows, state.velocity),
+        rotate_to_base(state.rows, velocity),
+    )
     momentum, moment = add(scale(m0, v), scale(m - m0, given)), subtract(scale(m, d), scale(m0, d0))
     spin = add(add(multiply(load.inertia, w), scale(m0, cross(d0, v))), cross(moment, given))
     omega = multiply(after.inverse_inertia, subtract(spin, cross(d, momentum)))
@@ -155,7 +168,9 @@ def carried_energy(load, after, state):
     return energy - 0.5 * (load.mass * dot(v0, v0) + dot(w, multiply(load.inertia, w)))
 
 
-def describe_exchange(exchange: Exchange, k: int, outcome: int, forbidden: tuple[str, str]) -> tuple[str, str]:
+def describe_exchange(
+    exchange: Exchange, k: int, outcome: int, forbidden: tuple[str, str]
+) -> tuple[str, str]:
     """Return texts (meaning of exchange k, what a user can change).
 
     The outcome is DONE, or it ended the run.

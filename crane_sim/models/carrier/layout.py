@@ -1,9 +1,9 @@
 """Layout of the state of a crane whose load hangs below a support, with a hoist or without.
 
-A state is one array [support, (length), what hangs, and their rates, (energy supplied), modes]. The modes are those of
-falls or links, that of the winch, where it has friction, the number of exchanges of the load, where it has any, then
-those of contact, drives and joints. Parameters of such a crane have methods `hanging_coordinates`, `cable_modes` and
-`fixed_length`.
+A state is one array [support, (length), what hangs, and their rates, (energy supplied), modes]. The
+modes are those of falls or links, that of the winch, where it has friction, the number of exchanges
+of the load, where it has any, then those of contact, drives and joints. Parameters of such a crane
+have methods `hanging_coordinates`, `cable_modes` and `fixed_length`.
 """
 
 from crane_sim.models.contact.surface import count_contact_modes

@@ -1,8 +1,8 @@
 """Accelerations of a load under contact, rigid or compliant.
 
-A compliant point presses with Hunt and Crossley's law for a linear spring, N = k δ (1 + c δ'), with the depth
-δ below the surface (J. Appl. Mech. 42, 1975, 440-445): no jump at touch-down, and never a pull, since the point is free
-from where 1 + c δ' has fallen to zero.
+A compliant point presses with Hunt and Crossley's law for a linear spring, N = k δ (1 + c δ'), with
+the depth δ below the surface (J. Appl. Mech. 42, 1975, 440-445): no jump at touch-down, and never a
+pull, since the point is free from where 1 + c δ' has fallen to zero.
 """
 
 from typing import Any, NamedTuple
@@ -45,7 +45,8 @@ def add_contact(contact, load, t, x, first, state, free):
         contact, load: parameters.
         t, x, first: time [s], state, and the index of its first contact mode.
         state: BodyState of the load.
-        free: accelerations of the load alone: of its centre (3,) [m/s²] in the axes of the base, and α (3,) in its own.
+        free: accelerations of the load alone: of its centre (3,) [m/s²] in the axes of the base,
+            and α (3,) in its own.
     """
     if contact is None:
         return ContactResult(free[0], free[1], None)
@@ -73,7 +74,9 @@ def compute_contact_result(load, state, free, normal_forces):
     """Return the ContactResult of a load under normal forces; other arguments of `add_contact`."""
     force, moment = normal_forces.wrench
     own = rotate_to_base(state.rows, turn_of(load, state, moment))
-    return ContactResult(add(free[0], scale(1.0 / load.mass, force)), add(free[1], own), normal_forces)
+    return ContactResult(
+        add(free[0], scale(1.0 / load.mass, force)), add(free[1], own), normal_forces
+    )
 
 
 def add_compliant_contact(contact, load, t, x, first, state, free):
@@ -83,7 +86,10 @@ def add_compliant_contact(contact, load, t, x, first, state, free):
         if is_closed(x, first, i):
             point = contact_point(contact, i, moved, state)
             force = unit_normal_force(contact.surface, point)
-            wrench, count = add_force(wrench, compliant_normal_force(contact, point), point.lever, force), count + 1
+            wrench, count = (
+                add_force(wrench, compliant_normal_force(contact, point), point.lever, force),
+                count + 1,
+            )
     return compute_contact_result(load, state, free, NormalForces(count, ZERO, wrench))
 
 

@@ -1,13 +1,15 @@
 """Impacts of a rigid contact: a load whose velocities jump where a point comes down.
 
-All points that touch take part, by Poisson's law in two phases (F. Pfeiffer, Ch. Glocker: Multibody Dynamics with
-Unilateral Contacts, 1996). Compression ends with no point approaching: its normal impulses Λ ≥ 0 stop those that would.
-Expansion gives each point at least e Λ, more where it would approach again. In both phases the tangential impulses are
-Coulomb's, |T| ≤ μ Λ, against the slip that remains. Impulses are found by Gauss-Seidel sweeps over the points.
+All points that touch take part, by Poisson's law in two phases (F. Pfeiffer, Ch. Glocker: Multibody
+Dynamics with Unilateral Contacts, 1996). Compression ends with no point approaching: its normal
+impulses Λ ≥ 0 stop those that would. Expansion gives each point at least e Λ, more where it would
+approach again. In both phases the tangential impulses are Coulomb's, |T| ≤ μ Λ, against the slip
+that remains. Impulses are found by Gauss-Seidel sweeps over the points.
 
-An approach no faster than the rest velocity has no expansion, nor has one after which energy would have been gained,
-relative to the surface: with friction, Poisson's law does not exclude it. Points that do not part then are closed, and
-what is left of their velocities is taken by the impulse that needs the least energy.
+An approach no faster than the rest velocity has no expansion, nor has one after which energy would
+have been gained, relative to the surface: with friction, Poisson's law does not exclude it. Points
+that do not part then are closed, and what is left of their velocities is taken by the impulse that
+needs the least energy.
 """
 
 from math import sqrt
@@ -22,7 +24,9 @@ from crane_sim.numerics.jit import routine
 
 NEAR = 1e-9  # m: a point takes part in an impact of another one below this gap
 SWEEPS = 20_000  # at most
-CONVERGED = 1e-15  # change of a point's velocity in a sweep, relative to the largest before the phase
+CONVERGED = (
+    1e-15  # change of a point's velocity in a sweep, relative to the largest before the phase
+)
 PARTS = 1e-3  # of the rest velocity: a point that leaves more slowly is closed
 
 
@@ -45,7 +49,9 @@ def relax_point(contact, load, point, state, impulses, i, least):
     They are the change (3,) of the impulses, and that of the velocity.
     """
     normal = mobility(load, state, point.lever, (0.0, 0.0, 1.0))
-    along = mobility(load, state, point.lever, (1.0, 0.0, 0.0)) + mobility(load, state, point.lever, (0.0, 1.0, 0.0))
+    along = mobility(load, state, point.lever, (1.0, 0.0, 0.0)) + mobility(
+        load, state, point.lever, (0.0, 1.0, 0.0)
+    )
     (x, y, z), (vx, vy, vz) = (impulses[i, 0], impulses[i, 1], impulses[i, 2]), point.velocity
     up = max(least, z - vz / normal)
     tx, ty, most = x - vx / along, y - vy / along, contact.surface.friction * up

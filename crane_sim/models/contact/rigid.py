@@ -1,19 +1,22 @@
 """Normal forces of a rigid contact: they keep closed points on the surface, or hold the load.
 
-The closed points' normal forces λ are unilateral, and more than three of them are statically indeterminate. Of all that
-hold the load those with the least sum of squares are taken. They are linear in the position, λ_i = y₀ + y₁ r_y - y₂
-r_x: the limit of equal springs as their stiffness grows. So there are never more than three unknowns y, which follow
-from the accelerations (z'', α_x, α_y) of the surface less those of the load alone. With one or two closed points the
-normal forces themselves are the unknowns.
+The closed points' normal forces λ are unilateral, and more than three of them are statically
+indeterminate. Of all that hold the load those with the least sum of squares are taken. They are
+linear in the position, λ_i = y₀ + y₁ r_y - y₂ r_x: the limit of equal springs as their stiffness
+grows. So there are never more than three unknowns y, which follow from the accelerations (z'', α_x,
+α_y) of the surface less those of the load alone. With one or two closed points the normal forces
+themselves are the unknowns.
 
-While the load slips, each normal force has its friction, proportional to it. A load that sticks, with three or more
-closed points, moves as the surface does. The holding friction acts on the surface, below the centre of mass: the normal
-forces take what its moment leaves of the tilting moment, so that a tall load tips. It is distributed over the points in
-proportion to their normal forces, f_i = λ_i (a + b ẑ × ρ_i) with ρ_i from the centre of pressure; the load slips where
-one |f_i| exceeds μ λ_i.
+While the load slips, each normal force has its friction, proportional to it. A load that sticks,
+with three or more closed points, moves as the surface does. The holding friction acts on the
+surface, below the centre of mass: the normal forces take what its moment leaves of the tilting
+moment, so that a tall load tips. It is distributed over the points in proportion to their normal
+forces, f_i = λ_i (a + b ẑ × ρ_i) with ρ_i from the centre of pressure; the load slips where one
+|f_i| exceeds μ λ_i.
 
-Accelerations that keep a gap g at zero leave rounding and the steps' errors to add up; the surface's acceleration less
-2 γ g' + γ² g is asked for in its place (J. Baumgarte, Comput. Methods Appl. Mech. Eng. 1, 1972, 1-16).
+Accelerations that keep a gap g at zero leave rounding and the steps' errors to add up; the
+surface's acceleration less 2 γ g' + γ² g is asked for in its place (J. Baumgarte, Comput. Methods
+Appl. Mech. Eng. 1, 1972, 1-16).
 """
 
 from math import sqrt
@@ -21,7 +24,17 @@ from typing import NamedTuple
 
 from crane_sim.models.contact.surface import Wrench, add_force, contact_point, unit_normal_force
 from crane_sim.models.moving_base import rotate_to_base
-from crane_sim.multibody.vectors import IDENTITY, ZERO, add, combine, cross, dot, multiply, scale, subtract
+from crane_sim.multibody.vectors import (
+    IDENTITY,
+    ZERO,
+    add,
+    combine,
+    cross,
+    dot,
+    multiply,
+    scale,
+    subtract,
+)
 from crane_sim.numerics.jit import routine
 
 NONE = Wrench(ZERO, ZERO)
@@ -68,7 +81,9 @@ def unit_wrenches(contact, x, first, scene, count, rough):
             fx, fy, fz = unit_normal_force(contact.surface, point)
             parts = zip(wrenches, shares(count, place, point.lever), strict=True)
             force, place = (rough * fx, rough * fy, fz), place + 1
-            wrenches = tuple([add_force(wrench, factor, point.lever, force) for wrench, factor in parts])
+            wrenches = tuple(
+                [add_force(wrench, factor, point.lever, force) for wrench, factor in parts]
+            )
     return wrenches
 
 
@@ -98,7 +113,9 @@ def required_changes(contact, x, first, scene, count, lift, smooth):
         if is_closed(x, first, i):
             point = contact_point(contact, i, moved, state)
             across = 1.0, point.lever[1], -point.lever[0]
-            back = cross(omega, cross(omega, point.lever))[2] + RATE * (2.0 * point.velocity[2] + RATE * point.gap)
+            back = cross(omega, cross(omega, point.lever))[2] + RATE * (
+                2.0 * point.velocity[2] + RATE * point.gap
+            )
             needed = -dot(across, lift) - smooth * back
             if place == 0:
                 row, missing = across, needed
@@ -140,7 +157,11 @@ def solve_three(columns, right):
     """Return the solution (3,) of a 3 × 3 system with these columns."""
     a, b, c = columns
     scale = 1.0 / dot(a, cross(b, c))
-    return scale * dot(right, cross(b, c)), scale * dot(a, cross(right, c)), scale * dot(a, cross(b, right))
+    return (
+        scale * dot(right, cross(b, c)),
+        scale * dot(a, cross(right, c)),
+        scale * dot(a, cross(b, right)),
+    )
 
 
 def solve_unknowns(count, rows, columns, b):
@@ -162,7 +183,8 @@ def closing_forces(contact, load, x, first, scene, lift, smooth):
         contact, load: parameters.
         x, first: state and the index of its first contact mode.
         scene: (Displacement of the surface, BodyState of the load).
-        lift: (z'', α_x, α_y) of the load alone, relative to the surface; or velocities, which they bring to zero.
+        lift: (z'', α_x, α_y) of the load alone, relative to the surface; or velocities, which they
+            bring to zero.
         smooth: 1 for accelerations, with friction; 0 for velocities, which jump without.
     """
     count = closed_count(contact, x, first)
@@ -184,7 +206,11 @@ def holding_accelerations(contact, x, first, scene):
     back, omega = correction(contact, x, first, scene), multiply(state.rows, state.omega)
     slip, damping = subtract(state.velocity, moved.velocity), 2.0 * RATE
     (ax, ay, az), (vx, vy, _) = moved.acceleration, slip
-    return (ax - damping * vx, ay - damping * vy, az - back[0]), (-back[1], -back[2], -damping * omega[2])
+    return (ax - damping * vx, ay - damping * vy, az - back[0]), (
+        -back[1],
+        -back[2],
+        -damping * omega[2],
+    )
 
 
 def surface_level(contact, scene):
@@ -204,7 +230,11 @@ def holding_forces(contact, load, x, first, scene, free):
     turn = multiply(load.inertia, subtract(rotate_to_base(state.rows, alpha), free[1]))
     wrench = Wrench(force, multiply(state.rows, turn))
     (fx, fy, fz), (mx, my, _), level = force, wrench.moment, surface_level(contact, scene)
-    sums = fz, mx + level * fy, my - level * fx  # less the moment of the friction, which acts on the surface
+    sums = (
+        fz,
+        mx + level * fy,
+        my - level * fx,
+    )  # less the moment of the friction, which acts on the surface
     y = plane_through(contact, x, first, scene, sums)
     return NormalForces(closed_count(contact, x, first), y, wrench)
 
@@ -231,8 +261,15 @@ def normal_force_moments(contact, x, first, scene, normal_forces):
         if is_closed(x, first, i):
             lever = contact_point(contact, i, scene[0], scene[1]).lever
             normal_force = normal_force_on(normal_forces, place, lever)
-            total, sx, sy = total + normal_force, sx + normal_force * lever[0], sy + normal_force * lever[1]
-            polar, place = polar + normal_force * (lever[0] * lever[0] + lever[1] * lever[1]), place + 1
+            total, sx, sy = (
+                total + normal_force,
+                sx + normal_force * lever[0],
+                sy + normal_force * lever[1],
+            )
+            polar, place = (
+                polar + normal_force * (lever[0] * lever[0] + lever[1] * lever[1]),
+                place + 1,
+            )
     return total, sx, sy, polar
 
 
@@ -246,7 +283,9 @@ def required_friction(contact, x, first, scene, normal_forces):
     if not total > 0.0:
         return 1e300
     cx, cy, (fx, fy, _) = sx / total, sy / total, normal_forces.wrench.force
-    turn = (normal_forces.wrench.moment[2] - (cx * fy - cy * fx)) / (polar - total * (cx * cx + cy * cy))
+    turn = (normal_forces.wrench.moment[2] - (cx * fy - cy * fx)) / (
+        polar - total * (cx * cx + cy * cy)
+    )
     worst = 0.0
     for i in range(len(contact.points)):
         if is_closed(x, first, i):

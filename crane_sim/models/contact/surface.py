@@ -1,12 +1,14 @@
 """The surface that a load touches, the points by which it does, and their friction.
 
-The surface is the plane z = height in the axes of the base, moved along these axes by a motion of its own, such as that
-of a deck; it does not turn. A point at r from the load's centre of mass C has, above it and relative to it,
+The surface is the plane z = height in the axes of the base, moved along these axes by a motion of
+its own, such as that of a deck; it does not turn. A point at r from the load's centre of mass C
+has, above it and relative to it,
 
     gap = C_z + r_z - height - s_z,    velocity = v_C + ω × r - s',
 
-with the motion s. Friction is Coulomb's, smoothed at the slip velocity v_s so that slow slip has a direction: a
-normal force N on a point that slips by (v_x, v_y) comes with -μ N (v_x, v_y) / √(v_x² + v_y² + v_s²).
+with the motion s. Friction is Coulomb's, smoothed at the slip velocity v_s so that slow slip has a
+direction: a normal force N on a point that slips by (v_x, v_y) comes with -μ N (v_x, v_y) / √(v_x²
++ v_y² + v_s²).
 """
 
 from math import sqrt
@@ -97,9 +99,15 @@ def displacement_at(motion, t):
 def place_of(contact, i, state):
     """Return (load's point i from its centre of mass (3,), in its axes; height of the surface)."""
     if contact.changes is None:
-        return (contact.points[i, 0], contact.points[i, 1], contact.points[i, 2]), contact.surface.height
+        return (
+            contact.points[i, 0],
+            contact.points[i, 1],
+            contact.points[i, 2],
+        ), contact.surface.height
     points, k = contact.changes.points, state.number
-    return from_centre(state, (points[k, i, 0], points[k, i, 1], points[k, i, 2])), contact.changes.heights[k]
+    return from_centre(
+        state, (points[k, i, 0], points[k, i, 1], points[k, i, 2])
+    ), contact.changes.heights[k]
 
 
 def contact_point(contact, i, moved, state):
@@ -120,7 +128,9 @@ def slip_speed(point):
 def unit_normal_force(surface, point):
     """Return the force (3,) on a slipping point for each newton of its normal force."""
     vx, vy, _ = point.velocity
-    drag = -surface.friction / sqrt(vx * vx + vy * vy + surface.slip_velocity * surface.slip_velocity)
+    drag = -surface.friction / sqrt(
+        vx * vx + vy * vy + surface.slip_velocity * surface.slip_velocity
+    )
     return drag * vx, drag * vy, 1.0
 
 

@@ -1,11 +1,11 @@
 """The elastic cable's Jacobian as bands, and linear systems with it.
 
-A link couples two neighbouring nodes of d coordinates (the first one node 1 with the f coordinates of support and
-hoist), so that in the order of the state the derivatives of accelerations a(q, v) by positions and velocities are bands
-of width w = d - 1 + max(d, f): columns that are 2 w + 1 apart share no row, and one direction has them all. The part of
-(β I - J) y = b for velocities is (β I - ∂a/∂v - ∂a/∂q / β) y_v = b_v + ∂a/∂q b_q / β, and y_q = (b_q + y_v) / β: an
-elimination whose cost grows like N. It needs no pivoting, being as good as positive definite where no spring pushes
-hard.
+A link couples two neighbouring nodes of d coordinates (the first one node 1 with the f coordinates
+of support and hoist), so that in the order of the state the derivatives of accelerations a(q, v) by
+positions and velocities are bands of width w = d - 1 + max(d, f): columns that are 2 w + 1 apart
+share no row, and one direction has them all. The part of (β I - J) y = b for velocities is (β I -
+∂a/∂v - ∂a/∂q / β) y_v = b_v + ∂a/∂q b_q / β, and y_q = (b_q + y_v) / β: an elimination whose cost
+grows like N. It needs no pivoting, being as good as positive definite where no spring pushes hard.
 """
 
 from typing import Any, NamedTuple
@@ -55,7 +55,11 @@ def bands_at(p, t, x, tau):
     (nq, _, modes), width = layout_of(p), band_width(p)
     metered = modes > 2 * nq  # the power depends on all coordinates
     period = nq if metered else 2 * width + 1
-    bands = Bands(np.zeros((nq, 2 * width + 1)), np.zeros((nq, 2 * width + 1)), np.zeros(2 * nq if metered else 0))
+    bands = Bands(
+        np.zeros((nq, 2 * width + 1)),
+        np.zeros((nq, 2 * width + 1)),
+        np.zeros(2 * nq if metered else 0),
+    )
     seeds, of_time, change = np.zeros((len(x), DIRECTIONS)), np.zeros(DIRECTIONS), np.empty_like(x)
     for first in range(0, 2 * period + 1, DIRECTIONS):
         mark_columns(seeds, nq, period, first, 1.0)

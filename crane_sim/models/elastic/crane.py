@@ -1,9 +1,11 @@
 """A crane with a cable of springs and dampers below a support, in space or a vertical plane.
 
-State: one array [support, (l1), r_1 .. r_N, and their rates, (energy supplied), modes] with the nodes' positions r_k on
-the base: (x, z) each in the plane, (x, y, z) in space. Link k pulls with T = k e + c e', e its length beyond the rest
-length, l1 of the first link where there is a hoist. Where links only pull, each has a mode, 1 while it is taut, 0 while
-it is slack; other modes stand behind (`carrier.layout`).
+State: one array [support, (l1), r_1 .. r_N, and their rates, (energy supplied), modes] with the
+nodes' positions r_k on
+the base: (x, z) each in the plane, (x, y, z) in space. Link k pulls with T = k e + c e', e its
+length beyond the rest length, l1 of the first link where there is a hoist. Where links only pull,
+each has a mode, 1 while it is taut, 0 while it is slack; other modes stand behind
+(`carrier.layout`).
 
 The nodes' accelerations, those of support and hoist, and what a moving base adds to them.
 """
@@ -277,7 +279,9 @@ def elastic_energies(p, base, x):
         stored = 0.5 * tautness(p, x, k) * p.cable.stiffness[k] * stretch * stretch
         total = linear.add(total, (0.0, stored, 0.0, 0.0))
     for k in range(1, n):
-        total = linear.add(total, node_energies(base, p.cable.masses[k - 1], node_at(p, x, k), p.gravity))
+        total = linear.add(
+            total, node_energies(base, p.cable.masses[k - 1], node_at(p, x, k), p.gravity)
+        )
     return linear.add(total, load_energies(base, load_of(p, x), payload_state(p, x), p.gravity))
 
 

@@ -1,8 +1,8 @@
 """Contact events of a load on falls: points touch, bounce, lift off; the load sticks and slips.
 
-A point of a rigid contact touches where it is below the surface and comes nearer, by a little more than rounding: one
-that has just lifted off, or bounced, is there without coming nearer. A compliant one touches where its normal force
-would be positive.
+A point of a rigid contact touches where it is below the surface and comes nearer, by a little more
+than rounding: one that has just lifted off, or bounced, is there without coming nearer. A compliant
+one touches where its normal force would be positive.
 """
 
 from typing import Any
@@ -12,7 +12,14 @@ import numpy as np
 from crane_sim.models.carrier.exchange import load_of
 from crane_sim.models.carrier.layout import contact_index, layout_of
 from crane_sim.models.contact.forces import add_contact, compliant_normal_force, slipping_forces
-from crane_sim.models.contact.impacts import NEAR, PARTS, collide, impulse_work, settle, sum_wrenches
+from crane_sim.models.contact.impacts import (
+    NEAR,
+    PARTS,
+    collide,
+    impulse_work,
+    settle,
+    sum_wrenches,
+)
 from crane_sim.models.contact.rigid import (
     closed_count,
     holding_forces,
@@ -40,7 +47,8 @@ from crane_sim.numerics.jit import routine
 
 DEPTH, APPROACH = 1e-10, 1e-8  # m, m/s: beyond both of them a point touches
 AT_REST = 1e-6  # m/s: a load that is given no deeper than NEAR and no faster is closed there
-GRIP = 0.99  # part of the friction that may hold a load which comes to stick, so that it does not slip at once
+# part of the friction that may hold a load which comes to stick, so that it does not slip at once
+GRIP = 0.99
 
 
 @routine
@@ -58,7 +66,11 @@ def fill_contact(p, t, x):
     contact, first = p.contact, contact_index(p)
     if contact is None:
         return
-    load, moved, n = body_state(p, x), displacement_at(contact.surface.motion, t), len(contact.points)
+    load, moved, n = (
+        body_state(p, x),
+        displacement_at(contact.surface.motion, t),
+        len(contact.points),
+    )
     for i in range(n):
         x[first + i] = 1.0 if is_touching(contact, contact_point(contact, i, moved, load)) else 0.0
     if isinstance(contact, RigidContact):
@@ -66,7 +78,7 @@ def fill_contact(p, t, x):
 
 
 def is_touching(contact, point):
-    """Return whether a load's point touches at its start; a rigid one rests on the surface."""
+    """Return whether a point of a load in a given state touches; on a rigid surface it rests."""
     if isinstance(contact, RigidContact):
         return point.gap <= NEAR and abs(point.velocity[2]) <= AT_REST
     return min(-point.gap, compliant_normal_force(contact, point)) > 0.0
@@ -77,7 +89,9 @@ def total_normal_force(p, t, x):
     if p.contact is None:
         return 0.0
     load, free = body_state(p, x), load_alone(p, t, x)
-    return add_contact(p.contact, load_of(p, x), t, x, contact_index(p), load, free).normal_forces.wrench.force[2]
+    return add_contact(
+        p.contact, load_of(p, x), t, x, contact_index(p), load, free
+    ).normal_forces.wrench.force[2]
 
 
 def contact_guard(p, t, x, best):
@@ -94,7 +108,11 @@ def contact_guard(p, t, x, best):
     for i in range(len(contact.points)):
         point = contact_point(contact, i, moved, load)
         normal_force = compliant_normal_force(contact, point)
-        value = normal_force if is_closed(x, first, i) else -min(-contact.stiffness * point.gap, normal_force)
+        value = (
+            normal_force
+            if is_closed(x, first, i)
+            else -min(-contact.stiffness * point.gap, normal_force)
+        )
         best = smaller_guard(best, value, encode(Guard.CONTACT, i))
     return best[0], best[1], 0
 
@@ -102,7 +120,13 @@ def contact_guard(p, t, x, best):
 @routine
 def rigid_guard(p, t, x, best):
     """Return the result of `contact_guard` for a rigid contact."""
-    contact, first, load, place, body = p.contact, contact_index(p), body_state(p, x), 0, load_of(p, x)
+    contact, first, load, place, body = (
+        p.contact,
+        contact_index(p),
+        body_state(p, x),
+        0,
+        load_of(p, x),
+    )
     n, moved = len(contact.points), displacement_at(contact.surface.motion, t)
     for i in range(n):
         if not is_closed(x, first, i):
@@ -114,7 +138,10 @@ def rigid_guard(p, t, x, best):
     scene, free = (moved, load), load_alone(p, t, x)
     if is_closed(x, first, n):
         normal_forces = holding_forces(contact, body, x, first, scene, free)
-        spare = 1.0 - required_friction(contact, x, first, scene, normal_forces) / contact.surface.friction
+        spare = (
+            1.0
+            - required_friction(contact, x, first, scene, normal_forces) / contact.surface.friction
+        )
     else:
         normal_forces = slipping_forces(contact, body, x, first, scene, free)
         spare = slip_guard(p, t, x, scene, free)
@@ -122,7 +149,9 @@ def rigid_guard(p, t, x, best):
     for i in range(n):
         if is_closed(x, first, i):
             lever = contact_point(contact, i, moved, load).lever
-            best = smaller_guard(best, normal_force_on(normal_forces, place, lever), encode(Guard.CONTACT, i))
+            best = smaller_guard(
+                best, normal_force_on(normal_forces, place, lever), encode(Guard.CONTACT, i)
+            )
             place += 1
     return best[0], best[1], 1
 
@@ -177,7 +206,11 @@ def switch_rigid(p, t, x, y, i):
 @routine
 def stop_slip(p, t, x, y):
     """Give the load in y the velocity of the surface."""
-    before, body, moved = body_state(p, x), load_of(p, x), displacement_at(p.contact.surface.motion, t)
+    before, body, moved = (
+        body_state(p, x),
+        load_of(p, x),
+        displacement_at(p.contact.surface.motion, t),
+    )
     force = scale(body.mass, subtract(moved.velocity, before.velocity))
     moment = scale(-1.0, multiply(before.rows, multiply(body.inertia, before.omega)))
     after = before._replace(velocity=moved.velocity, omega=ZERO)
@@ -195,7 +228,9 @@ def strike(p, t, x, y):
             touching[i] = 1.0
     after, impulse = collide(contact, body, moved, before, touching)
     for i in range(n):
-        parting = contact_point(contact, i, moved, after).velocity[2] > PARTS * contact.rest_velocity
+        parting = (
+            contact_point(contact, i, moved, after).velocity[2] > PARTS * contact.rest_velocity
+        )
         y[first + i] = 0.0 if parting else touching[i]
     y[first + n] = 0.0
     settled, rest = settle(contact, body, y, first, moved, after)
@@ -215,7 +250,9 @@ def write_jump(p, y, before, after, impulse):
 
 def describe_contact(contact: Any, point: int, outcome: int) -> str:
     """Return the text of an event of contact."""
-    place = "surface" if contact.surface.motion is None or contact.changes is not None else "deck"  # or what it lets go
+    place = (
+        "surface" if contact.surface.motion is None or contact.changes is not None else "deck"
+    )  # or what it lets go
     if point == len(contact.points):
         return f"the load {'sticks to' if outcome == TOUCHES else 'slips on'} the {place}"
     return f"contact point {point + 1} {('leaves', 'touches', 'bounces off')[outcome]} the {place}"

@@ -1,22 +1,25 @@
 """A rigid load on n elastic falls below any support: equations of motion.
 
-Fall i leads from the point a_i, fixed in the support's frame and given from its tip, to b_i of the load, given from its
-centre of mass in its own axes. Of its unstretched length L_i = l + δ_i the winch drives l, common to all. With the
-distance ℓ_i of the two points and the elongation e_i = ℓ_i - L_i it pulls with
+Fall i leads from the point a_i, fixed in the support's frame and given from its tip, to b_i of the
+load, given from its centre of mass in its own axes. Of its unstretched length L_i = l + δ_i the
+winch drives l, common to all. With the distance ℓ_i of the two points and the elongation e_i = ℓ_i
+- L_i it pulls with
 
     T_i = (EA_i / L_i) (e_i + τ e_i'),
 
-and a slack one with nothing. The rope on the drum is unstretched, so that a winch that pays out loses T + T²/(2 EA) for
-each metre: what the rope pulls, and the energy of the strain that goes with it. A rope over sheaves takes that sum over
-the falls for the pull of all of its parts (`supports.reeving`): sheaves turn with l', the stretch of a fall moves none.
-The falls together have `falls` times the number of ropes parts; lead lines of several ropes are one, of their sum.
+and a slack one with nothing. The rope on the drum is unstretched, so that a winch that pays out
+loses T + T²/(2 EA) for each metre: what the rope pulls, and the energy of the strain that goes with
+it. A rope over sheaves takes that sum over the falls for the pull of all of its parts
+(`supports.reeving`): sheaves turn with l', the stretch of a fall moves none. The falls together
+have `falls` times the number of ropes parts; lead lines of several ropes are one, of their sum.
 
-State: one array [support, (l), r, q, and their rates, (energy supplied), modes] with the position r of the centre of
-mass and the attitude q (unit quaternion) in the axes of the base; a mode is 1 for a taut fall, 0 for a slack one. Other
-modes stand behind the falls' (`carrier.layout`). Loads that are exchanged have the coordinates r of the first one's
-centre of mass, a point that stays fixed in their axes.
-The falls' forces are functions of the state: contact concerns the load alone. Joint coordinates are the support's, l
-where a winch changes it, r, and q in the order (w, x, y, z).
+State: one array [support, (l), r, q, and their rates, (energy supplied), modes] with the position r
+of the centre of mass and the attitude q (unit quaternion) in the axes of the base; a mode is 1 for
+a taut fall, 0 for a slack one. Other modes stand behind the falls' (`carrier.layout`). Loads that
+are exchanged have the coordinates r of the first one's centre of mass, a point that stays fixed in
+their axes.
+The falls' forces are functions of the state: contact concerns the load alone. Joint coordinates are
+the support's, l where a winch changes it, r, and q in the order (w, x, y, z).
 """
 
 from math import sqrt
@@ -64,7 +67,16 @@ from crane_sim.models.wind_load import airflow_at
 from crane_sim.multibody import linear
 from crane_sim.multibody.attitude import angular_velocity, quaternion_acceleration, rotation
 from crane_sim.multibody.tree import to_tree_axes
-from crane_sim.multibody.vectors import Vector, add, cross, dot, multiply, scale, subtract, to_turned_axes
+from crane_sim.multibody.vectors import (
+    Vector,
+    add,
+    cross,
+    dot,
+    multiply,
+    scale,
+    subtract,
+    to_turned_axes,
+)
 from crane_sim.numerics.jit import routine
 from crane_sim.trajectories.base_motion import AnyBase
 from crane_sim.trajectories.wind import Wind
@@ -154,7 +166,9 @@ def body_state(p, x):
     quaternion, rate = quaternion_at(x, first + 3, nq + first + 3)
     i = nq + first
     position, velocity = (x[first], x[first + 1], x[first + 2]), (x[i], x[i + 1], x[i + 2])
-    state = BodyState(position, velocity, rotation(quaternion), angular_velocity(quaternion, rate), quaternion)
+    state = BodyState(
+        position, velocity, rotation(quaternion), angular_velocity(quaternion, rate), quaternion
+    )
     return body_of_coordinates(p, x, state)
 
 
@@ -189,7 +203,11 @@ def taut_fall(contact, fall):
     """
     if contact is None:
         return fall
-    return fall if fall.tension >= 0.0 else fall._replace(tension=0.0, damping=-fall.spring * fall.rate)
+    return (
+        fall
+        if fall.tension >= 0.0
+        else fall._replace(tension=0.0, damping=-fall.spring * fall.rate)
+    )
 
 
 def sum_falls(p, x, pose, tip, load, length):
@@ -219,7 +237,11 @@ def kinematics_of(p, x):
 @routine
 def solve_dynamics(p, t, x, tau):
     """Return motion and forces at time t in state x under joint efforts tau."""
-    base, body, kinematics = base_kinematics_at(p.base, p.gravity, t), load_of(p, x), kinematics_of(p, x)
+    base, body, kinematics = (
+        base_kinematics_at(p.base, p.gravity, t),
+        load_of(p, x),
+        kinematics_of(p, x),
+    )
     pose, _, load, _ = kinematics
     pull, flow = sum_falls(p, x, *kinematics), airflow_at(p.wind, p.base, t, 0.0)
     tip_force = scale(-1.0, to_tree_axes(pose.kinematics.turn, pull.force))
@@ -251,7 +273,9 @@ def load_acceleration(p, body, base, load, pull, given):
     """
     force, moment = given
     centre = centre_acceleration(body, base, load, add(pull.force, force), p.gravity)
-    alpha = angular_acceleration(body, base, load, add(moment, rotate_to_base(load.rows, pull.moment)))
+    alpha = angular_acceleration(
+        body, base, load, add(moment, rotate_to_base(load.rows, pull.moment))
+    )
     return centre, alpha
 
 
@@ -262,7 +286,9 @@ def write_falls_derivative(p, t, x, u, out, work):
     nq, first, _ = layout_of(p)
     solved, i = solve_dynamics(p, t, x, system.effort(u, p, t, x)), nq + first
     write_common_rates(p, x, solved, out)
-    out[i], out[i + 1], out[i + 2] = coordinate_acceleration(solved.load, solved.centre, solved.alpha)
+    out[i], out[i + 1], out[i + 2] = coordinate_acceleration(
+        solved.load, solved.centre, solved.alpha
+    )
     second = quaternion_acceleration(solved.load.quaternion, solved.load.omega, solved.alpha)
     out[i + 3], out[i + 4], out[i + 5], out[i + 6] = second
     if p.energy_meter is not None:

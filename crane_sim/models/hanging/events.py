@@ -74,7 +74,11 @@ def switch(p, t, x, u, number):
     if kind == Guard.BACKLASH:
         return switch_drive(p.support, x, read_state(p.support, x, layout_of(p)[0]), number)
     if p.exchange is not None and kind == Guard.PAYLOAD:
-        return impulses.apply_exchange(p, t, x) if isinstance(p, SuspendedCrane) else exchange_on_springs(p, t, x)
+        return (
+            impulses.apply_exchange(p, t, x)
+            if isinstance(p, SuspendedCrane)
+            else exchange_on_springs(p, t, x)
+        )
     if isinstance(p, FallsCrane) and p.contact is not None and kind == Guard.CONTACT:
         return switch_contact(p, t, x, number)
     if p.cable_modes() > 0 and kind == Guard.LINK:
@@ -95,7 +99,9 @@ def after_joint_guard(p, t, x, tau, joint):
     nq, _, _ = layout_of(p)
     x, k = x.copy(), friction_state_index(p.support, x, joint)
     mode_before = stop(x, nq + joint, k)
-    x[k] = mode_after_guard(p.support, joint, mode_before, solve(p, t, x, tau, system.workspace(p)).support)
+    x[k] = mode_after_guard(
+        p.support, joint, mode_before, solve(p, t, x, tau, system.workspace(p)).support
+    )
     return x, friction_event(joint, x[k]), True
 
 
@@ -132,7 +138,8 @@ def switch_cable(p, x, number):
 def exchange_on_springs(p, t, x):
     """Return (state after the next exchange on springs or falls, event, whether the run goes on).
 
-    They pull as before in no time and transmit no impulse, so that the momentum of what hangs is that of its parts.
+    They pull as before in no time and transmit no impulse, so that the momentum of what hangs is
+    that of its parts.
     """
     (nq, _, modes), mode = layout_of(p), exchange_index(p)
     k, y = int(x[mode]), x.copy()
@@ -197,7 +204,10 @@ def describe_event(p, number):
     if kind == Guard.CONTACT:
         return describe_contact(p.contact, i, outcome), ""
     if kind == Guard.TWIST:
-        return "the rope is twisted by almost a turn", "change what turns the payload, or rope.torsion.stiffness"
+        return (
+            "the rope is twisted by almost a turn",
+            "change what turns the payload, or rope.torsion.stiffness",
+        )
     if kind == Guard.LINK and not isinstance(p, SuspendedCrane):
         what = "fall" if isinstance(p, FallsCrane) else "link"
         return f"{what} {i + 1} {'pulls' if outcome == TAUT else 'went slack'}", ""
@@ -206,7 +216,9 @@ def describe_event(p, number):
     if kind == Guard.LENGTH and isinstance(p, FallsCrane):
         rope = "shortest fall" if i == LOWER else "falls' rope"
         return describe_length_event(rope, "hoist", i, stops.shortest)
-    if getattr(p, "overhead", None) is not None and (kind in (Guard.LINK, Guard.LENGTH) or is_of_winch(kind, i)):
+    if getattr(p, "overhead", None) is not None and (
+        kind in (Guard.LINK, Guard.LENGTH) or is_of_winch(kind, i)
+    ):
         return describe_cable_event(number, stops.shortest)
     return describe_stop(p.support, stops, number)
 
@@ -221,17 +233,26 @@ def describe_slack_link(p: SuspendedCrane, i: int) -> tuple[str, str]:
     if system.fall_count(p) > 0:
         what = f"link {i + 1}" if i else "the rope over the sheaves"
         what = "a fall of the reeving" if i >= len(p.cable.masses) else what
-        return f"{what} went slack", "change what moves rope or base, or take elastic `falls`, which can go slack"
+        return (
+            f"{what} went slack",
+            "change what moves rope or base, or take elastic `falls`, which can go slack",
+        )
     if i > 0:
         what = f"link {i + 1} went slack, and a rigid link must be taut"
         return what, "take rope.slack: allow if the links are rods"
-    return "the rope went slack, and a rigid one cannot be", "take rope.slack: allow if the rope is a rod"
+    return (
+        "the rope went slack, and a rigid one cannot be",
+        "take rope.slack: allow if the rope is a rod",
+    )
 
 
 def what_forbids_exchange(p: Any, k: int) -> tuple[str, str]:
     """Return texts (why exchange k would end a run, what a user can change)."""
     if isinstance(p, FallsCrane):
         key = f"events[{k}]"
-        return "its points would be below the surface", f"change {key}.at, {key}.set.contact, or the hoist's input"
+        return (
+            "its points would be below the surface",
+            f"change {key}.at, {key}.set.contact, or the hoist's input",
+        )
     rods = "" if system.fall_count(p) > 0 else ", or take rope.slack: allow if links are rods"
     return "a link would push at that", f"change events[{k}].velocity{rods}"

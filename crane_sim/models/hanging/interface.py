@@ -1,6 +1,7 @@
 """Functions of `crane_sim.system` shared by cranes whose load hangs by links, springs or falls.
 
-They differ in what hangs between support and load: its energies, its forces, and guards that follow from them.
+They differ in what hangs between support and load: its energies, its forces, and guards that follow
+from them.
 """
 
 from typing import Any
@@ -8,21 +9,42 @@ from typing import Any
 import numpy as np
 
 from crane_sim import system
-from crane_sim.models.carrier.dynamics import mode_of_winch, support_limits_guard, winch_guard, winch_sticks
+from crane_sim.models.carrier.dynamics import (
+    mode_of_winch,
+    support_limits_guard,
+    winch_guard,
+    winch_sticks,
+)
 from crane_sim.models.carrier.exchange import count_exchanges, exchange_guard
 from crane_sim.models.carrier.layout import layout_of, rope_length, state_size, winch_index
 from crane_sim.models.elastic import crane as elastic
-from crane_sim.models.elastic.crane import ElasticCrane, elastic_energies, initialize_link_modes, links_guard
+from crane_sim.models.elastic.crane import (
+    ElasticCrane,
+    elastic_energies,
+    initialize_link_modes,
+    links_guard,
+)
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.falls import crane as falls
 from crane_sim.models.falls.contact_events import contact_guard, fill_contact, total_normal_force
-from crane_sim.models.falls.crane import FallsCrane, falls_energies, falls_guard, initialize_fall_modes
+from crane_sim.models.falls.crane import (
+    FallsCrane,
+    falls_energies,
+    falls_guard,
+    initialize_fall_modes,
+)
 from crane_sim.models.hanging.joints import accelerations_of_joints, joint_coordinates, write_joints
 from crane_sim.models.moving_base import base_state
 from crane_sim.models.supports.backlash import mean_of_drives
 from crane_sim.models.supports.bridge import Bridge
 from crane_sim.models.supports.driven_point import DrivenPoint
-from crane_sim.models.supports.hoist import MotionHoist, PrescribedHoist, hoist_entry, hoist_modes, limit_hoist
+from crane_sim.models.supports.hoist import (
+    MotionHoist,
+    PrescribedHoist,
+    hoist_entry,
+    hoist_modes,
+    limit_hoist,
+)
 from crane_sim.models.supports.joint_modes import any_joint_sticks, initialize_modes, sticking_guard
 from crane_sim.models.supports.reeved_hoist import ReevedHoist, hoist_falls, write_fall_tensions
 from crane_sim.models.supports.support import own_count, polyline_size, read_state, takes_energy
@@ -110,13 +132,30 @@ def works_between_samples(p: Any) -> bool:
     imposed = imposed or moves_by_itself(p.support.structure) or hoist_modes(p.hoist) > 0
     damped = isinstance(p, FallsCrane) and bool(np.any(p.falls.relaxation))
     damped = damped or (isinstance(p, ElasticCrane) and bool(np.any(p.cable.damping)))
-    others = ("drag", "force", "forces", "wind", "base", "exchange", "torsion", "contact", "swing_friction")
-    return imposed or damped or takes_energy(p.support) or any(getattr(p, name, None) is not None for name in others)
+    others = (
+        "drag",
+        "force",
+        "forces",
+        "wind",
+        "base",
+        "exchange",
+        "torsion",
+        "contact",
+        "swing_friction",
+    )
+    return (
+        imposed
+        or damped
+        or takes_energy(p.support)
+        or any(getattr(p, name, None) is not None for name in others)
+    )
 
 
 def moves_by_itself(structure: Any) -> bool:
     """Return whether a drive of a structure prescribes a motion."""
-    return isinstance(structure, DrivenPoint) or (isinstance(structure, Bridge) and structure.moves_by_itself())
+    return isinstance(structure, DrivenPoint) or (
+        isinstance(structure, Bridge) and structure.moves_by_itself()
+    )
 
 
 @system.project.register(*HANGING)
@@ -229,7 +268,11 @@ def cable_guard(p, best, x, work):
     """Return the smaller one of `best` and the guards of the state: falls, links and twist."""
     if isinstance(p, FallsCrane):
         return falls_guard(p, best, x)
-    return links_guard(p, best, x) if isinstance(p, ElasticCrane) else twist_guard(p, best, x, work.links)
+    return (
+        links_guard(p, best, x)
+        if isinstance(p, ElasticCrane)
+        else twist_guard(p, best, x, work.links)
+    )
 
 
 def must_stay_taut(p):

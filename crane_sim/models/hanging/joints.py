@@ -2,14 +2,14 @@
 
 They are those of the simple crane, then those of further links, then the load's attitude.
 
-A support that turns gives those of `single_rope`: its own coordinates, the first link's length and its two swing
-angles in the turning frame,
+A support that turns gives those of `single_rope`: its own coordinates, the first link's length and
+its two swing angles in the turning frame,
 
     n = (sin θ2, cos θ2 sin θ1, -cos θ2 cos θ1),
 
-so that a law for the simple crane reads them unchanged. A driven point and an overhead crane have their own
-coordinates, the length where a hoist changes it, and the first link's unit vector. Further links are unit vectors in
-the axes of the base, an attitude is a quaternion (w, x, y, z).
+so that a law for the simple crane reads them unchanged. A driven point and an overhead crane have
+their own coordinates, the length where a hoist changes it, and the first link's unit vector.
+Further links are unit vectors in the axes of the base, an attitude is a quaternion (w, x, y, z).
 """
 
 from math import atan2, cos, sin, sqrt
@@ -36,7 +36,11 @@ from crane_sim.numerics.jit import routine
 
 def has_swing_angles(p):
     """Return whether length and swing angles give the first link, and not its unit vector."""
-    return isinstance(p, SuspendedCrane) and p.overhead is None and not isinstance(p.support.structure, DrivenPoint)
+    return (
+        isinstance(p, SuspendedCrane)
+        and p.overhead is None
+        and not isinstance(p.support.structure, DrivenPoint)
+    )
 
 
 def swing_start(p):
@@ -76,7 +80,10 @@ def angles_of(n, rates):
     theta1 = atan2(n[1], -n[2]) if c2 > 0.0 else 0.0
     s1, c1 = sin(theta1), cos(theta1)
     first = (c1 * rates[1] + s1 * rates[2]) / max(c2, POLE)
-    return (theta1, atan2(n[0], c2)), (first, c2 * rates[0] + n[0] * (c1 * rates[2] - s1 * rates[1]))
+    return (theta1, atan2(n[0], c2)), (
+        first,
+        c2 * rates[0] + n[0] * (c1 * rates[2] - s1 * rates[1]),
+    )
 
 
 def vector_of(angles, rates):
@@ -161,7 +168,10 @@ def angle_accelerations(p, x, rates):
     i = nq + first
     ax, ay, az = to_turned_axes((rates[i], rates[i + 1], rates[i + 2]), s, c)
     w, w_dot = yaw_entry(p.support, x, nq), yaw_entry(p.support, rates, nq)
-    ax, ay = ax + 2.0 * w * dy + w_dot * n[1] + w * w * n[0], ay - 2.0 * w * dx - w_dot * n[0] + w * w * n[1]
+    ax, ay = (
+        ax + 2.0 * w * dy + w_dot * n[1] + w * w * n[0],
+        ay - 2.0 * w * dx - w_dot * n[0] + w * w * n[1],
+    )
     c2 = max(sqrt(n[1] * n[1] + n[2] * n[2]), POLE)
     square, rate1 = c2 * c2, (n[1] * dz - n[2] * dy) / (c2 * c2)
     first_acc = (n[1] * az - n[2] * ay) / square - 2.0 * rate1 * (n[1] * dy + n[2] * dz) / square

@@ -1,9 +1,11 @@
 """Closed forms of overhead cranes in the plane: a trolley, a hoist, links with lumped masses.
 
-Equations: Brogliato, "Lagrange dynamics of lumped-mass multibody models of overhead cranes", written in link tensions.
+Equations: Brogliato, "Lagrange dynamics of lumped-mass multibody models of overhead cranes",
+written in link tensions.
 
-A state is positions, their rates, the energy supplied where there is a meter, and modes: an array, of small models a
-tuple. Positions are those of trolley, hoist and cable. What a kind of crane never has is None in its class.
+A state is positions, their rates, the energy supplied where there is a meter, and modes: an array,
+of small models a tuple. Positions are those of trolley, hoist and cable. What a kind of crane never
+has is None in its class.
 """
 
 from crane_sim.models.energy_meter import meter_size

@@ -1,7 +1,7 @@
 """An overhead crane with two rigid links of fixed length in the vertical plane, in closed form.
 
-The two tensions solve a symmetric 2 x 2 system (`chain` has the equations for any number of links). State: a flat tuple
-(x, α_1, α_2, x', α_1', α_2', (energy supplied)).
+The two tensions solve a symmetric 2 x 2 system (`chain` has the equations for any number of links).
+State: a flat tuple (x, α_1, α_2, x', α_1', α_2', (energy supplied)).
 """
 
 from math import cos, sin

@@ -1,7 +1,8 @@
 """Discrete modes and events of an overhead crane: friction, limits, slack links, payload changes.
 
-A mode is a float at the end of the state that says which of several smooth equations hold; events change it. The modes
-of a crane with rigid links and events, in this order (a crane without events has none):
+A mode is a float at the end of the state that says which of several smooth equations hold; events
+change it. The modes of a crane with rigid links and events, in this order (a crane without events
+has none):
 
 | mode | of | value |
 |---|---|---|
@@ -11,15 +12,23 @@ of a crane with rigid links and events, in this order (a crane without events ha
 
 The deflection of bristles has a derivative; the others have 0 and change at events only.
 
-A guard is a pair (value, number), see `models.guards`: an event is where the value of one becomes negative. `tension`
-[N] is that of the first link; `pull` [N] that of the cable and of a moving base on the trolley.
-"""
+A guard is a pair (value, number), see `models.guards`: an event is where the value of one becomes
+negative. `tension` [N] is that of the first link; `pull` [N] that of the cable and of a moving base
+on the trolley.
+"""  # noqa: E501
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from crane_sim.models.guards import Guard, decode, describe_friction, encode, smaller_guard, travel_guard
+from crane_sim.models.guards import (
+    Guard,
+    decode,
+    describe_friction,
+    encode,
+    smaller_guard,
+    travel_guard,
+)
 from crane_sim.models.overhead import hoist_mode, layout_of
 from crane_sim.models.stops import Stops, describe_cable_event, length_guard
 from crane_sim.models.supports.friction import Friction, friction_of, step_control_of
@@ -46,8 +55,12 @@ def switching_of(p):
     if p.event_limits is None:
         return with_kink_switching(p.wind, None)
     frictions = [friction_of(drive) for drive in (p.trolley, p.hoist)]
-    forces = p.event_limits.stops.taut > 0.0 or any([isinstance(friction, Friction) for friction in frictions])
-    switching = Switching(EVENT_LOG_CAPACITY, 0 if forces else layout_of(p)[0], step_control_of(*frictions))
+    forces = p.event_limits.stops.taut > 0.0 or any(
+        [isinstance(friction, Friction) for friction in frictions]
+    )
+    switching = Switching(
+        EVENT_LOG_CAPACITY, 0 if forces else layout_of(p)[0], step_control_of(*frictions)
+    )
     return with_kink_switching(p.wind, switching)
 
 
@@ -154,7 +167,12 @@ def describe_switch(p: Any, number: int) -> tuple[str, str]:
     if kind == Guard.PAYLOAD:
         return "the payload changed", ""
     if kind in (Guard.LINK, Guard.LENGTH) or (kind == Guard.FRICTION and index == HOIST):
-        return describe_cable_event(number, p.event_limits.stops.shortest if p.event_limits is not None else 0.0)
+        return describe_cable_event(
+            number, p.event_limits.stops.shortest if p.event_limits is not None else 0.0
+        )
     if kind == Guard.TRAVEL:
-        return "the trolley reached its travel limit", "change trolley.limits, or what drives the trolley"
+        return (
+            "the trolley reached its travel limit",
+            "change trolley.limits, or what drives the trolley",
+        )
     return describe_friction("trolley", outcome), ""

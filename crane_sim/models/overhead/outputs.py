@@ -126,4 +126,9 @@ def works_between_samples(p: Any) -> bool:
     rubs = any(isinstance(part, ForceAxis) and part.friction is not None for part in parts)
     others = ("joints", "forces", "event_limits", "base", "wind", "drag", "force")
     damped = np.any(getattr(p.cable, "damping", 0.0))
-    return bool(damped) or imposed or rubs or any(getattr(p, name, None) is not None for name in others)
+    return (
+        bool(damped)
+        or imposed
+        or rubs
+        or any(getattr(p, name, None) is not None for name in others)
+    )

@@ -1,8 +1,9 @@
 """An overhead crane in the vertical plane: a trolley, N rigid links, with a hoist or without.
 
-State: one array [x, (l1), α_1 .. α_N, x', (l1'), α_1' .. α_N', (energy supplied), (modes)]. On a moving base energies
-are those relative to it. What it adds, mass by mass, leaves out an axis with prescribed motion, which has no mass, and
-the drum's reflected mass, which does not rotate with the base.
+State: one array [x, (l1), α_1 .. α_N, x', (l1'), α_1' .. α_N', (energy supplied), (modes)]. On a
+moving base energies are those relative to it. What it adds, mass by mass, leaves out an axis with
+prescribed motion, which has no mass, and the drum's reflected mass, which does not rotate with the
+base.
 """
 
 from math import cos, sin
@@ -43,7 +44,14 @@ from crane_sim.models.cables.chain_3d import row_of
 from crane_sim.models.effects import NodeForce, PayloadDrag, PayloadForce, force_power
 from crane_sim.models.energy_meter import Meter
 from crane_sim.models.guards import Guard, decode, encode, friction_event, smaller_guard
-from crane_sim.models.moving_base import added_energy, added_spin, base_kinematics_at, base_state, pose_at, to_world
+from crane_sim.models.moving_base import (
+    added_energy,
+    added_spin,
+    base_kinematics_at,
+    base_state,
+    pose_at,
+    to_world,
+)
 from crane_sim.models.overhead import first_link, hoist_mode, layout_of
 from crane_sim.models.overhead.events import (
     EventLimits,
@@ -111,7 +119,9 @@ class PlanarCrane(NamedTuple):
         use_wide_vectors()
         nq, first, modes = layout_of(self)
         self.fill_links(x, w)
-        inv_mass, bias_acc = self.trolley.response(t, tau, 0, x[nq], trolley_mode(self.event_limits, x, modes))
+        inv_mass, bias_acc = self.trolley.response(
+            t, tau, 0, x[nq], trolley_mode(self.event_limits, x, modes)
+        )
         first_length = first_link(self, x)
         winch = hoist_response(self.hoist, t, tau, hoist_mode(x), first_length, self.gravity)
         hoist_inv_mass, hoist_bias_acc = winch
@@ -145,7 +155,9 @@ class PlanarCrane(NamedTuple):
             w[RATE, k] = x[nq + first + k]
         w[LENGTH, 0] = first_link(self, x)[0]
         if self.event_limits is not None:
-            w[INV_MASS, n - 1] = 1.0 / get_payload_mass(self.event_limits, x, len(x) - 1, self.cable.masses[n - 1])
+            w[INV_MASS, n - 1] = 1.0 / get_payload_mass(
+                self.event_limits, x, len(x) - 1, self.cable.masses[n - 1]
+            )
 
     @routine
     def node_velocities(self, x, w):
@@ -181,7 +193,9 @@ def add_node_forces(forces, t, w):
     """Add the accelerations by forces on nodes to the links' right-hand sides."""
     for force in forces or ():
         acc = value_at(force.channel, t) * w[INV_MASS, force.node - 1]
-        add_node_acceleration(w, force.node, acc if force.axis == 0 else 0.0, acc if force.axis == 2 else 0.0)
+        add_node_acceleration(
+            w, force.node, acc if force.axis == 0 else 0.0, acc if force.axis == 2 else 0.0
+        )
 
 
 @system.rhs_into.register(PlanarCrane)
@@ -213,8 +227,13 @@ def write_derivative(p, t, x, u, out, work):
 
 def chain_power(p, t, x, tau, solved, work):
     """Return the power [W] that drives, imposed motions, forces and losses supply."""
-    power = drives_power(p, x, tau, work[TENSION, 0], solved.pull, first_link(p, x)[1]) + solved.outside_power
-    return power + (0.0 if p.forces is None else force_power(p.forces, t, p.node_velocities(x, work)))
+    power = (
+        drives_power(p, x, tau, work[TENSION, 0], solved.pull, first_link(p, x)[1])
+        + solved.outside_power
+    )
+    return power + (
+        0.0 if p.forces is None else force_power(p.forces, t, p.node_velocities(x, work))
+    )
 
 
 @system.state.register(PlanarCrane)
@@ -300,10 +319,18 @@ def base_energy(p, t, x):
         return 0.0, 0.0
     p.fill_links(x, w)
     velocity, position = p.node_velocities(x, w), (x[0], 0.0, 0.0)
-    kinetic, potential = added_energy(base, p.gravity, axis_mass(p.trolley), position, row_of(velocity, 0))
+    kinetic, potential = added_energy(
+        base, p.gravity, axis_mass(p.trolley), position, row_of(velocity, 0)
+    )
     for k in range(len(p.cable.masses)):
-        position = position[0] + w[LENGTH, k] * w[SIN, k], 0.0, position[2] - w[LENGTH, k] * w[COS, k]
-        more = added_energy(base, p.gravity, 1.0 / w[INV_MASS, k], position, row_of(velocity, k + 1))
+        position = (
+            position[0] + w[LENGTH, k] * w[SIN, k],
+            0.0,
+            position[2] - w[LENGTH, k] * w[COS, k],
+        )
+        more = added_energy(
+            base, p.gravity, 1.0 / w[INV_MASS, k], position, row_of(velocity, k + 1)
+        )
         kinetic, potential = kinetic + more[0], potential + more[1]
         if p.rods is not None:  # angles of links grow against turns about y
             tensor = 0.0, p.rods.inertia[k], (0.0, 1.0, 0.0)
@@ -333,7 +360,9 @@ def switch(p, t, x, u, number):
     if kind == Guard.PAYLOAD:
         before = system.kinetic(p, x) + system.potential(p, x)
         x[len(x) - 1] += 1.0
-        gained = system.kinetic(p, x) + system.potential(p, x) - before  # the payload takes its energy along
+        gained = (
+            system.kinetic(p, x) + system.potential(p, x) - before
+        )  # the payload takes its energy along
         x[2 * nq] += gained
         return x, number, True
     if kind == Guard.FRICTION:

@@ -1,7 +1,8 @@
 """Loads on a chain in the plane: inertial forces of a moving base, and those on the payload.
 
-States are relative to the base, which is that of `moving_base.base_kinematics_at`, None at rest. A crane in the plane
-takes the part of these forces in its plane; what holds it there carries the rest.
+States are relative to the base, which is that of `moving_base.base_kinematics_at`, None at rest. A
+crane in the plane takes the part of these forces in its plane; what holds it there carries the
+rest.
 """
 
 from typing import NamedTuple
@@ -68,7 +69,9 @@ def add_links_load(base, p, x, w):
     for k in range(w.shape[1] - 1):
         s, c, swing = w[SIN, k], w[COS, k], w[LENGTH, k] * w[RATE, k]
         dx, dz = paid * s + swing * c, swing * s - paid * c
-        ex, _, ez = imposed_gradient(base, (w[LENGTH, k] * s, 0.0, -w[LENGTH, k] * c), (dx, 0.0, dz))
+        ex, _, ez = imposed_gradient(
+            base, (w[LENGTH, k] * s, 0.0, -w[LENGTH, k] * c), (dx, 0.0, dz)
+        )
         vx, vz, ax, az = vx + dx, vz + dz, ax + ex, az + ez
         power += (ax * vx + az * vz) / w[INV_MASS, k]
         if k == 0:  # its upper end is on the trolley, whose share is the force along the rail
@@ -85,7 +88,9 @@ def add_rods_load(rods, base, w):
         return REST
     power, pull = 0.0, 0.0
     for k in range(len(rods.inertia)):
-        couple = rods.inertia[k] * base.angular_acceleration[1]  # angles of links grow against turns about y
+        couple = (
+            rods.inertia[k] * base.angular_acceleration[1]
+        )  # angles of links grow against turns about y
         force = couple / w[LENGTH, k]
         power += couple * w[RATE, k]
         if k == 0:

@@ -2,9 +2,9 @@
 
 The light cable is taut below a heavy payload.
 
-For one link the equations are exact; for a chain they leave out that the links can bend, an error of the order of the
-square of (mass of the nodes above / mass of the payload). With M = Σ m_i, S = Σ m_i r_i, I = Σ m_i r_i² over the nodes
-at distances r_i below the trolley:
+For one link the equations are exact; for a chain they leave out that the links can bend, an error
+of the order of the square of (mass of the nodes above / mass of the payload). With M = Σ m_i, S = Σ
+m_i r_i, I = Σ m_i r_i² over the nodes at distances r_i below the trolley:
 
     T = M g cos α + S α'² - M (x'' sin α + l''),   V = -(M - S²/I)(x'' cos α + g sin α + 2 l' α'),
     I α'' = -S (x'' cos α + g sin α + 2 l' α'),
@@ -102,7 +102,12 @@ def mass_moments(p, x, length):
     total = cable.mass + payload
     s0 = cable.first + payload * cable.reach
     i0 = cable.second + payload * cable.reach * cable.reach
-    return total, s0 + total * length, i0 + length * (2.0 * s0 + total * length), total * i0 - s0 * s0
+    return (
+        total,
+        s0 + total * length,
+        i0 + length * (2.0 * s0 + total * length),
+        total * i0 - s0 * s0,
+    )
 
 
 def solve_pull(hoist, total, rest, bias_acc, inv_mass, s, c, side, of_hoist):
@@ -111,8 +116,10 @@ def solve_pull(hoist, total, rest, bias_acc, inv_mass, s, c, side, of_hoist):
     Args:
         hoist: its type decides which of tension and length is unknown.
         total: mass [kg] below the trolley.
-        rest: M g cos α + S α'² [N], the tension of a trolley at rest and a length that does not change.
-        bias_acc, inv_mass: acceleration [m/s²] without the cable and inverse mass [1/kg] of the trolley.
+        rest: M g cos α + S α'² [N], the tension of a trolley at rest and a length that does not
+            change.
+        bias_acc, inv_mass: acceleration [m/s²] without the cable and inverse mass [1/kg] of the
+            trolley.
         s, c: sine and cosine of the angle.
         side: (M - S²/I [kg], g sin α + 2 l' α' [m/s²]), what the line carries across.
         of_hoist: (inverse mass, bias acceleration) of the length, see `hoist_response`.
@@ -143,9 +150,13 @@ def solve_swing(p, t, x, tau):
     across_mass, across_acc = gram / second, p.gravity * s + 2.0 * rate * w
     rest = total * p.gravity * c + first * w * w
     of_hoist = hoist_response(p.hoist, t, tau, hoist_mode(x), (length, rate), p.gravity)
-    a, tension, paid = solve_pull(p.hoist, total, rest, bias_acc, inv_mass, s, c, (across_mass, across_acc), of_hoist)
+    a, tension, paid = solve_pull(
+        p.hoist, total, rest, bias_acc, inv_mass, s, c, (across_mass, across_acc), of_hoist
+    )
     turning = -(first / second) * (c * a + across_acc)
-    return Swing(s, c, a, paid, turning, tension, tension * s - across_mass * (c * a + across_acc) * c)
+    return Swing(
+        s, c, a, paid, turning, tension, tension * s - across_mass * (c * a + across_acc) * c
+    )
 
 
 def mode_rates(p, x):
@@ -179,8 +190,16 @@ def kinetic_energy(p, x):
     length, rate = hoisted_rod(p, x)
     total, first, second, _ = mass_moments(p, x, length)
     (s, c), v, w = sincos(x[nq - 1]), x[nq], x[2 * nq - 1]
-    carried = total * (0.5 * (v * v + rate * rate) + v * rate * s) + first * v * w * c + 0.5 * second * w * w
-    return carried + 0.5 * axis_mass(p.trolley) * v * v + 0.5 * hoist_reflected_mass(p.hoist) * rate * rate
+    carried = (
+        total * (0.5 * (v * v + rate * rate) + v * rate * s)
+        + first * v * w * c
+        + 0.5 * second * w * w
+    )
+    return (
+        carried
+        + 0.5 * axis_mass(p.trolley) * v * v
+        + 0.5 * hoist_reflected_mass(p.hoist) * rate * rate
+    )
 
 
 @system.potential.register(RodCrane)
@@ -201,11 +220,16 @@ def write_tensions(p, t, x, u, rows, i, first):
     """Write the tensions [N] along the line, from node to node."""
     nq, _, _ = layout_of(p)
     swing, (length, _) = solve_swing(p, t, x, system.effort(u, p, t, x)), hoisted_rod(p, x)
-    acceleration, rate_sq = p.gravity * swing.c - swing.trolley * swing.s - swing.paid, x[2 * nq - 1] * x[2 * nq - 1]
+    acceleration, rate_sq = (
+        p.gravity * swing.c - swing.trolley * swing.s - swing.paid,
+        x[2 * nq - 1] * x[2 * nq - 1],
+    )
     rows[i, first] = swing.tension
     for k in range(1, rows.shape[1] - first):
         distance = length + p.cable.nodes[DISTANCE, k - 1]
-        rows[i, first + k] = rows[i, first + k - 1] - p.cable.nodes[MASS, k - 1] * (acceleration + distance * rate_sq)
+        rows[i, first + k] = rows[i, first + k - 1] - p.cable.nodes[MASS, k - 1] * (
+            acceleration + distance * rate_sq
+        )
 
 
 @system.power.register(RodCrane)
@@ -233,7 +257,11 @@ def smallest_guard(p, t, x, u, work):
     tau, forces = system.effort(u, p, t, x), needs_forces(p, x)
     tension, pull = top_forces(p, t, x, tau) if forces else (0.0, 0.0)
     best = smallest_drive_guard(p, t, x, tau, tension, pull, hoisted_rod(p, x)[0])
-    value, number = smaller_guard(best, tension, encode(Guard.LINK, 0)) if p.event_limits.stops.taut > 0.0 else best
+    value, number = (
+        smaller_guard(best, tension, encode(Guard.LINK, 0))
+        if p.event_limits.stops.taut > 0.0
+        else best
+    )
     return value, number, int(forces)
 
 

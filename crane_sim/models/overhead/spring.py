@@ -1,7 +1,8 @@
 """An overhead crane whose cable is one spring and damper in the vertical plane, in closed form.
 
-`elastic` has the equations for any number of links. State: a flat tuple (x, X, Z, x', X', Z', (energy supplied)) with
-the payload's position (X, Z) in the world. The link pulls with T = k e + c e', e its length beyond the rest length.
+`elastic` has the equations for any number of links. State: a flat tuple (x, X, Z, x', X', Z',
+(energy supplied)) with the payload's position (X, Z) in the world. The link pulls with T = k e + c
+e', e its length beyond the rest length.
 """
 
 from math import sqrt
@@ -75,7 +76,13 @@ def rate_entries(p):
 def state_derivative(p, t, x, u):
     """Return the derivative of the state."""
     tau = system.effort(u, p, t, x)
-    return (x[3], x[4], x[5], *accelerations(p, t, x, tau), *meter_entry(p.energy_meter, net_power(p, x, tau)))
+    return (
+        x[3],
+        x[4],
+        x[5],
+        *accelerations(p, t, x, tau),
+        *meter_entry(p.energy_meter, net_power(p, x, tau)),
+    )
 
 
 @system.kinetic.register(SpringCrane)

@@ -1,7 +1,7 @@
 """A crane: support x cable x payload and their effects, put together.
 
-State x = (support state, payload state), then the energy supplied [J] when the crane is metered, then four floats of
-the joints' friction where there is some.
+State x = (support state, payload state), then the energy supplied [J] when the crane is metered,
+then four floats of the joints' friction where there is some.
 
 Outputs: joint coordinates, energies, accelerations, points in the world.
 """
@@ -84,7 +84,9 @@ class CraneMotion(NamedTuple):
     pose: NamedTuple
     rope_state: RopeKinematics
     support_acceleration: tuple[float, float, float]  # joint accelerations of the support
-    payload_acceleration: tuple[float, float, float]  # second rates of change of the payload's coordinates
+    payload_acceleration: tuple[
+        float, float, float
+    ]  # second rates of change of the payload's coordinates
     tension: float
     tip_force: tuple[float, float, float]  # N, of rope and swing joints on the tip
     efforts: Any  # on the joints (nu,): of drives, base, friction of joints and of the swing
@@ -96,15 +98,20 @@ class CraneMotion(NamedTuple):
 def add_swing_friction(friction, rope_state, force, reaction, tau, support):
     """Return (force on payload, reaction on tip, joint efforts) with the swing joints' friction.
 
-    The friction is internal: what it pulls on the payload it pushes on the tip, and the couple between the two turns
-    the support about the vertical (the swing angles are measured in its frame).
+    The friction is internal: what it pulls on the payload it pushes on the tip, and the couple
+    between the two turns the support about the vertical (the swing angles are measured in its
+    frame).
     """
     if friction is None:
         return force, reaction, tau
     s1, c1, c2, w1, w2 = swing_angles(rope_state)
     a1, a2 = friction.moments(rope_state.n, w1, w2)
     nx, inverse = rope_state.n[0], -1.0 / rope_state.length
-    pull = (inverse * a2 * c2, inverse * (a1 * c1 - a2 * s1 * nx), inverse * (a1 * s1 + a2 * c1 * nx))
+    pull = (
+        inverse * a2 * c2,
+        inverse * (a1 * c1 - a2 * s1 * nx),
+        inverse * (a1 * s1 + a2 * c1 * nx),
+    )
     couple = rope_state.length * (rope_state.n[1] * pull[0] - nx * pull[1])
     return add(force, pull), subtract(reaction, pull), support.add_yaw_moment(tau, couple)
 
@@ -143,9 +150,13 @@ def solve_motion(p, t, x, tau):
     flow, air = airflow_at(p.wind, p.base, t, p.support.yaw(xs)), airspeed(base, position, moving)
     force = add_payload_force(p, add_drag(p.drag, force, air), t, xs)
     force = add_wind(flow, p.load.windage, force, position, air)
-    driven = p.support.add_wind_efforts(p.support.add_base_efforts(tau, base, pose), flow, base, pose)
+    driven = p.support.add_wind_efforts(
+        p.support.add_base_efforts(tau, base, pose), flow, base, pose
+    )
     tau = add_joint_friction(p.friction, driven, rope_state, x)
-    force, reaction, tau = add_swing_friction(p.swing_friction, rope_state, force, (0.0, 0.0, 0.0), tau, p.support)
+    force, reaction, tau = add_swing_friction(
+        p.swing_friction, rope_state, force, (0.0, 0.0, 0.0), tau, p.support
+    )
     tension = p.cable.tension(p, pose, rope_state, tau, force, reaction)
     pull = scale(tension, rope_state.n)
     tip = add(reaction, pull)
@@ -153,7 +164,9 @@ def solve_motion(p, t, x, tau):
     _, w_dot = p.support.tip_acceleration(pose, qdd)
     inertial = scale(1.0 / p.load.mass, subtract(force, pull))
     payload_acceleration = frame_acceleration(inertial, position, velocity, w, w_dot)
-    return CraneMotion(pose, rope_state, qdd, payload_acceleration, tension, tip, tau, base, flow, driven)
+    return CraneMotion(
+        pose, rope_state, qdd, payload_acceleration, tension, tip, tau, base, flow, driven
+    )
 
 
 @system.rate_entries.register(Crane)
@@ -169,7 +182,11 @@ def state_derivative(p, t, x, u):
     motion = solve_motion(p, t, x, tau)
     power = () if p.energy_meter is None else (supplied_power(p, t, x, tau, motion),)
     rates = (*power, *friction_rates(p.friction, x, motion.rope_state.rate))
-    return (*x[0][3:], *motion.support_acceleration), (*x[1][3:], *motion.payload_acceleration), *rates
+    return (
+        (*x[0][3:], *motion.support_acceleration),
+        (*x[1][3:], *motion.payload_acceleration),
+        *rates,
+    )
 
 
 @system.power.register(Crane)
@@ -188,11 +205,17 @@ def supplied_power(p, t, x, tau, motion):
     position, moving = x[1][:3], inertial_velocity(x[1][:3], x[1][3:], pose.yaw_rate)
     air = airspeed(base, position, moving)
     force = add_payload_force(p, add_drag(p.drag, (0.0, 0.0, 0.0), air), t, x[0])
-    force = add_imposed(base, p.load.mass, add_wind(flow, p.load.windage, force, position, air), position, moving)
+    force = add_imposed(
+        base, p.load.mass, add_wind(flow, p.load.windage, force, position, air), position, moving
+    )
     tau, driven = add_joint_friction(p.friction, tau, rope_state, x), motion.driven
     if p.friction is not None:
-        driven = p.support.add_wind_efforts(p.support.add_base_efforts(tau, base, pose), flow, base, pose)
-    joints = p.support.power(driven, pose, motion.tip_force) + p.cable.power(tau, rope_state, motion.tension)
+        driven = p.support.add_wind_efforts(
+            p.support.add_base_efforts(tau, base, pose), flow, base, pose
+        )
+    joints = p.support.power(driven, pose, motion.tip_force) + p.cable.power(
+        tau, rope_state, motion.tension
+    )
     (fx, fy, fz), (vx, vy, vz) = force, moving
     return joints + fx * vx + fy * vy + fz * vz + friction_power(p.swing_friction, rope_state)
 
@@ -283,8 +306,12 @@ def write_points(p, t, x, out):
 @system.with_meter.register(Crane)
 def with_meter(p, held):
     """Return the crane with a meter where it loses energy, or motion is imposed on it."""
-    lossy = any(part is not None for part in (p.swing_friction, p.drag, p.force, p.wind, p.friction))
-    imposed = isinstance(p.cable, MotionRope) or isinstance(p.support, DrivenPoint) or p.base is not None
+    lossy = any(
+        part is not None for part in (p.swing_friction, p.drag, p.force, p.wind, p.friction)
+    )
+    imposed = (
+        isinstance(p.cable, MotionRope) or isinstance(p.support, DrivenPoint) or p.base is not None
+    )
     return p._replace(energy_meter=Meter()) if lossy or imposed or not held else p
 
 

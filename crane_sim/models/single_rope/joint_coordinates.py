@@ -10,7 +10,8 @@ from crane_sim.models.supports.driven_point import DrivenPoint
 from crane_sim.multibody.vectors import add, dot, scale, subtract
 
 POLE = 1e-9
-"""cos θ2 below which the rate of θ1, infinite at the pole, is reported as if at this distance from it."""
+"""cos θ2 below which the rate of θ1, infinite at the pole, is reported as if at this distance from
+it."""
 
 
 def joint_coordinates(p, x):
@@ -25,7 +26,11 @@ def state_from_joints(p, q, v):
 
 def joint_accelerations(p, motion):
     """Return the joint accelerations of crane p at this CraneMotion."""
-    return point_accelerations(p, motion) if isinstance(p.support, DrivenPoint) else boom_accelerations(p, motion)
+    return (
+        point_accelerations(p, motion)
+        if isinstance(p.support, DrivenPoint)
+        else boom_accelerations(p, motion)
+    )
 
 
 def actuated_joints(p, x):
@@ -39,7 +44,11 @@ def efforts_from_row(p, row):
     """Return the efforts in the array `row` as a tuple: none on a winch that is braked."""
     if isinstance(p.support, DrivenPoint):
         return p.support.driven_components(row)
-    return (row[0], row[1], row[2]) if isinstance(p.cable, LockedRope) else (row[0], row[1], row[2], row[3])
+    return (
+        (row[0], row[1], row[2])
+        if isinstance(p.cable, LockedRope)
+        else (row[0], row[1], row[2], row[3])
+    )
 
 
 def boom_coordinates(p, x):
@@ -48,7 +57,12 @@ def boom_coordinates(p, x):
     rope_state = rope_kinematics(p.support.forward_kinematics(xs), xc)
     _, _, c2, w1, w2 = swing_angles(rope_state)
     theta1, theta2 = atan2(rope_state.n[1], -rope_state.n[2]), atan2(rope_state.n[0], c2)
-    return (*xs[:3], rope_state.length, theta1, theta2), (*xs[3:], rope_state.rate, w1 / max(c2, POLE), w2)
+    return (*xs[:3], rope_state.length, theta1, theta2), (
+        *xs[3:],
+        rope_state.rate,
+        w1 / max(c2, POLE),
+        w2,
+    )
 
 
 def actuated_boom_joints(p, x):
@@ -81,10 +95,15 @@ def boom_accelerations(p, motion):
     ax, ay, az = relative = subtract(motion.payload_acceleration, tip)
     nx, length, rate = rope_state.n[0], rope_state.length, rope_state.rate
     s1, c1, c2, w1, w2 = swing_angles(rope_state)
-    rope = dot(rope_state.n, relative) + (dot(rope_state.velocity, rope_state.velocity) - rate * rate) / length
+    rope = (
+        dot(rope_state.n, relative)
+        + (dot(rope_state.velocity, rope_state.velocity) - rate * rate) / length
+    )
     theta1 = w1 / max(c2, POLE)
     first = (c1 * ay + s1 * az - 2.0 * rate * w1) / length + 2.0 * nx * theta1 * w2
-    second = (c2 * ax + nx * (c1 * az - s1 * ay) - 2.0 * rate * w2) / length - nx * c2 * theta1 * theta1
+    second = (
+        c2 * ax + nx * (c1 * az - s1 * ay) - 2.0 * rate * w2
+    ) / length - nx * c2 * theta1 * theta1
     return (*motion.support_acceleration, rope, first / max(c2, POLE), second)
 
 

@@ -1,8 +1,9 @@
 """Friction of the actuated joints of a crane with one rope: slew, boom, jib, and winch.
 
-Each joint has one float at the end of the state: a mode (`models.supports.friction`) or the deflection of bristles
-(`models.supports.lugre`). A joint that sticks is a constraint: it leaves the equations of the others as if its inertia
-were infinite, and a winch that sticks is a rope that keeps its length.
+Each joint has one float at the end of the state: a mode (`models.supports.friction`) or the
+deflection of bristles (`models.supports.lugre`). A joint that sticks is a constraint: it leaves the
+equations of the others as if its inertia were infinite, and a winch that sticks is a rope that
+keeps its length.
 """
 
 from typing import NamedTuple
@@ -14,7 +15,9 @@ from crane_sim.models.supports.friction import Friction, friction_effort
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.numerics.states import replace_entry
 
-STANDSTILL = 1e-12  # m/s, of a rope's rate, which is computed from other velocities and so not exactly 0
+STANDSTILL = (
+    1e-12  # m/s, of a rope's rate, which is computed from other velocities and so not exactly 0
+)
 
 
 class JointFriction(NamedTuple):
@@ -37,8 +40,12 @@ def add_joint_friction(friction, tau, rope_state, x):
     """Return the joint efforts tau plus those of friction, none on a joint that sticks."""
     if friction is None:
         return tau
-    of_support = zip(tau, friction, x[0][3:], x[-1], strict=False)  # three: the winch has an effort or none
-    turning = [effort + friction_effort(part, rate, state) for effort, part, rate, state in of_support]
+    of_support = zip(
+        tau, friction, x[0][3:], x[-1], strict=False
+    )  # three: the winch has an effort or none
+    turning = [
+        effort + friction_effort(part, rate, state) for effort, part, rate, state in of_support
+    ]
     if friction.rope is None:
         return (*turning, *tau[WINCH:])
     return (*turning, tau[WINCH] + friction_effort(friction.rope, rope_state.rate, x[-1][WINCH]))
@@ -50,7 +57,9 @@ def constraint_efforts(p, motion):
     They are what friction bears where it holds.
     """
     gravity, efforts, tip = p.gravity, motion.efforts, motion.tip_force
-    slew, boom, jib = p.support.constraint_efforts(motion.pose, gravity, efforts, tip, motion.support_acceleration)
+    slew, boom, jib = p.support.constraint_efforts(
+        motion.pose, gravity, efforts, tip, motion.support_acceleration
+    )
     return slew, boom, jib, motion.tension - winch_pull(p.cable, efforts, motion.rope_state)
 
 
@@ -61,7 +70,9 @@ def any_joint_sticks(friction, x):
 
 def sticking_joints(friction, x):
     """Return which joints friction holds in state x."""
-    return [part is not None and part.sticks(state) for part, state in zip(friction, x[-1], strict=True)]
+    return [
+        part is not None and part.sticks(state) for part, state in zip(friction, x[-1], strict=True)
+    ]
 
 
 def friction_guards(friction, best, x, rate, efforts):
@@ -77,7 +88,9 @@ def friction_guards(friction, best, x, rate, efforts):
     if friction is None:
         return best
     rates = (*x[0][3:], rate + x[-1][WINCH] * STANDSTILL)
-    for joint, (part, v, state, effort) in enumerate(zip(friction, rates, x[-1], efforts, strict=True)):
+    for joint, (part, v, state, effort) in enumerate(
+        zip(friction, rates, x[-1], efforts, strict=True)
+    ):
         value = 1.0 if part is None else part.guard(v, state, effort)
         best = smaller_guard(best, value, encode(Guard.FRICTION, joint))
     return best
@@ -115,7 +128,9 @@ def friction_rates(friction, x, rate):
     if friction is None:
         return ()
     parts = zip(friction, (*x[0][3:], rate), x[-1], strict=True)
-    return (tuple([0.0 if part is None else part.state_rate(v, state) for part, v, state in parts]),)
+    return (
+        tuple([0.0 if part is None else part.state_rate(v, state) for part, v, state in parts]),
+    )
 
 
 def hold_rope(friction, x, xc, rope_state):

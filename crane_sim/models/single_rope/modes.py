@@ -30,7 +30,9 @@ def switching(p):
     """Return how the equations switch: by friction of joints, stops and the kink of a wind."""
     if p.friction is None:
         return with_kink_switching(p.wind, make_switching(p.stops, POSITIONS))
-    return with_kink_switching(p.wind, Switching(EVENT_LOG_CAPACITY, 0, step_control_of(*p.friction)))
+    return with_kink_switching(
+        p.wind, Switching(EVENT_LOG_CAPACITY, 0, step_control_of(*p.friction))
+    )
 
 
 system.kink_guard.register(Crane)(kink_guard)

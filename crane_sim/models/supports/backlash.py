@@ -1,18 +1,20 @@
 """Drives with play: each turns an inertia of its own, which meets its joint behind a gap.
 
-A drive with the reflected inertia m and the position z moves a joint at q. Between them are the play Δ, of which half
-lies on either side, and a shaft with the stiffness k and the damping c, which pushes and never pulls. On the side σ =
-1, where the drive pushes the joint forwards, or σ = -1 the shaft is compressed by
+A drive with the reflected inertia m and the position z moves a joint at q. Between them are the
+play Δ, of which half lies on either side, and a shaft with the stiffness k and the damping c, which
+pushes and never pulls. On the side σ = 1, where the drive pushes the joint forwards, or σ = -1 the
+shaft is compressed by
 
     p = σ (z - q) - Δ/2,    and pushes with P = k p + c p' while p and P are positive, else with nothing:
 
     m z'' = u - σ P,    and the joint has the effort σ P,
 
-u the drive's share of the joint's effort. A joint has any number of drives. A shaft that its drive leaves faster than
-it can relax does not push, and its damper takes what the spring gives (Nordin and Gutman, Automatica 38 (2002) 1633,
-have it relax with the time c/k). A mode is σ while the shaft pushes, 2σ while it only relaxes, 0 in the gap; the
-state says which, and each ends as an event. A base's motion does not accelerate a drive's reflected inertia.
-"""
+u the drive's share of the joint's effort. A joint has any number of drives. A shaft that its drive
+leaves faster than it can relax does not push, and its damper takes what the spring gives (Nordin
+and Gutman, Automatica 38 (2002) 1633, have it relax with the time c/k). A mode is σ while the shaft
+pushes, 2σ while it only relaxes, 0 in the gap; the state says which, and each ends as an event. A
+base's motion does not accelerate a drive's reflected inertia.
+"""  # noqa: E501
 
 from typing import Any, NamedTuple
 
@@ -95,7 +97,9 @@ def drive_accelerations(drives: Any, command: tuple[Any, ...], posture: Any) -> 
 def play_power(drives: Any, command: tuple[Any, ...], posture: Any) -> Any:
     """Return the power [W] of drives with play: efforts and losses, less the pushes on joints."""
     power, efforts, state = 0.0, posture.mechanism.by_coordinate(command), posture.state
-    for (i, drive), own, push in zip(drives_of(drives), state.drives, pushes(drives, state), strict=True):
+    for (i, drive), own, push in zip(
+        drives_of(drives), state.drives, pushes(drives, state), strict=True
+    ):
         shaft = shaft_of(drive, own, state.q[i], state.v[i])
         power += drive.share * efforts[i] * own.rate - push * state.v[i]
         power += (drive.stiffness * max(shaft.compression, 0.0) - push * shaft.side) * shaft.rate
@@ -140,14 +144,19 @@ def describe_drive(support: Any, number: int, outcome: int) -> str:
     """Return the text of an event of a support's drive."""
     joints = [i for i, _ in drives_of(support.drives)]
     which = joints[: number + 1].count(joints[number])
-    what = ("is in its play", "pushes forwards", "pushes backwards", "does not push any more")[outcome]
+    what = ("is in its play", "pushes forwards", "pushes backwards", "does not push any more")[
+        outcome
+    ]
     return f"drive {which} of the {support.coordinate(joints[number])[0]} {what}"
 
 
-def mean_of_drives(drives: Any, row: Any, i: Any, entries: tuple[Any, ...], n: int) -> tuple[Any, ...]:
+def mean_of_drives(
+    drives: Any, row: Any, i: Any, entries: tuple[Any, ...], n: int
+) -> tuple[Any, ...]:
     """Return the n entries of a row of coordinates or rates from row[i] on, as at the drives.
 
-    Those of joints that have play are the mean of their drives, by their shares: where motors and brakes act.
+    Those of joints that have play are the mean of their drives, by their shares: where motors and
+    brakes act.
     """
     if drives is None:
         return entries

@@ -2,9 +2,10 @@
 
     m x'' = F_x + f_x,    (m + M) y'' = F_y + f_y
 
-with the masses m of the trolley, M of the bridge, and the force f of the cable on the trolley, whose rail is at height
-0. The bridge's centre of mass is at x = 0. Each of the two takes a force command, moves as prescribed, or stays. In
-the plane there is a trolley alone.
+with the masses m of the trolley, M of the bridge, and the force f of the cable on the trolley,
+whose rail is at height
+0. The bridge's centre of mass is at x = 0. Each of the two takes a force command, moves as
+prescribed, or stays. In the plane there is a trolley alone.
 """
 
 from typing import Any, NamedTuple
@@ -60,7 +61,9 @@ class Bridge(NamedTuple):
             prescribed=prescribed if any(prescribed) else (),
         )
 
-    def prescribe(self, t: Any, efforts: tuple[Any, ...], q: tuple[Any, ...], v: tuple[Any, ...]) -> tuple[Any, ...]:
+    def prescribe(
+        self, t: Any, efforts: tuple[Any, ...], q: tuple[Any, ...], v: tuple[Any, ...]
+    ) -> tuple[Any, ...]:
         """Return the accelerations (n,) [m/s²] of prescribed motions at time t [s], 0 of others."""
         return tuple(axis.acceleration(t) for axis in self.axes)
 

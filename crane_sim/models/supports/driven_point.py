@@ -1,9 +1,9 @@
 """A suspension point that is driven, as a boom's tip or a gantry's would be, without own mass.
 
-The drive is ideal, its inputs u (in `tau`'s place) are the point's accelerations; or it is a servo whose inputs are
-positions: y₀'' = -kd y₀' - kp (y₀ - u), axis by axis. Both are relative to the base, and what the cable pulls does not
-move the point. Joint coordinates are the point's position and the unit vector from it to the payload: no angles, so no
-direction is singular.
+The drive is ideal, its inputs u (in `tau`'s place) are the point's accelerations; or it is a servo
+whose inputs are positions: y₀'' = -kd y₀' - kp (y₀ - u), axis by axis. Both are relative to the
+base, and what the cable pulls does not move the point. Joint coordinates are the point's position
+and the unit vector from it to the payload: no angles, so no direction is singular.
 """
 
 from typing import Any, NamedTuple
@@ -67,9 +67,14 @@ class DrivenPoint(NamedTuple):
             prescribed=(True, True, True),
         )
 
-    def prescribe(self, t: Any, efforts: tuple[Any, ...], q: tuple[Any, ...], v: tuple[Any, ...]) -> tuple[Any, ...]:
+    def prescribe(
+        self, t: Any, efforts: tuple[Any, ...], q: tuple[Any, ...], v: tuple[Any, ...]
+    ) -> tuple[Any, ...]:
         """Return the accelerations (3,) [m/s²] at inputs (3,): none along z without a lift."""
-        x, y, z = (servo_acceleration(self.servo, u, place, rate) for u, place, rate in zip(efforts, q, v, strict=True))
+        x, y, z = (
+            servo_acceleration(self.servo, u, place, rate)
+            for u, place, rate in zip(efforts, q, v, strict=True)
+        )
         return x, y, z if self.lift is not None else 0
 
     def forward_kinematics(self, xs):

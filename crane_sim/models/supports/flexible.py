@@ -1,13 +1,14 @@
 """Flexible structures: a jib or boom that bends about its root, sideways and in its own plane.
 
-Each first bending mode is one of a rigid body on a spring (a pseudo-rigid-body model; Howell, Compliant Mechanisms,
-2001, chapter 5). The inner body turns with the drives; the outer one carries the cable and turns by further angles, ε
-about the vertical and δ about the root's transverse axis. Both are a boom of `telescopic_boom`, (α, β, ℓ) and
-(α + ε, β + δ, ℓ). An axis without a compliance has the sum of both. The structure's own weight bends it as well; where
-a spring is relaxed is its camber.
+Each first bending mode is one of a rigid body on a spring (a pseudo-rigid-body model; Howell,
+Compliant Mechanisms, 2001, chapter 5). The inner body turns with the drives; the outer one carries
+the cable and turns by further angles, ε about the vertical and δ about the root's transverse axis.
+Both are a boom of `telescopic_boom`, (α, β, ℓ) and (α + ε, β + δ, ℓ). An axis without a compliance
+has the sum of both. The structure's own weight bends it as well; where a spring is relaxed is its
+camber.
 
-Coordinates are those of the rigid support, then ε and δ, those it has. Friction and motors of drives are on the inner
-body: a drive that is held leaves the outer one as free as it was.
+Coordinates are those of the rigid support, then ε and δ, those it has. Friction and motors of
+drives are on the inner body: a drive that is held leaves the outer one as free as it was.
 """
 
 from typing import Any, NamedTuple
@@ -34,7 +35,8 @@ class FlexibleSupport(NamedTuple):
 
     support: Any  # the rigid support, whose coordinates are the drives'
     inner: TelescopicBoom  # what turns with the drives; its telescoped section has no mass
-    outer: TelescopicBoom  # what bends: its base section and what moves along it; its superstructure has no inertia
+    # what bends: its base section and what moves along it; its superstructure has no inertia
+    outer: TelescopicBoom
     lateral: Compliance | None  # about the vertical
     vertical: Compliance | None  # in the structure's own plane
 
@@ -54,11 +56,21 @@ class FlexibleSupport(NamedTuple):
         if self.vertical is not None:
             elevation = (*elevation, (n + count - 1, 1))
         outer, section = len(joints), (self.outer.base_section.body(),)
-        boom = Joint(Y, elevation, reverse=True, parent=root, offset=self.outer.pin(), bodies=section)
-        slide = Joint(X, ((n - 1, 1),), slides=True, parent=outer, bodies=(self.outer.telescope.body(),))
+        boom = Joint(
+            Y, elevation, reverse=True, parent=root, offset=self.outer.pin(), bodies=section
+        )
+        slide = Joint(
+            X, ((n - 1, 1),), slides=True, parent=outer, bodies=(self.outer.telescope.body(),)
+        )
         joints = (*joints, boom, slide)
-        springs = (mode_spring(mode, i, n + count) for i, mode in ((n, self.lateral), (n + count - 1, self.vertical)))
-        pressed = ((inner, self.inner.base_section.windage), (outer, self.outer.base_section.windage))
+        springs = (
+            mode_spring(mode, i, n + count)
+            for i, mode in ((n, self.lateral), (n + count - 1, self.vertical))
+        )
+        pressed = (
+            (inner, self.inner.base_section.windage),
+            (outer, self.outer.base_section.windage),
+        )
         return Mechanism(
             Tree(joints, Point(outer + 1)),
             limits=(*rigid.limits, *(None,) * count),
@@ -66,7 +78,9 @@ class FlexibleSupport(NamedTuple):
             springs=tuple(spring for spring in springs if spring is not None),
             yaw=(0,) if self.lateral is None else (0, n),
             outline=(Point(-1), *(() if isinstance(self.support, TowerCrane) else (Point(outer),))),
-            pressed=tuple(pressed_part(joint, windage) for joint, windage in pressed if windage is not None),
+            pressed=tuple(
+                pressed_part(joint, windage) for joint, windage in pressed if windage is not None
+            ),
             bending=count,
         )
 
@@ -75,9 +89,15 @@ class FlexibleSupport(NamedTuple):
 
         The elevation of a tower crane is fixed to what slews.
         """
-        body, pin, slewing = self.inner.base_section.body(), self.inner.pin(), self.inner.slewing_body()
+        body, pin, slewing = (
+            self.inner.base_section.body(),
+            self.inner.pin(),
+            self.inner.slewing_body(),
+        )
         if not elevation:
-            return (Joint(Z, ((0, 1),), bodies=(slewing, body._replace(centre=add(pin, body.centre)))),)
+            return (
+                Joint(Z, ((0, 1),), bodies=(slewing, body._replace(centre=add(pin, body.centre)))),
+            )
         luff = Joint(Y, elevation, reverse=True, parent=0, offset=pin, bodies=(body,))
         return Joint(Z, ((0, 1),), bodies=(slewing,)), luff
 
@@ -105,5 +125,8 @@ def rigid_support(structure: Any) -> Any:
 def without_bending(support: Support) -> Support:
     """Return a support without bending and without play; friction and motors are kept."""
     n = len(support.structure.mechanism().limits) - support.structure.mechanism().bending
-    motors, frictions = support.motors and support.motors[:n], support.frictions and support.frictions[:n]
+    motors, frictions = (
+        support.motors and support.motors[:n],
+        support.frictions and support.frictions[:n],
+    )
     return Support(rigid_support(support.structure), motors, frictions)

@@ -1,8 +1,8 @@
 """Hoists, which change the first link's length: its acceleration as a function of the tension.
 
-All have the methods of `PrescribedHoist`; a crane without a hoist has None, for which there are functions. The hoist's
-effort is the last one of those of all joints, `tau`. `motion` begins with the length [m] and its rate [m/s]; a power
-needs its acceleration [m/s²] behind them.
+All have the methods of `PrescribedHoist`; a crane without a hoist has None, for which there are
+functions. The hoist's effort is the last one of those of all joints, `tau`. `motion` begins with
+the length [m] and its rate [m/s]; a power needs its acceleration [m/s²] behind them.
 """
 
 from typing import Any, NamedTuple
@@ -63,7 +63,9 @@ class ForceHoist(NamedTuple):
 
     def winch_guard(self, tau: Any, mode: Any, motion: Any, pull: Any, gravity: Any) -> Any:
         """Return the guard of its stick and slip under a pull [N] on the length."""
-        return 1.0 if self.friction is None else self.friction.guard(motion[1], mode, tau[-1] + pull)
+        return (
+            1.0 if self.friction is None else self.friction.guard(motion[1], mode, tau[-1] + pull)
+        )
 
     def stopped_mode(self, tau: Any, mode: Any, motion: Any, pull: Any, gravity: Any) -> Any:
         """Return its mode at rest after its guard failed in `mode`.
@@ -76,7 +78,9 @@ class ForceHoist(NamedTuple):
 class MasslessHoist(NamedTuple):
     """A winch without inertia: the first link's tension is minus the command (Brogliato)."""
 
-    push: float = 0.0  # 1: efforts that pay out are applied, 0: they count as zero, since a rope transmits tension only
+    # 1: efforts that pay out are applied, 0: they count as zero, since a rope transmits tension
+    # only
+    push: float = 0.0
 
     def response(self, t: Any, tau: Any, mode: Any, motion: Any, gravity: Any) -> tuple[Any, Any]:
         """Return the tension."""
@@ -91,7 +95,9 @@ class MotionHoist(NamedTuple):
     """A winch that imposes the length's acceleration [m/s²], or its velocity [m/s] with a lag."""
 
     time_constant: Positive | None = None  # s, of the lag; None: the input is the acceleration
-    reeving: Reeving | None = None  # what its falls carry, and its drum's torque, follow from the motion
+    reeving: Reeving | None = (
+        None  # what its falls carry, and its drum's torque, follow from the motion
+    )
 
     def response(self, t: Any, tau: Any, mode: Any, motion: Any, gravity: Any) -> tuple[Any, Any]:
         """Return the acceleration that is imposed."""
@@ -137,7 +143,9 @@ def hoist_guard(hoist, best, tau, mode, motion, pull, gravity):
     """Return the smaller one of `best` and the guard of the winch's friction, if it has any."""
     if hoist_modes(hoist) == 0:
         return best
-    return smaller_guard(best, hoist.winch_guard(tau, mode, motion, pull, gravity), encode(Guard.FRICTION, WINCH))
+    return smaller_guard(
+        best, hoist.winch_guard(tau, mode, motion, pull, gravity), encode(Guard.FRICTION, WINCH)
+    )
 
 
 def hoist_reflected_mass(hoist):
@@ -153,8 +161,8 @@ def hoist_entry(hoist, row, i):
 def limit_hoist(hoist, u):
     """Return the efforts (nu,) with the hoist's, the last one, replaced by what it can apply.
 
-    What has inertia takes every effort. Of a winch without any, minus the effort is the tension, which cannot be
-    negative.
+    What has inertia takes every effort. Of a winch without any, minus the effort is the tension,
+    which cannot be negative.
     """
     if not isinstance(hoist, MasslessHoist):
         return u

@@ -1,6 +1,7 @@
 """Modes of a support's joints: friction, bristles, drives in their play; guards and resets.
 
-A joint sticks or slides (modes of `friction`), or its friction has bristles (`lugre`), whose deflections are states.
+A joint sticks or slides (modes of `friction`), or its friction has bristles (`lugre`), whose
+deflections are states.
 """
 
 from typing import Any
@@ -8,7 +9,13 @@ from typing import Any
 from crane_sim.models.guards import Guard, decode, encode, smaller_guard, travel_guard
 from crane_sim.models.supports.backlash import drive_guard, drives_of, mode_of, outcome_of, shaft_of
 from crane_sim.models.supports.friction import Friction, step_control_of
-from crane_sim.models.supports.support import Support, SupportState, drive_count, first_friction_state, frictions_of
+from crane_sim.models.supports.support import (
+    Support,
+    SupportState,
+    drive_count,
+    first_friction_state,
+    frictions_of,
+)
 from crane_sim.models.supports.support_dynamics import constraint_effort
 from crane_sim.system import EVENT_LOG_CAPACITY, EventStepControl, Switching
 

@@ -1,22 +1,24 @@
 """Knuckle-boom crane: a tower that slews, a boom and a jib that luff.
 
-Model of Ambrosino, Dawans, Thierens, Garone, "Oscillation Reduction for Knuckle Cranes", with its misprints corrected:
-A4 and A5 without the factor 2, d² in m55 and m66, and c12, c15, c16, c22, c24 .. c26, c35, c55, c61 .. c66 as the
-Lagrangian gives them. In the slewing frame (e_r, e_t, e_z), turned about z by the slew angle alpha, neither alpha nor
-the swing angles appear, and the 6x6 solve of the Lagrange form becomes one division (slew) and one 2x2 solve (boom,
-jib). beta and gamma are the elevations of boom and jib, both from the horizontal. With length lB, mass mB and
-transverse inertia IB of the boom, lJ, mJ, IJ of the jib, and the inertia It of the tower about the vertical
+Model of Ambrosino, Dawans, Thierens, Garone, "Oscillation Reduction for Knuckle Cranes", with its
+misprints corrected: A4 and A5 without the factor 2, d² in m55 and m66, and c12, c15, c16, c22, c24
+.. c26, c35, c55, c61 .. c66 as the Lagrangian gives them. In the slewing frame (e_r, e_t, e_z),
+turned about z by the slew angle alpha, neither alpha nor the swing angles appear, and the 6x6 solve
+of the Lagrange form becomes one division (slew) and one 2x2 solve (boom, jib). beta and gamma are
+the elevations of boom and jib, both from the horizontal. With length lB, mass mB and transverse
+inertia IB of the boom, lJ, mJ, IJ of the jib, and the inertia It of the tower about the vertical
 
     K1 = lB² (mB/4 + mJ),   K2 = lJ² mJ/4,   K3 = lB lJ mJ/2,
     p1 = K1 cos β + K3 cos γ,   p2 = K2 cos γ + K3 cos β,
     hb = p1 sin β,   hg = p2 sin γ,   c = K3 cos(β - γ),   s = K3 sin(β - γ),
 
     (It + p1 cos β + p2 cos γ) α'' = u1 + r F_t + 2 α' (hb β' + hg γ')
-    (IB + K1) β'' + c γ'' = u2 + lB (F_z cos β - F_r sin β) - g lB (mB/2 + mJ) cos β - s γ'² - hb α'²
-    c β'' + (IJ + K2) γ'' = u3 + lJ (F_z cos γ - F_r sin γ) - g lJ mJ/2 cos γ + s β'² - hg α'²,
+    (IB + K1) β'' + c γ'' = u2 + lB (F_z cos β - F_r sin β) - g lB (mB/2 + mJ) cos β - s γ'² - hb
+    α'² c β'' + (IJ + K2) γ'' = u3 + lJ (F_z cos γ - F_r sin γ) - g lJ mJ/2 cos γ + s β'² - hg α'²,
 
-u1, u2, u3 the efforts tau on the joints, F the force on the tip (r, 0, h). Motors add their inertias on the left, axial
-inertias of the rods add to the inertia of the slew, and so to hb and hg, which are -½ its derivatives by β and γ.
+u1, u2, u3 the efforts tau on the joints, F the force on the tip (r, 0, h). Motors add their
+inertias on the left, axial inertias of the rods add to the inertia of the slew, and so to hb and
+hg, which are -½ its derivatives by β and γ.
 """
 
 from math import cos, sin
@@ -46,7 +48,9 @@ class Rod(NamedTuple):
     length: Positive  # m, between its joints
     mass: NonNegative  # kg, evenly spread or not: its centre is at the middle
     inertia: NonNegative  # kg m², about a transverse axis through the centre of mass
-    axial_inertia: NonNegative | None = None  # kg m², about the rod, at most twice `inertia`; left out: the inertia
+    axial_inertia: NonNegative | None = (
+        None  # kg m², about the rod, at most twice `inertia`; left out: the inertia
+    )
     # has no part in the slew's
     limits: AngleRange | None = None  # rad, of the elevation; a run ends where one is reached
     windage: RodWindage | None = None  # area and drag in the `wind`; left out: no wind acts on it
@@ -56,7 +60,9 @@ class Rod(NamedTuple):
 
         A thin one has inertia about its luffing axis alone.
         """
-        axial, vertical = (0, 0) if self.axial_inertia is None else (self.axial_inertia, self.inertia)
+        axial, vertical = (
+            (0, 0) if self.axial_inertia is None else (self.axial_inertia, self.inertia)
+        )
         return Body(self.mass, (0.5 * self.length, 0, 0), diagonal(axial, self.inertia, vertical))
 
     def yaw_inertia(self, c, s):
@@ -99,7 +105,8 @@ class KnucklePosture(NamedTuple):
     sg: float
     c: float  # K3 cos(beta - gamma), inertia coupling of boom and jib
     s: float  # K3 sin(beta - gamma)
-    slew_inertia: float  # kg m², of the tower, boom and jib about the vertical; this and the next with the motors'
+    # kg m², of the tower, boom and jib about the vertical; this and the next with the motors'
+    slew_inertia: float
     hb: float  # -½ d(slew inertia)/d beta
     hg: float
     boom_inertia: float  # kg m², IB + K1
@@ -111,7 +118,11 @@ class KnucklePosture(NamedTuple):
         if self.free is None:
             return moments
         slew, boom, jib = moments
-        return slew if self.free[0] else 0.0, boom if self.free[1] else 0.0, jib if self.free[2] else 0.0
+        return (
+            slew if self.free[0] else 0.0,
+            boom if self.free[1] else 0.0,
+            jib if self.free[2] else 0.0,
+        )
 
     def free_coupling(self):
         """Return the inertia coupling of boom and jib: none where friction holds one of them."""
@@ -123,7 +134,9 @@ class KnucklePosture(NamedTuple):
         """Return accelerations of boom and jib for right-hand sides [N m] of their equations."""
         c = self.free_coupling()
         inverse = 1.0 / (self.boom_inertia * self.jib_inertia - c * c)
-        return (self.jib_inertia * b2 - c * b3) * inverse, (self.boom_inertia * b3 - c * b2) * inverse
+        return (self.jib_inertia * b2 - c * b3) * inverse, (
+            self.boom_inertia * b3 - c * b2
+        ) * inverse
 
 
 class Knuckle(NamedTuple):
@@ -134,7 +147,9 @@ class Knuckle(NamedTuple):
     tower: Tower
     boom_spring: BoomSpring | None = None
     jib_spring: JibSpring | None = None
-    motors: tuple[float, float, float] | None = None  # kg m², of slew, boom and jib: motor inertia times ratio squared
+    motors: tuple[float, float, float] | None = (
+        None  # kg m², of slew, boom and jib: motor inertia times ratio squared
+    )
 
     def coordinate(self, i: int) -> tuple[str, str]:
         """Return (name of coordinate i, the key of its limits)."""
@@ -146,7 +161,9 @@ class Knuckle(NamedTuple):
         slew = Joint(Z, ((0, 1),), bodies=(Body(0, inertia=diagonal(0, 0, self.tower.inertia)),))
         luff = Joint(Y, ((1, 1),), reverse=True, parent=0, bodies=(boom.body(),))
         head = boom.length, 0, 0
-        fold = Joint(Y, ((2, 1), (1, -1)), reverse=True, parent=1, offset=head, bodies=(jib.body(),))
+        fold = Joint(
+            Y, ((2, 1), (1, -1)), reverse=True, parent=1, offset=head, bodies=(jib.body(),)
+        )
         rods = (1, boom), (2, jib)
         return Mechanism(
             Tree((slew, luff, fold), Point(2, (jib.length, 0, 0))),
@@ -166,13 +183,21 @@ class Knuckle(NamedTuple):
         if boom is not None:
             springs = (Spring((0, 1, 0), boom.stiffness, boom.rest),)
         if jib is not None:
-            springs = (*springs, Spring((0, -1.0 if jib.relative else 0.0, 1), jib.stiffness, jib.rest))
+            springs = (
+                *springs,
+                Spring((0, -1.0 if jib.relative else 0.0, 1), jib.stiffness, jib.rest),
+            )
         return springs
 
     def forward_kinematics(self, xs):
         """Return the KnucklePosture of state xs."""
         _, beta, gamma, yaw_rate, vb, vg = xs
-        boom, jib, (sb, cb), (sg, cg) = self.boom.length, self.jib.length, sincos(beta), sincos(gamma)
+        boom, jib, (sb, cb), (sg, cg) = (
+            self.boom.length,
+            self.jib.length,
+            sincos(beta),
+            sincos(gamma),
+        )
         tip = boom * cb + jib * cg, 0.0, boom * sb + jib * sg
         tip_velocity = -boom * sb * vb - jib * sg * vg, 0.0, boom * cb * vb + jib * cg * vg
         directions, rates = (cb, sb, cg, sg), (vb, vg)
@@ -186,12 +211,20 @@ class Knuckle(NamedTuple):
         k2 = 0.25 * jib.length * jib.length * jib.mass
         k3 = 0.5 * boom.length * jib.length * jib.mass
         p1, p2 = k1 * cb + k3 * cg, k2 * cg + k3 * cb
-        (boom_yaw_inertia, boom_h), (jib_yaw_inertia, jib_h) = boom.yaw_inertia(cb, sb), jib.yaw_inertia(cg, sg)
+        (boom_yaw_inertia, boom_h), (jib_yaw_inertia, jib_h) = (
+            boom.yaw_inertia(cb, sb),
+            jib.yaw_inertia(cg, sg),
+        )
         slew = self.tower.inertia + cb * p1 + cg * p2 + boom_yaw_inertia + jib_yaw_inertia
         inertias = slew, boom.inertia + k1, jib.inertia + k2
         if self.motors is not None:
             inertias = add(inertias, self.motors)
-        c, s, hb, hg = k3 * (cb * cg + sb * sg), k3 * (sb * cg - cb * sg), sb * p1 + boom_h, sg * p2 + jib_h
+        c, s, hb, hg = (
+            k3 * (cb * cg + sb * sg),
+            k3 * (sb * cg - cb * sg),
+            sb * p1 + boom_h,
+            sg * p2 + jib_h,
+        )
         return c, s, inertias[0], hb, hg, inertias[1], inertias[2]
 
     def accelerations(self, pose, gravity, tau, force):
@@ -223,8 +256,18 @@ class Knuckle(NamedTuple):
         slew = tau[0] + pose.tip[0] * ft + 2.0 * wa * (pose.hb * wb + pose.hg * wg)
         b2 = u2 + boom.length * (pose.cb * fz - pose.sb * fr)
         b3 = u3 + jib.length * (pose.cg * fz - pose.sg * fr)
-        b2 = b2 - gravity * boom.length * pose.cb * (0.5 * boom.mass + jib.mass) - pose.s * wg * wg - pose.hb * wa * wa
-        b3 = b3 - gravity * jib.length * pose.cg * 0.5 * jib.mass + pose.s * wb * wb - pose.hg * wa * wa
+        b2 = (
+            b2
+            - gravity * boom.length * pose.cb * (0.5 * boom.mass + jib.mass)
+            - pose.s * wg * wg
+            - pose.hb * wa * wa
+        )
+        b3 = (
+            b3
+            - gravity * jib.length * pose.cg * 0.5 * jib.mass
+            + pose.s * wb * wb
+            - pose.hg * wa * wa
+        )
         return slew, b2, b3
 
     def tip_acceleration(self, pose, qdd):
@@ -234,8 +277,12 @@ class Knuckle(NamedTuple):
         """
         boom, jib = self.boom.length, self.jib.length
         wb2, wg2 = pose.beta_rate * pose.beta_rate, pose.gamma_rate * pose.gamma_rate
-        radial = -boom * (pose.sb * qdd[1] + pose.cb * wb2) - jib * (pose.sg * qdd[2] + pose.cg * wg2)
-        vertical = boom * (pose.cb * qdd[1] - pose.sb * wb2) + jib * (pose.cg * qdd[2] - pose.sg * wg2)
+        radial = -boom * (pose.sb * qdd[1] + pose.cb * wb2) - jib * (
+            pose.sg * qdd[2] + pose.cg * wg2
+        )
+        vertical = boom * (pose.cb * qdd[1] - pose.sb * wb2) + jib * (
+            pose.cg * qdd[2] - pose.sg * wg2
+        )
         return (radial, 0.0, vertical), qdd[0]
 
     def tip_mobility(self, pose, n):
@@ -252,16 +299,16 @@ class Knuckle(NamedTuple):
     def add_base_efforts(self, tau, base, pose):
         """Return the joint efforts tau plus those of a moving base's inertial forces.
 
-        `base` is that of `crane_sim.models.moving_base.base_kinematics_at`, in the axes of the support's frame; None
-        for one at rest.
+        `base` is that of `crane_sim.models.moving_base.base_kinematics_at`, in the axes of the
+        support's frame; None for one at rest.
         """
         return tau if base is None else (*add(tau, imposed_efforts(base, self, pose)), *tau[3:])
 
     def add_wind_efforts(self, tau, flow, base, pose):
         """Return the joint efforts tau plus those of the wind on boom and jib.
 
-        `flow` is that of `crane_sim.models.wind_load.airflow_at`, None without wind, and `base` as in
-        `add_base_efforts`, both in the axes of the support's frame.
+        `flow` is that of `crane_sim.models.wind_load.airflow_at`, None without wind, and `base` as
+        in `add_base_efforts`, both in the axes of the support's frame.
         """
         return tau if flow is None else (*add(tau, wind_moments(flow, self, base, pose)), *tau[3:])
 
@@ -319,6 +366,7 @@ class Knuckle(NamedTuple):
     def base_energy(self, base, pose, gravity):
         """Return (kinetic, potential) energy [J] of the masses in the world less those in the base.
 
-        `base` is that of `crane_sim.models.moving_base.base_state`, in the axes of the support's frame.
+        `base` is that of `crane_sim.models.moving_base.base_state`, in the axes of the support's
+        frame.
         """
         return world_energies(base, self, pose, gravity)

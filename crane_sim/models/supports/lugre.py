@@ -1,11 +1,13 @@
 """LuGre friction of joints: bristles that bend while a joint sticks, without events.
 
-Canudas de Wit, Olsson, Åström, Lischinsky, "A new model for control of systems with friction", IEEE Transactions on
-Automatic Control 40, 1995, eqs. 1 to 4, with the mean deflection z of the bristles, a scalar state:
+Canudas de Wit, Olsson, Åström, Lischinsky, "A new model for control of systems with friction", IEEE
+Transactions on Automatic Control 40, 1995, eqs. 1 to 4, with the mean deflection z of the bristles,
+a scalar state:
 
     z' = v - σ0 |v| z / g(v),   F = σ0 z + σ1 z' + σ2 v,   g(v) = Fc + (Fs - Fc) exp(-(v / vs)²).
 
-The bristles are relaxed where a run begins at rest, and bent as in steady motion where it begins with a velocity.
+The bristles are relaxed where a run begins at rest, and bent as in steady motion where it begins
+with a velocity.
 """
 
 from math import exp
@@ -21,7 +23,8 @@ class LuGre(NamedTuple):
 
     coulomb: Positive  # effort's unit, in slow steady motion
     static: NonNegative  # effort's unit, up to which it sticks; at least the Coulomb friction
-    stribeck: Positive  # joint's unit/s, vs: velocity scale at which g(v) falls from static to Coulomb friction
+    # joint's unit/s, vs: velocity scale at which g(v) falls from static to Coulomb friction
+    stribeck: Positive
     stiffness: Positive  # effort's unit/joint's unit, σ0 of the bristles
     damping: NonNegative  # effort's unit s/joint's unit, σ1 of the bristles
     viscous: NonNegative = 0.0  # effort's unit s/joint's unit, σ2

@@ -1,10 +1,12 @@
 """Rails of a trolley in the plane, which carries the cable's upper end.
 
-It is driven by a force, moved as prescribed, or fixed. What the cable needs of it is its inverse mass (0 when
-its motion is imposed or friction holds it) and its bias acceleration: that when the cable does not pull.
+It is driven by a force, moved as prescribed, or fixed. What the cable needs of it is its inverse
+mass (0 when its motion is imposed or friction holds it) and its bias acceleration: that when the
+cable does not pull.
 
-All have the methods of `FixedAxis`. Efforts `tau` are those of all joints, an axis' own has the index i; `mode` is that
-of its friction: 0 sticks, else the direction in which it slips; or its bristles' deflection.
+All have the methods of `FixedAxis`. Efforts `tau` are those of all joints, an axis' own has the
+index i; `mode` is that of its friction: 0 sticks, else the direction in which it slips; or its
+bristles' deflection.
 """
 
 from typing import NamedTuple

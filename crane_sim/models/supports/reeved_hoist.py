@@ -1,8 +1,8 @@
 """A winch that drives a rope over sheaves: response of the falls' length, friction, and outputs.
 
-The mode is that of dry friction (`friction`): 0 while the falls keep their length, else the direction of l'. They stick
-while what the winch pulls lies between the lead line's tensions of paying out and of hauling in, with the static
-friction of the winch itself on either side.
+The mode is that of dry friction (`friction`): 0 while the falls keep their length, else the
+direction of l'. They stick while what the winch pulls lies between the lead line's tensions of
+paying out and of hauling in, with the static friction of the winch itself on either side.
 """
 
 from typing import Any, NamedTuple
@@ -58,7 +58,9 @@ class ReevedHoist(NamedTuple):
         length, rate = motion[0], motion[1]
         force = self.lead_force(tau, length)
         force += friction_effort(self.friction, rate, mode) / self.reeving.falls
-        return reeved_acceleration(self.reeving, sheave_factor(self.reeving.loss, mode), force, length, rate, gravity)
+        return reeved_acceleration(
+            self.reeving, sheave_factor(self.reeving.loss, mode), force, length, rate, gravity
+        )
 
     def power(self, tau: Any, mode: Any, motion: Any, pull: Any, gravity: Any) -> Any:
         """Return the power [W] of the winch, less what friction and sheaves take."""
@@ -107,7 +109,9 @@ class ReevedHoist(NamedTuple):
         force, low, high = self.lead_force(tau, motion[0]), -1.0, 1.0
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
-            lead = lead_at_rest(self.reeving, sheave_factor(self.reeving.loss, middle), pull, motion[0], gravity)
+            lead = lead_at_rest(
+                self.reeving, sheave_factor(self.reeving.loss, middle), pull, motion[0], gravity
+            )
             low, high = (middle, high) if lead + force > 0.0 else (low, middle)
         return 0.5 * (low + high)
 
@@ -124,7 +128,11 @@ def winch_energy(hoist, length, rate, gravity):
 
 def radius_of_drum(reeving, length):
     """Return the radius [m] of the rope's centre line where it leaves the drum, 0 without one."""
-    return 0.0 if reeving.drum is None else reeving.drum.winding_radius(reeving.length - reeving.falls * length)[0]
+    return (
+        0.0
+        if reeving.drum is None
+        else reeving.drum.winding_radius(reeving.length - reeving.falls * length)[0]
+    )
 
 
 def drum_torque(reeving, lead, motion):

@@ -1,19 +1,23 @@
 """A rope over n sheaves: tensions of its falls, dead end to drum, with inertia, loss, weight.
 
-Fall k of n has the length l, as all others, the lead line is fall 0. Sheave k, between falls k - 1 and k, turns with
-the rim speed (n - k + 1) l', those of the lead line with n l'. The rope does not stretch, so all follows from l.
+Fall k of n has the length l, as all others, the lead line is fall 0. Sheave k, between falls k - 1
+and k, turns with the rim speed (n - k + 1) l', those of the lead line with n l'. The rope does not
+stretch, so all follows from l.
 
-On a sheave of rotational inertia J and radius r, T the tension on the side of the dead end and T' on that of the drum,
+On a sheave of rotational inertia J and radius r, T the tension on the side of the dead end and T'
+on that of the drum,
 
     T' = f T - (1 + f) / 2 (J / r²) s l'',     s its rim speed over l',
 
-where f is 1 without loss, 1/c while the rope is paid out and c while it is hauled in, c >= 1 the ratio of the tensions.
-It is e^(μθ) of a rope that slides over a sheave that does not turn (Euler, Eytelwein), or that of the moment
-μ (T + T') r_pin of a bearing under parallel falls, c = (1 + μ r_pin / r) / (1 - μ r_pin / r), or 1/η for an efficiency
-η of one sheave (Feyrer, Wire Ropes, 2nd ed., 2015, chapter 3, on rope efficiency). Without inertia the product over the
-sheaves gives the efficiency of a block with n falls, (1 - η^n) / (n (1 - η)), a geometric series.
+where f is 1 without loss, 1/c while the rope is paid out and c while it is hauled in, c >= 1 the
+ratio of the tensions. It is e^(μθ) of a rope that slides over a sheave that does not turn (Euler,
+Eytelwein), or that of the moment μ (T + T') r_pin of a bearing under parallel falls, c = (1 + μ
+r_pin / r) / (1 - μ r_pin / r), or 1/η for an efficiency η of one sheave (Feyrer, Wire Ropes, 2nd
+ed., 2015, chapter 3, on rope efficiency). Without inertia the product over the sheaves gives the
+efficiency of a block with n falls, (1 - η^n) / (n (1 - η)), a geometric series.
 
-Tensions are those with which the rope lies on a sheave: ρ v² of a rope with the mass ρ per length are left out.
+Tensions are those with which the rope lies on a sheave: ρ v² of a rope with the mass ρ per length
+are left out.
 """
 
 from math import inf
@@ -75,8 +79,8 @@ def sheave_factor(loss, direction):
 
     It is 1 without loss.
 
-    `direction` is 1 while the rope is paid out, -1 while it is hauled in, and between where only a part of the friction
-    is used.
+    `direction` is 1 while the rope is paid out, -1 while it is hauled in, and between where only a
+    part of the friction is used.
     """
     if loss is None:
         return 1.0
@@ -114,7 +118,9 @@ def over_sheave(reeving, factor, tension, speed, acceleration):
     `speed` is its rim speed over l'.
     """
     inertia = reeving.sheave_mass * speed * acceleration
-    return factor * tension - 0.5 * (1.0 + factor) * inertia, (1.0 - factor) * (tension - 0.5 * inertia) * speed
+    return factor * tension - 0.5 * (1.0 + factor) * inertia, (1.0 - factor) * (
+        tension - 0.5 * inertia
+    ) * speed
 
 
 def follow_rope(reeving, factor, dead_end, motion, gravity):
@@ -128,13 +134,18 @@ def follow_rope(reeving, factor, dead_end, motion, gravity):
         gravity: acceleration of free fall [m/s²].
 
     Returns:
-        pull of all falls on the block, tension of the lead line, the smallest tension, all losses over l' [N].
+        pull of all falls on the block, tension of the lead line, the smallest tension, all losses
+        over l' [N].
     """
     n, acceleration = reeving.falls, motion[2]
     tension, pull, smallest, lost = dead_end, 0.0, dead_end, 0.0
     for k in range(n, 0, -1):
         lower, upper = along_fall(reeving, k, tension, motion, gravity)
-        pull, smallest, tension = pull + lower, min(smallest, lower, upper), lower if k % 2 == 0 else upper
+        pull, smallest, tension = (
+            pull + lower,
+            min(smallest, lower, upper),
+            lower if k % 2 == 0 else upper,
+        )
         if k > 1:
             tension, more = over_sheave(reeving, factor, tension, n - k + 1, acceleration)
             lost += more
@@ -152,7 +163,9 @@ def fall_tension(reeving, factor, dead_end, motion, gravity, fall):
     n, tension = reeving.falls, dead_end
     for k in range(n, fall, -1):
         lower, upper = along_fall(reeving, k, tension, motion, gravity)
-        tension, _ = over_sheave(reeving, factor, lower if k % 2 == 0 else upper, n - k + 1, motion[2])
+        tension, _ = over_sheave(
+            reeving, factor, lower if k % 2 == 0 else upper, n - k + 1, motion[2]
+        )
     return along_fall(reeving, fall, tension, motion, gravity)[1]
 
 
@@ -166,7 +179,9 @@ def dead_end_of(reeving, factor, pull, motion, gravity):
 def lead_at_rest(reeving, factor, pull, length, gravity):
     """Return the tension [N] of the lead line for a pull on the block [N] while nothing moves."""
     motion = length, 0.0, 0.0
-    return follow_rope(reeving, factor, dead_end_of(reeving, factor, pull, motion, gravity), motion, gravity)[1]
+    return follow_rope(
+        reeving, factor, dead_end_of(reeving, factor, pull, motion, gravity), motion, gravity
+    )[1]
 
 
 def drum_inertia(drum, reeving, length):
@@ -194,7 +209,10 @@ def wound_rope(mass, reeving, length):
 
 def winding_inertia(reeving, length):
     """Return (mass [kg], q [kg/m]) of all that the lead line's end moves, as of `drum_inertia`."""
-    (mass, q), (wound, more) = drum_inertia(reeving.drum, reeving, length), wound_rope(reeving.mass, reeving, length)
+    (mass, q), (wound, more) = (
+        drum_inertia(reeving.drum, reeving, length),
+        wound_rope(reeving.mass, reeving, length),
+    )
     return mass + wound, q + more
 
 
@@ -225,7 +243,9 @@ def reeving_energy(reeving, length, rate, gravity):
     The potential one is the rope's, from the falls' top.
     """
     n, (mass, _) = reeving.falls, winding_inertia(reeving, length)
-    sheaves = (n - 1) * n * (2 * n - 1) / 6 + reeving.lead_sheaves * n * n  # sum of the squares of rim speeds over l'
+    sheaves = (n - 1) * n * (
+        2 * n - 1
+    ) / 6 + reeving.lead_sheaves * n * n  # sum of the squares of rim speeds over l'
     moved, potential = falls_energy(reeving.mass, n, length, gravity)
     return 0.5 * (n * n * mass + reeving.sheave_mass * sheaves + moved) * rate * rate, potential
 

@@ -1,12 +1,14 @@
 """A support, which carries the upper end of a rope: a tree of joints and bodies, and drives.
 
-A structure (`knuckle_boom`, `telescopic_boom`, `tower_crane`, `bridge`, `flexible`, `swaying_tower`, `driven_point`) is
-a NamedTuple of parameters whose method `mechanism` declares its joints and bodies; all equations follow from that.
-Coordinates are those of the drives, the structure's first ones, then what bends; drives with play have theirs behind.
+A structure (`knuckle_boom`, `telescopic_boom`, `tower_crane`, `bridge`, `flexible`,
+`swaying_tower`, `driven_point`) is a NamedTuple of parameters whose method `mechanism` declares its
+joints and bodies; all equations follow from that. Coordinates are those of the drives, the
+structure's first ones, then what bends; drives with play have theirs behind.
 
-Friction and motors act on coordinates. The reflected inertia of a motor, ratio² times that of its rotor, stands on the
-diagonal of the mass matrix: a motor turns relative to the support, a base's motion does not accelerate what it
-reflects. A coordinate that dry friction holds does not accelerate and leaves the equations of the others.
+Friction and motors act on coordinates. The reflected inertia of a motor, ratio² times that of its
+rotor, stands on the diagonal of the mass matrix: a motor turns relative to the support, a base's
+motion does not accelerate what it reflects. A coordinate that dry friction holds does not
+accelerate and leaves the equations of the others.
 
 Vectors are in the tree's axes (`multibody.tree`): the base's, turned by the slew.
 """
@@ -48,7 +50,9 @@ class Pressed(NamedTuple):
 
     joint: int
     windage: RodWindage | JibWindage | BoomWindage
-    reach: Any = 0  # m, of the centre of pressure from the link's origin; a `BoomWindage` has it halfway up
+    reach: Any = (
+        0  # m, of the centre of pressure from the link's origin; a `BoomWindage` has it halfway up
+    )
     length: int = 0  # of a `BoomWindage`: the coordinate that is its length
 
 
@@ -56,19 +60,27 @@ class Mechanism(NamedTuple):
     """What a structure is made of; n coordinates."""
 
     tree: Tree
-    limits: tuple[Any, ...]  # (n,) each (low, high) [m or rad] or None; a run ends where one is reached
+    limits: tuple[
+        Any, ...
+    ]  # (n,) each (low, high) [m or rad] or None; a run ends where one is reached
     actuated: tuple[int, ...]  # coordinates that take a command each
     springs: tuple[Spring, ...] = ()
-    yaw: tuple[int, ...] = (0,)  # coordinates whose sum is the angle about the vertical of what hangs at the tip
+    yaw: tuple[int, ...] = (
+        0,
+    )  # coordinates whose sum is the angle about the vertical of what hangs at the tip
     outline: tuple[Point, ...] = ()  # points of its polyline before the tip
     pressed: tuple[Pressed, ...] = ()
-    prescribed: tuple[bool, ...] = ()  # (n,): it moves as its drive says, whatever it carries; empty: none does
+    prescribed: tuple[
+        bool, ...
+    ] = ()  # (n,): it moves as its drive says, whatever it carries; empty: none does
     bending: int = 0  # number of the coordinates that bend: the last ones
 
     def by_coordinate(self, command: tuple[Any, ...]) -> tuple[Any, ...]:
         """Return commands, one for each of `actuated`, by coordinate (n,), 0 for the others."""
         actuated = self.actuated
-        return tuple(command[actuated.index(i)] if i in actuated else 0 for i in range(len(self.limits)))
+        return tuple(
+            command[actuated.index(i)] if i in actuated else 0 for i in range(len(self.limits))
+        )
 
 
 class Support(NamedTuple):
@@ -95,7 +107,9 @@ class SupportState(NamedTuple):
     q: tuple[Any, ...]  # (n,) m or rad
     v: tuple[Any, ...]  # (n,)
     drives: tuple[DriveState, ...]  # of drives with play
-    friction: tuple[Any, ...]  # modes, or deflections of bristles, of the coordinates that have friction
+    friction: tuple[
+        Any, ...
+    ]  # modes, or deflections of bristles, of the coordinates that have friction
 
 
 class Posture(NamedTuple):
@@ -152,7 +166,9 @@ def read_state(support: Support, x: Any, nq: Any) -> SupportState:
     n, drives, last = own_count(support), drive_count(support), first_friction_state(support, x)
     states = tuple(DriveState(x[n + i], x[nq + n + i], x[last - drives + i]) for i in range(drives))
     frictions = tuple(x[last + i] for i in range(friction_state_count(support)))
-    return SupportState(tuple(x[i] for i in range(n)), tuple(x[nq + i] for i in range(n)), states, frictions)
+    return SupportState(
+        tuple(x[i] for i in range(n)), tuple(x[nq + i] for i in range(n)), states, frictions
+    )
 
 
 def to_joint_order(support: Support, row: Any) -> Any:
@@ -218,7 +234,9 @@ def _heading(mechanism: Mechanism, kinematics: Kinematics, q: tuple[Any, ...]) -
 def tip_acceleration(posture: Posture, qdd: tuple[Any, ...]) -> Vector:
     """Return the tip's acceleration [m/s²] relative to the base, in its axes, at qdd (n,)."""
     tree = posture.mechanism.tree
-    return to_base_axes(posture.kinematics.turn, point_acceleration(tree, posture.kinematics, tree.tip, qdd))
+    return to_base_axes(
+        posture.kinematics.turn, point_acceleration(tree, posture.kinematics, tree.tip, qdd)
+    )
 
 
 def tip_rate(posture: Posture, rates: tuple[Any, ...]) -> Vector:
@@ -227,13 +245,18 @@ def tip_rate(posture: Posture, rates: tuple[Any, ...]) -> Vector:
     Jumps of the rates give the jump of the velocity.
     """
     tree = posture.mechanism.tree
-    return to_base_axes(posture.kinematics.turn, velocity_at_rates(tree, posture.kinematics, tree.tip, rates))
+    return to_base_axes(
+        posture.kinematics.turn, velocity_at_rates(tree, posture.kinematics, tree.tip, rates)
+    )
 
 
 def polyline(posture: Posture) -> tuple[Vector, ...]:
     """Return the structure's polyline [m], base to tip, in the base's axes."""
     kinematics = posture.kinematics
-    places = [*(point_position(kinematics, point) for point in posture.mechanism.outline), posture.tip]
+    places = [
+        *(point_position(kinematics, point) for point in posture.mechanism.outline),
+        posture.tip,
+    ]
     return tuple(to_base_axes(kinematics.turn, place) for place in places)
 
 

@@ -68,7 +68,9 @@ def _add_to_diagonal(matrix: linear.Matrix, motors: tuple[float, ...] | None) ->
     return tuple((*row[:-1], row[-1] + motor) for row, motor in zip(matrix, motors, strict=True))
 
 
-def _free_coordinates(support: Support, mechanism: Mechanism, state: SupportState) -> tuple[Any, ...]:
+def _free_coordinates(
+    support: Support, mechanism: Mechanism, state: SupportState
+) -> tuple[Any, ...]:
     free = tuple(not each for each in mechanism.prescribed) or (True,) * len(state.q)
     for (i, friction), friction_state in zip(frictions_of(support), state.friction, strict=True):
         if isinstance(friction, Friction):
@@ -100,16 +102,22 @@ def joint_efforts(support: Support, posture: Posture, command: tuple[Any, ...]) 
     state, mechanism = posture.state, posture.mechanism
     efforts = mechanism.by_coordinate(command)
     if mechanism.prescribed:
-        efforts = tuple(0 if p else effort for p, effort in zip(mechanism.prescribed, efforts, strict=True))
+        efforts = tuple(
+            0 if p else effort for p, effort in zip(mechanism.prescribed, efforts, strict=True)
+        )
     efforts = replace_by_pushes(support.drives, efforts, state)
     for spring in mechanism.springs:
         efforts = linear.add(efforts, _spring_efforts(spring, state.q, state.v))
     for (i, friction), friction_state in zip(frictions_of(support), state.friction, strict=True):
-        efforts = replace_entry(efforts, i, efforts[i] + friction.effort(state.v[i], friction_state))
+        efforts = replace_entry(
+            efforts, i, efforts[i] + friction.effort(state.v[i], friction_state)
+        )
     return efforts
 
 
-def prescribed_accelerations(support: Support, posture: Posture, t: Any, command: tuple[Any, ...]) -> tuple[Any, ...]:
+def prescribed_accelerations(
+    support: Support, posture: Posture, t: Any, command: tuple[Any, ...]
+) -> tuple[Any, ...]:
     """Return the accelerations (n,) that drives prescribe at t [s] and commands, 0 of others.
 
     The result is () where none do.
@@ -125,7 +133,9 @@ def _deflection(spring: Spring, q: tuple[Any, ...]) -> Any:
 
 
 def _spring_efforts(spring: Spring, q: tuple[Any, ...], v: tuple[Any, ...]) -> tuple[Any, ...]:
-    pull = spring.stiffness * _deflection(spring, q) + spring.damping * linear.inner(spring.lever, v)
+    pull = spring.stiffness * _deflection(spring, q) + spring.damping * linear.inner(
+        spring.lever, v
+    )
     return linear.scale(-pull, spring.lever)
 
 
@@ -146,19 +156,24 @@ def _imposed_wrenches(posture: Posture, base: Any) -> tuple[tuple[int, Wrench], 
     if base is None:
         return ()
     turned, wrenches = turned_by(base, *posture.kinematics.turn), ()
-    for joint, body, place, velocity, inertia, omega in body_motions(posture.mechanism.tree, posture.kinematics):
+    for joint, body, place, velocity, inertia, omega in body_motions(
+        posture.mechanism.tree, posture.kinematics
+    ):
         force = scale(body.mass, imposed_acceleration(turned, place, velocity))
         moment = scale(-1.0, _imposed_spin(turned, inertia, omega))
         wrenches = (*wrenches, (joint, Wrench(force, add(moment, cross(place, force)))))
     return wrenches
 
 
-def base_reaction(posture: Posture, dynamics: Dynamics, gravity: Any, base: Any, qdd: tuple[Any, ...]) -> Wrench:
+def base_reaction(
+    posture: Posture, dynamics: Dynamics, gravity: Any, base: Any, qdd: tuple[Any, ...]
+) -> Wrench:
     """Return force [N] and moment [N m] of the base on the structure, in the tree's axes.
 
     What hangs at the tip is left out.
 
-    It balances what moves the bodies at accelerations qdd (n,) of the coordinates (d'Alembert); motors have no part.
+    It balances what moves the bodies at accelerations qdd (n,) of the coordinates (d'Alembert);
+    motors have no part.
     """
     total = tree_reaction(posture.mechanism.tree, dynamics.inertia, qdd, gravity)
     for _, wrench in _imposed_wrenches(posture, base):
@@ -174,7 +189,9 @@ def _imposed_spin(base: BaseKinematics, inertia: Any, omega: Vector) -> Vector:
     w = base.angular_velocity
     whole = add(w, omega)
     accelerated = multiply(inertia, add(base.angular_acceleration, cross(w, omega)))
-    gyroscopic = subtract(cross(whole, multiply(inertia, whole)), cross(omega, multiply(inertia, omega)))
+    gyroscopic = subtract(
+        cross(whole, multiply(inertia, whole)), cross(omega, multiply(inertia, omega))
+    )
     return add(accelerated, gyroscopic)
 
 
@@ -220,10 +237,14 @@ def tip_efforts(posture: Posture, force: Vector) -> tuple[Any, ...]:
 def net_efforts(dynamics: Dynamics, gravity: Any, efforts: tuple[Any, ...]) -> tuple[Any, ...]:
     """Return what accelerates the coordinates (n,): efforts less bias and weight."""
     inertia = dynamics.inertia
-    return linear.subtract(linear.subtract(efforts, inertia.bias_efforts), linear.scale(gravity, inertia.weights))
+    return linear.subtract(
+        linear.subtract(efforts, inertia.bias_efforts), linear.scale(gravity, inertia.weights)
+    )
 
 
-def accelerations(dynamics: Dynamics, net: tuple[Any, ...], given: tuple[Any, ...]) -> tuple[Any, ...]:
+def accelerations(
+    dynamics: Dynamics, net: tuple[Any, ...], given: tuple[Any, ...]
+) -> tuple[Any, ...]:
     """Return the accelerations (n,) of the coordinates under `net_efforts`, 0 if friction holds.
 
     `given` is of `prescribed_accelerations`.
@@ -236,17 +257,25 @@ def accelerations(dynamics: Dynamics, net: tuple[Any, ...], given: tuple[Any, ..
 
 def responses(dynamics: Dynamics, levers: tuple[Any, ...]) -> tuple[Any, ...]:
     """Return the accelerations (n,) of the coordinates by efforts (n,), 0 of those not free."""
-    return linear.solve(dynamics.factors, tuple(_entry_if(f, b) for f, b in zip(dynamics.free, levers, strict=True)))
+    return linear.solve(
+        dynamics.factors, tuple(_entry_if(f, b) for f, b in zip(dynamics.free, levers, strict=True))
+    )
 
 
-def constraint_effort(dynamics: Dynamics, net: tuple[Any, ...], qdd: tuple[Any, ...], i: int) -> Any:
+def constraint_effort(
+    dynamics: Dynamics, net: tuple[Any, ...], qdd: tuple[Any, ...], i: int
+) -> Any:
     """Return what holds coordinate i bears [N or N m]: what would accelerate it."""
     others = tuple(0 if k == i else qdd[k] for k in range(len(qdd)))
     return net[i] - linear.product(dynamics.matrix, others)[i]
 
 
 def drive_power(
-    posture: Posture, dynamics: Dynamics, efforts: tuple[Any, ...], net: tuple[Any, ...], qdd: tuple[Any, ...]
+    posture: Posture,
+    dynamics: Dynamics,
+    efforts: tuple[Any, ...],
+    net: tuple[Any, ...],
+    qdd: tuple[Any, ...],
 ) -> Any:
     """Return the power [W] of efforts (n,) and prescribed motions, less that which springs store.
 
@@ -254,11 +283,15 @@ def drive_power(
     """
     state, mechanism = posture.state, posture.mechanism
     for spring in mechanism.springs:
-        efforts = linear.add(efforts, linear.scale(spring.stiffness * _deflection(spring, state.q), spring.lever))
+        efforts = linear.add(
+            efforts, linear.scale(spring.stiffness * _deflection(spring, state.q), spring.lever)
+        )
     return linear.inner(efforts, state.v) - prescribed_power(posture, dynamics, net, qdd)
 
 
-def prescribed_power(posture: Posture, dynamics: Dynamics, net: tuple[Any, ...], qdd: tuple[Any, ...]) -> Any:
+def prescribed_power(
+    posture: Posture, dynamics: Dynamics, net: tuple[Any, ...], qdd: tuple[Any, ...]
+) -> Any:
     """Return the power [W] that drives of prescribed motions take, from what `drive_power` does.
 
     Of impulses and the jumps of velocities that they cause it is the energy [J].
@@ -288,8 +321,13 @@ def energy_by_base(posture: Posture, base: BaseState, gravity: Any) -> tuple[Any
     """Return (kinetic, potential) energy [J] of the bodies in the world less those in the base."""
     turned, kinetic, potential = turned_by(base, *posture.kinematics.turn), 0.0, 0.0
     w = turned.angular_velocity
-    for _, body, place, velocity, inertia, omega in body_motions(posture.mechanism.tree, posture.kinematics):
+    for _, body, place, velocity, inertia, omega in body_motions(
+        posture.mechanism.tree, posture.kinematics
+    ):
         more = added_energy(turned, gravity, body.mass, place, velocity)
         spin = multiply(inertia, w)
-        kinetic, potential = kinetic + more[0] + dot(omega, spin) + 0.5 * dot(w, spin), potential + more[1]
+        kinetic, potential = (
+            kinetic + more[0] + dot(omega, spin) + 0.5 * dot(w, spin),
+            potential + more[1],
+        )
     return kinetic, potential

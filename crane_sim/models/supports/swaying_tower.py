@@ -1,9 +1,9 @@
 """Tower crane on a mast that bends: its top sways, with everything that slews on it.
 
-The first bending modes of the mast are those of a rigid body on a universal joint with springs (a pseudo-rigid-body
-model; Howell, Compliant Mechanisms, 2001, chapter 5), h below the jib. The mast turns by the angle a about the base's
-x axis and then by b about its own y axis, and does not twist; all that slews turns by α about the mast. Coordinates
-stand in the order slew, trolley, a, b.
+The first bending modes of the mast are those of a rigid body on a universal joint with springs (a
+pseudo-rigid-body model; Howell, Compliant Mechanisms, 2001, chapter 5), h below the jib. The mast
+turns by the angle a about the base's x axis and then by b about its own y axis, and does not twist;
+all that slews turns by α about the mast. Coordinates stand in the order slew, trolley, a, b.
 """
 
 from typing import NamedTuple
@@ -29,7 +29,9 @@ class SwayingTower(NamedTuple):
 
     def mechanism(self) -> Mechanism:
         """Return joints and bodies: the mast's two angles, slew, and trolley along the jib."""
-        slewing = tuple(Body(mass, (place, 0, 0)) for mass, place in zip(self.masses, self.places, strict=True))
+        slewing = tuple(
+            Body(mass, (place, 0, 0)) for mass, place in zip(self.masses, self.places, strict=True)
+        )
         head, trolley = (0, 0, self.height), Body(self.support.trolley.mass)
         joints = (
             Joint(X, ((2, 1),), offset=(0, 0, -self.height)),
@@ -37,7 +39,9 @@ class SwayingTower(NamedTuple):
             Joint(Z, ((0, 1),), parent=1, offset=head, bodies=slewing),
             Joint(X, ((1, 1),), slides=True, parent=2, bodies=(trolley,)),
         )
-        springs = [Spring(lever, self.stiffness, 0, self.damping) for lever in ((0, 0, 1, 0), (0, 0, 0, 1))]
+        springs = [
+            Spring(lever, self.stiffness, 0, self.damping) for lever in ((0, 0, 1, 0), (0, 0, 0, 1))
+        ]
         return Mechanism(
             Tree(joints, Point(3)),
             limits=(*self.support.mechanism().limits, None, None),

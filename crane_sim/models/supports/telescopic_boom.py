@@ -1,17 +1,18 @@
 """Mobile crane: a boom that slews, luffs and telescopes.
 
-In the slewing frame (e_r, e_t, e_z) the boom's foot pin is at (a, 0, h); β is the boom's elevation and ℓ its length.
-The base section (mass m₁, centre at c₁ from the foot, inertia I₁ across) keeps its place on the boom. The telescoped
-section (m₂, I₂) moves out with the tip, its centre at s₂ = ℓ - d₂. With r_i = a + s_i cos β, s₁ = c₁,
+In the slewing frame (e_r, e_t, e_z) the boom's foot pin is at (a, 0, h); β is the boom's elevation
+and ℓ its length. The base section (mass m₁, centre at c₁ from the foot, inertia I₁ across) keeps
+its place on the boom. The telescoped section (m₂, I₂) moves out with the tip, its centre at s₂ = ℓ
+- d₂. With r_i = a + s_i cos β, s₁ = c₁,
 
     J(β, ℓ) = J₀ + Σ (m_i r_i² + I_i cos²β),  B(ℓ) = Σ (m_i s_i² + I_i),
     J α'' + 2 α' (J_β β' + J_ℓ ℓ') = τ_α + r f_t,                       J_β = ½ ∂J/∂β,  J_ℓ = ½ ∂J/∂ℓ = m₂ r₂ cos β
     B β'' + 2 m₂ s₂ ℓ' β' - J_β α'² + g cos β Σ m_i s_i = τ_β + ℓ (f_z cos β - f_r sin β)
     m₂ (ℓ'' - s₂ β'²) - J_ℓ α'² + m₂ g sin β = F + f_r cos β + f_z sin β
 
-under the efforts τ_α, τ_β, F and the force f of the cable on the tip. Both sections are thin: they have no inertia
-about the boom.
-"""
+under the efforts τ_α, τ_β, F and the force f of the cable on the tip. Both sections are thin: they
+have no inertia about the boom.
+"""  # noqa: E501
 
 from typing import NamedTuple
 
@@ -26,7 +27,10 @@ class Superstructure(NamedTuple):
     """What slews besides the boom: cab, winches, counterweight."""
 
     inertia: Positive  # kg m², about the slewing axis, without boom and payload
-    foot: tuple[Real, Real] = (0.0, 0.0)  # m, the boom's foot pin: ahead of the slewing axis, above the model's origin
+    foot: tuple[Real, Real] = (
+        0.0,
+        0.0,
+    )  # m, the boom's foot pin: ahead of the slewing axis, above the model's origin
     limits: AngleRange | None = None  # rad, of the slew angle; a run ends where one is reached
 
 
@@ -36,7 +40,9 @@ class BaseSection(NamedTuple):
     mass: NonNegative  # kg, of the section
     centre: NonNegative  # m, of its mass from the foot pin
     inertia: Positive  # kg m², about a transverse axis through the centre of mass
-    limits: AngleRange | None = None  # rad, of the boom's elevation; a run ends where one is reached
+    limits: AngleRange | None = (
+        None  # rad, of the boom's elevation; a run ends where one is reached
+    )
     windage: BoomWindage | None = None  # of the whole boom: width and drag in the `wind`
 
     def body(self) -> Body:
@@ -66,13 +72,19 @@ class TelescopicBoom(NamedTuple):
 
     def coordinate(self, i: int) -> tuple[str, str]:
         """Return (name of coordinate i, the key of its limits)."""
-        return (("slew", "superstructure.limits"), ("boom", "boom.limits"), ("telescope", "telescope.limits"))[i]
+        return (
+            ("slew", "superstructure.limits"),
+            ("boom", "boom.limits"),
+            ("telescope", "telescope.limits"),
+        )[i]
 
     def mechanism(self) -> Mechanism:
         """Return the joints and bodies: slew, elevation, and the telescoped section."""
         first, windage = self.base_section, self.base_section.windage
         slew = Joint(Z, ((0, 1),), bodies=(self.slewing_body(),))
-        luff = Joint(Y, ((1, 1),), reverse=True, parent=0, offset=self.pin(), bodies=(first.body(),))
+        luff = Joint(
+            Y, ((1, 1),), reverse=True, parent=0, offset=self.pin(), bodies=(first.body(),)
+        )
         slide = Joint(X, ((2, 1),), slides=True, parent=1, bodies=(self.telescope.body(),))
         return Mechanism(
             Tree((slew, luff, slide), Point(2)),

@@ -1,11 +1,13 @@
 """Tower crane (hammerhead): a jib that slews about the tower, and a trolley on the jib.
 
-In the slewing frame (e_r, e_t, e_z), with slew angle α, slew inertia J of jib and counter-jib, and a trolley of mass m
-at the radius r, under the efforts τ, F and the force f of the cable on the trolley:
+In the slewing frame (e_r, e_t, e_z), with slew angle α, slew inertia J of jib and counter-jib, and
+a trolley of mass m at the radius r, under the efforts τ, F and the force f of the cable on the
+trolley:
 
     (J + m r²) α'' + 2 m r r' α' = τ + r f_t,    m (r'' - r α'²) = F + f_r.
 
-The jib's underside, where the cable begins, is at height 0. With a locked slew this is the trolley of a bridge crane.
+The jib's underside, where the cable begins, is at height 0. With a locked slew this is the trolley
+of a bridge crane.
 """
 
 from typing import Any, NamedTuple
@@ -54,16 +56,25 @@ class TowerCrane(NamedTuple):
         if isinstance(slew, LockedSlew):
             locked = Tree((Joint(Z, ((0, 1),)), trolley), Point(1))
             outline = (Point(-1),)
-            return Mechanism(locked, (None, limits), actuated=(0, 1), outline=outline, prescribed=(True, False))
-        turning, windages = Body(0, inertia=diagonal(0, 0, slew.inertia)), (slew.jib_windage, slew.counter_jib_windage)
+            return Mechanism(
+                locked, (None, limits), actuated=(0, 1), outline=outline, prescribed=(True, False)
+            )
+        turning, windages = (
+            Body(0, inertia=diagonal(0, 0, slew.inertia)),
+            (slew.jib_windage, slew.counter_jib_windage),
+        )
         return Mechanism(
             Tree((Joint(Z, ((0, 1),), bodies=(turning,)), trolley), Point(1)),
             limits=(slew.limits, limits),
             actuated=(0, 1),
             outline=(Point(-1),),
-            pressed=tuple(Pressed(0, windage, windage.centre) for windage in windages if windage is not None),
+            pressed=tuple(
+                Pressed(0, windage, windage.centre) for windage in windages if windage is not None
+            ),
         )
 
-    def prescribe(self, t: Any, efforts: tuple[Any, ...], q: tuple[Any, ...], v: tuple[Any, ...]) -> tuple[Any, ...]:
+    def prescribe(
+        self, t: Any, efforts: tuple[Any, ...], q: tuple[Any, ...], v: tuple[Any, ...]
+    ) -> tuple[Any, ...]:
         """Return the accelerations (2,) of a locked slew: none."""
         return (0, 0)

@@ -1,11 +1,12 @@
 """A crane with a cable of N rigid links below any support: equations of motion.
 
-State: one array [support, (l1), n_1 .. n_N, (load), and their rates, (energy supplied), (exchanges)] with unit vectors
-n_k down the links in the axes of the base, and the number of exchanges of the load up to then. Equations see the state
-put back on |n_k| = 1, n_k n_k' = 0, and so does each step.
+State: one array [support, (l1), n_1 .. n_N, (load), and their rates, (energy supplied),
+(exchanges)] with unit vectors n_k down the links in the axes of the base, and the number of
+exchanges of the load up to then. Equations see the state put back on |n_k| = 1, n_k n_k' = 0, and
+so does each step.
 
-The tensions solve the tridiagonal system of `cables.chain_3d`: the support enters by the mobility of its tip along the
-first link, the load by that of its attachment along the last one.
+The tensions solve the tridiagonal system of `cables.chain_3d`: the support enters by the mobility
+of its tip along the first link, the load by that of its attachment along the last one.
 """
 
 from typing import Any, NamedTuple
@@ -63,7 +64,12 @@ from crane_sim.models.supports.hoist import Hoist
 from crane_sim.models.supports.reeved_hoist import ReevedHoist
 from crane_sim.models.supports.support import Support, bare_tip, tip_acceleration, tip_rate, yaw
 from crane_sim.models.supports.support_dynamics import responses, tip_efforts
-from crane_sim.models.suspended.swing_friction import pull_first_node, pull_load, pull_tip, swing_pull
+from crane_sim.models.suspended.swing_friction import (
+    pull_first_node,
+    pull_load,
+    pull_tip,
+    swing_pull,
+)
 from crane_sim.models.suspended.torsion import (
     Torsion,
     add_twist_power,
@@ -148,7 +154,13 @@ class SuspendedSolution(NamedTuple):
 def work_arrays(p):
     """Return work arrays with what does not change."""
     n = len(p.cable.masses)
-    links = Directions(np.empty((n, 3)), np.empty((n, 3)), np.empty(n), p.cable.lengths.copy(), 1.0 / p.cable.masses)
+    links = Directions(
+        np.empty((n, 3)),
+        np.empty((n, 3)),
+        np.empty(n),
+        p.cable.lengths.copy(),
+        1.0 / p.cable.masses,
+    )
     return Work(links, np.zeros((n + 1, 3)), np.empty(n), np.empty(n))
 
 
@@ -184,13 +196,17 @@ def fill_node_accelerations(p, base, values, links, rate, node, acc):
         acc: (N + 1, 3) to fill.
 
     Returns:
-        (position, velocity) of the last link's lower end, power [W] that base and forces supply to the nodes.
+        (position, velocity) of the last link's lower end, power [W] that base and forces supply to
+        the nodes.
     """
     power, n = 0.0, len(links.squared_rates)
     for k in range(n - 1):
         node = next_node(links, k, rate, node)
         rate = 0.0
-        (x, y, z), push = imposed_acceleration(base, node[0], node[1]), force_on_node(p.forces, values, k + 1)
+        (x, y, z), push = (
+            imposed_acceleration(base, node[0], node[1]),
+            force_on_node(p.forces, values, k + 1),
+        )
         free = add((x, y, z - p.gravity), scale(links.inv_masses[k], push))
         acc[k + 1, 0], acc[k + 1, 1], acc[k + 1, 2] = free
         power += dot((x, y, z), node[1]) * p.cable.masses[k] + dot(push, node[1])
@@ -203,13 +219,16 @@ def solve_dynamics(p, t, x, tau, work):
 
     Tensions and links are written into `work`.
 
-    The accelerations in `work` are then those under the first link's pull on the tip, and the last one's on the load.
+    The accelerations in `work` are then those under the first link's pull on the tip, and the last
+    one's on the load.
     """
     links, acc, tension, _ = work
     fill_directions(p, x, links)
     pose, base = posture_of(p, x), base_kinematics_at(p.base, p.gravity, t)
     flow, values = airflow_at(p.wind, p.base, t, 0.0), values_of(p.forces, t)
-    node, power = fill_node_accelerations(p, base, values, links, rope_length(p, x)[1], bare_tip(pose), acc)
+    node, power = fill_node_accelerations(
+        p, base, values, links, rope_length(p, x)[1], bare_tip(pose), acc
+    )
     body = load_of(p, x)
     load = load_state(body, x, layout_of(p)[0], node)
     # torsion and friction of the swing: between load, nodes and tip
@@ -220,14 +239,20 @@ def solve_dynamics(p, t, x, tau, work):
     # the load without the last link's pull
     force, moment = load_force(p, body, t, flow, base, load)
     given = add(force, force_on_node(p.forces, values, len(tension))), moment
-    force, moment = pull_load(swing, links, body, load, *twist_load(twist, links, body, load, *given))
+    force, moment = pull_load(
+        swing, links, body, load, *twist_load(twist, links, body, load, *given)
+    )
     fill_load_end(p, body, base, load, force, moment, work)
     # the support without the first link's pull
     couple, push = pull_tip(swing, twist_couple(twist), twist_tip(twist, links, ZERO))
-    free = move_support(p, t, pose, tau, flow, base, couple, to_tree_axes(pose.kinematics.turn, push))
+    free = move_support(
+        p, t, pose, tau, flow, base, couple, to_tree_axes(pose.kinematics.turn, push)
+    )
     support, length = pull_links(p, t, x, body, load, free, work)
     power += imposed_load_power(base, body, load)
-    return SuspendedSolution(support, length, tension[0], load, base, power, given, moment, twist, swing)
+    return SuspendedSolution(
+        support, length, tension[0], load, base, power, given, moment, twist, swing
+    )
 
 
 def fill_load_end(p, body, base, load, force, moment, work):

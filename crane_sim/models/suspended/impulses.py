@@ -1,12 +1,14 @@
 """The impact of an exchange of the load on the whole crane.
 
-The load and what it takes up are one body first (`exchange.join`), whose attachment has another velocity than the
-cable's end. Then impulses along the rigid links bring both together. They solve the same system as the tensions do,
-with jumps of velocities in place of accelerations: inverse masses of nodes, winch and attachment and the mobility of
-the tip are the same, and nothing else acts in no time. A winch that imposes its motion keeps its rate, a massless one
-transmits no impulse.
+The load and what it takes up are one body first (`exchange.join`), whose attachment has another
+velocity than the cable's end. Then impulses along the rigid links bring both together. They solve
+the same system as the tensions do, with jumps of velocities in place of accelerations: inverse
+masses of nodes, winch and attachment and the mobility of the tip are the same, and nothing else
+acts in no time. A winch that imposes its motion keeps its rate, a massless one transmits no
+impulse.
 
-The last link's impulse takes half of its product with the jump of relative velocity along the link as energy (Carnot).
+The last link's impulse takes half of its product with the jump of relative velocity along the link
+as energy (Carnot).
 """
 
 from math import sqrt
@@ -37,7 +39,12 @@ from crane_sim.models.supports.support import (
     read_state,
     tip_rate,
 )
-from crane_sim.models.supports.support_dynamics import compute_dynamics, prescribed_power, responses, tip_efforts
+from crane_sim.models.supports.support_dynamics import (
+    compute_dynamics,
+    prescribed_power,
+    responses,
+    tip_efforts,
+)
 from crane_sim.models.suspended.crane import fill_directions, next_node
 from crane_sim.multibody import linear
 from crane_sim.multibody.attitude import quaternion_rate
@@ -45,7 +52,9 @@ from crane_sim.multibody.tree import to_tree_axes
 from crane_sim.multibody.vectors import add, cross, dot, multiply, scale, subtract
 from crane_sim.numerics.jit import routine
 
-ROUNDING = 1e-12  # of momentum: an impulse of the cable that is zero up to this does not count as pushing
+ROUNDING = (
+    1e-12  # of momentum: an impulse of the cable that is zero up to this does not count as pushing
+)
 
 
 @routine
@@ -129,10 +138,15 @@ def add_jumps(p, load, x, y, state, joined):
     if first > ns:
         y[nq + ns] += hoisted_length_acceleration(links, top, acc, impulse)
         lost += impulse[0] * x[nq + ns] if winch == 0.0 else 0.0
-    moving, jumps = compute_posture(p.support, read_state(p.support, x, nq)), linear.scale(impulse[0], answer)
+    moving, jumps = (
+        compute_posture(p.support, read_state(p.support, x, nq)),
+        linear.scale(impulse[0], answer),
+    )
     lost += prescribed_power(moving, dynamics, linear.scale(impulse[0], levers), jumps)
     for i, rate in enumerate(answer):
-        reached = abs(rate) * dynamics.matrix[i][i] > ROUNDING * abs(levers[i])  # a drive's body behind a spring is not
+        reached = abs(rate) * dynamics.matrix[i][i] > ROUNDING * abs(
+            levers[i]
+        )  # a drive's body behind a spring is not
         y[nq + i] += impulse[0] * rate if reached else 0.0
     acc[0, 0], acc[0, 1], acc[0, 2] = scale(impulse[0], tip_rate(pose, answer))
     across = end_acceleration_across(load, state, last, impulse[n - 1])
@@ -154,4 +168,6 @@ def write_spin(load, state, pull, omega, y, nq):
     n, impulse = pull
     turn = multiply(load.inverse_inertia, cross(load.attachment, rotate_to_base(state.rows, n)))
     i = 2 * nq - 4
-    y[i], y[i + 1], y[i + 2], y[i + 3] = quaternion_rate(state.quaternion, subtract(omega, scale(impulse, turn)))
+    y[i], y[i + 1], y[i + 2], y[i + 3] = quaternion_rate(
+        state.quaternion, subtract(omega, scale(impulse, turn))
+    )

@@ -2,14 +2,25 @@
 
 from crane_sim import system
 from crane_sim.models.cables.chain_3d import align
-from crane_sim.models.carrier.dynamics import carrier_energies, fall_guard, node_energies, posture_of, write_polyline
+from crane_sim.models.carrier.dynamics import (
+    carrier_energies,
+    fall_guard,
+    node_energies,
+    posture_of,
+    write_polyline,
+)
 from crane_sim.models.carrier.exchange import load_of
 from crane_sim.models.carrier.layout import layout_of, rope_length
 from crane_sim.models.guards import Guard, encode, smaller_guard
 from crane_sim.models.loads import RigidLoad, align_quaternion, load_energies, load_state
 from crane_sim.models.moving_base import pose_at, to_world
 from crane_sim.models.supports.support import bare_tip, read_state, yaw
-from crane_sim.models.suspended.crane import SuspendedCrane, fill_directions, next_node, solve_dynamics
+from crane_sim.models.suspended.crane import (
+    SuspendedCrane,
+    fill_directions,
+    next_node,
+    solve_dynamics,
+)
 from crane_sim.models.suspended.torsion import MAX_TWIST, twist_energy, twist_motion, twist_of
 from crane_sim.models.wind_kink import pressed_point, pressed_point_of
 from crane_sim.multibody import linear

@@ -1,7 +1,7 @@
 """Friction of the swing joints at the support's tip, against the first link's swing in its frame.
 
-It is internal: what it pulls on the link's lower end it pushes on the tip, and the couple between the two turns the
-support about the vertical.
+It is internal: what it pulls on the link's lower end it pushes on the tip, and the couple between
+the two turns the support about the vertical.
 """
 
 from math import sqrt
@@ -25,7 +25,10 @@ def swing_pull(friction, pose, links):
     if friction is None:
         return None
     (s, c), length = pose.heading, links.lengths[0]
-    n, (rx, ry, rz) = to_turned_axes(row_of(links.units, 0), s, c), to_turned_axes(row_of(links.rates, 0), s, c)
+    n, (rx, ry, rz) = (
+        to_turned_axes(row_of(links.units, 0), s, c),
+        to_turned_axes(row_of(links.rates, 0), s, c),
+    )
     rx, ry = rx + pose.yaw_rate * n[1], ry - pose.yaw_rate * n[0]
     c2 = sqrt(n[1] * n[1] + n[2] * n[2])
     s1, c1 = (n[1] / c2, -n[2] / c2) if c2 > 0.0 else (0.0, 1.0)
@@ -39,7 +42,9 @@ def swing_pull(friction, pose, links):
 def pull_first_node(swing, links, acc):
     """Add friction to the acceleration (N + 1, 3) of the node between first link and load."""
     if swing is not None and len(links.squared_rates) > 1:
-        acc[1, 0], acc[1, 1], acc[1, 2] = add(row_of(acc, 1), scale(links.inv_masses[0], swing.force))
+        acc[1, 0], acc[1, 1], acc[1, 2] = add(
+            row_of(acc, 1), scale(links.inv_masses[0], swing.force)
+        )
 
 
 def pull_load(swing, links, body, load, force, moment):
@@ -57,4 +62,6 @@ def pull_load(swing, links, body, load, force, moment):
 
 def pull_tip(swing, couple, force):
     """Return (couple [N m] about the vertical, force (3,) [N]) on the tip, with friction."""
-    return (couple, force) if swing is None else (couple + swing.couple, subtract(force, swing.force))
+    return (
+        (couple, force) if swing is None else (couple + swing.couple, subtract(force, swing.force))
+    )

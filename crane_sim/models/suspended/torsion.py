@@ -1,19 +1,22 @@
 """Torsion of a rope between the support's tip and a rigid load: its twist, and the forces of it.
 
-The tip's frame goes down the links by parallel transport, which turns it at each bend from the direction a to the next
-one b about a × b and nowhere else (R. L. Bishop, Amer. Math. Monthly 82, 1975, 246-251). The first a is the vertical
-of the tip, the last b the load's own one, both downwards. The twist φ is the load's angle about its vertical from the
-frame that arrives there, in the product of unit quaternions
+The tip's frame goes down the links by parallel transport, which turns it at each bend from the
+direction a to the next one b about a × b and nowhere else (R. L. Bishop, Amer. Math. Monthly 82,
+1975, 246-251). The first a is the vertical of the tip, the last b the load's own one, both
+downwards. The twist φ is the load's angle about its vertical from the frame that arrives there, in
+the product of unit quaternions
 
     q = q_swing (cos φ/2, 0, 0, sin φ/2),    φ' = -(ψ' + Σ t · (a' + b') + ω · b_load),    t = a × b / (1 + a · b)
 
-with the tip's yaw ψ and the load's angular velocity ω. The moment M = -(k φ + c φ') does the work M φ', so virtual work
-gives all forces: the couple -M on the support about the vertical, -M (n + b) / (1 + n · b) on the load below the last
-link n, and on each link a pair of forces across it, for which it has to be bent.
+with the tip's yaw ψ and the load's angular velocity ω. The moment M = -(k φ + c φ') does the work M
+φ', so virtual work gives all forces: the couple -M on the support about the vertical, -M (n + b) /
+(1 + n · b) on the load below the last link n, and on each link a pair of forces across it, for
+which it has to be bent.
 
-Quaternions cover the rotations twice, so φ follows from the positions alone within a whole turn to either side, and a
-run ends shortly before it: the load's quaternion and its opposite are the same attitude, a turn of the rope apart.
-"""
+Quaternions cover the rotations twice, so φ follows from the positions alone within a whole turn to
+either side, and a run ends shortly before it: the load's quaternion and its opposite are the same
+attitude, a turn of the rope apart.
+"""  # noqa: E501
 
 from math import atan2
 from typing import NamedTuple
@@ -90,9 +93,15 @@ def twist_motion(links, load, angle, rate):
         a, b = direction_of(links, k - 1), direction_of(links, k)
         frame = turn_by_bend(frame, a, b)
         turning += dot(bend(a, b), add(rate_of(links, k - 1), rate_of(links, k)))
-    last, vertical, omega = direction_of(links, n - 1), load_vertical(load), multiply(load.rows, load.omega)
+    last, vertical, omega = (
+        direction_of(links, n - 1),
+        load_vertical(load),
+        multiply(load.rows, load.omega),
+    )
     w, i, j, k = turn_by_bend(frame, last, vertical)
-    turning += dot(omega, vertical) + dot(bend(last, vertical), add(rate_of(links, n - 1), cross(omega, vertical)))
+    turning += dot(omega, vertical) + dot(
+        bend(last, vertical), add(rate_of(links, n - 1), cross(omega, vertical))
+    )
     e, x, y, z = load.quaternion
     across, along = w * z - i * y + j * x - k * e, w * e + i * x + j * y + k * z
     return 2.0 * atan2(across, along), -turning
@@ -114,7 +123,10 @@ def link_force(twist, links, k):
     """Return the force (3,) [N] on the lower end of link k; its opposite is on the upper one."""
     n, own = len(links.squared_rates), direction_of(links, k)
     lower = direction_of(links, k + 1) if k + 1 < n else twist.vertical
-    return scale(-twist.moment / links.lengths[k], add(bend(direction_of(links, k - 1), own), bend(own, lower)))
+    return scale(
+        -twist.moment / links.lengths[k],
+        add(bend(direction_of(links, k - 1), own), bend(own, lower)),
+    )
 
 
 def push_nodes(twist, links, acc):

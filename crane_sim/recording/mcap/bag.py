@@ -26,7 +26,9 @@ class _TopicState:
     topic: Topic
     count: int = 0
     stamp: int = 0  # of the newest message, ns
-    latched: dict[bytes, None] = field(default_factory=dict)  # messages that hold, in order; of a latched topic
+    latched: dict[bytes, None] = field(
+        default_factory=dict
+    )  # messages that hold, in order; of a latched topic
 
     def latch(self, data: bytes) -> None:
         """Keep the newest message; of a topic that all nodes share, the newest different ones.
@@ -43,7 +45,8 @@ class Bag:
     """Writer of serialized messages, each at its stamp, or at the newest state's where it has none.
 
     Attributes:
-        write_error: one line on why the file could not be written, empty while it can; messages are then ignored.
+        write_error: one line on why the file could not be written, empty while it can; messages are
+            then ignored.
         last_step: the newest one of which all states and efforts are on the disk.
         resets: number of resets of the plant.
     """
@@ -61,7 +64,8 @@ class Bag:
 
         Args:
             path: the complete file.
-            topics: by the name that `callbacks` uses; `joint_states` and `applied_effort` are among them.
+            topics: by the name that `callbacks` uses; `joint_states` and `applied_effort` are among
+                them.
             period_ns: control period; state k carries k times this as its stamp.
             after: last step before the first message.
             resets: number of resets before that.
@@ -71,17 +75,23 @@ class Bag:
             OSError: the file cannot be written.
         """
         self._path, self._period_ns, self._properties = path, period_ns, properties
-        self._topic_states = {name: _TopicState(number, topic) for number, (name, topic) in enumerate(topics.items())}
+        self._topic_states = {
+            name: _TopicState(number, topic) for number, (name, topic) in enumerate(topics.items())
+        }
         self._states, self._efforts = self._topic_states[STATES], self._topic_states[EFFORTS]
         self._file = self._new_file()
         self._now, self.resets = (after + 1) * period_ns, resets
         self._last_message = self._saved = time.monotonic()
         self.write_error, self.last_step, self._after = "", after, after
-        self._steps_before_reset = 0  # steps in a file that could not be written further, from before a reset
+        self._steps_before_reset = (
+            0  # steps in a file that could not be written further, from before a reset
+        )
 
     def callbacks(self) -> dict[str, Callable[[bytes], None]]:
         """Return one function of a serialized message per topic."""
-        return {name: partial(self._write_message, track) for name, track in self._topic_states.items()}
+        return {
+            name: partial(self._write_message, track) for name, track in self._topic_states.items()
+        }
 
     def idle(self) -> None:
         """Save buffered messages if they are due; to be called periodically."""
@@ -94,7 +104,9 @@ class Bag:
             self._attempt(self._file.save)
         self._saved = time.monotonic()
         if not self.write_error:
-            complete_stamp = min(self._states.stamp - self._period_ns, self._efforts.stamp)  # a last effort has no step
+            complete_stamp = min(
+                self._states.stamp - self._period_ns, self._efforts.stamp
+            )  # a last effort has no step
             self.last_step = max(complete_stamp // self._period_ns, self.last_step)
 
     def expect_messages(self) -> None:
@@ -122,8 +134,13 @@ class Bag:
             self._attempt(self._file.close, _describe_end(summary, steps))
         if self.write_error:
             counts = describe_failure(self.last_step - self._after, steps, self._steps_before_reset)
-            return {"mcap": str(self._file.part), "error": f"recorder: {self.write_error}; {counts}"}
-        written = max(0, min(self._states.count - 1, self._efforts.count))  # no effort follows the final state
+            return {
+                "mcap": str(self._file.part),
+                "error": f"recorder: {self.write_error}; {counts}",
+            }
+        written = max(
+            0, min(self._states.count - 1, self._efforts.count)
+        )  # no effort follows the final state
         if written >= steps:
             return {"mcap": str(self._path)}
         why = f"recorder: {self._path} is incomplete, it has {written} of {steps} steps"
@@ -175,7 +192,9 @@ class Bag:
         self._file = self._new_file()
 
     def _new_file(self) -> McapFile:
-        return McapFile(self._path, [track.topic for track in self._topic_states.values()], self._properties)
+        return McapFile(
+            self._path, [track.topic for track in self._topic_states.values()], self._properties
+        )
 
     def _attempt(self, work: Callable[..., None], *arguments: Any) -> None:
         try:
@@ -189,4 +208,6 @@ def _describe_end(summary: Mapping[str, Any], steps: int) -> dict[str, str]:
 
     It says whether the run failed or ended early.
     """
-    return {"steps": str(steps)} | {key: str(summary[key]) for key in ("ended_by", "error") if key in summary}
+    return {"steps": str(steps)} | {
+        key: str(summary[key]) for key in ("ended_by", "error") if key in summary
+    }

@@ -15,7 +15,13 @@ from mcap.writer import CompressionType, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from crane_sim.recording.digest import with_digest
-from crane_sim.recording.files import claim, lock_file, recovered_name, temporary_name, unfinished_name
+from crane_sim.recording.files import (
+    claim,
+    lock_file,
+    recovered_name,
+    temporary_name,
+    unfinished_name,
+)
 from crane_sim.recording.mcap.reader import END, RUN, mcap_file, records
 
 if TYPE_CHECKING:
@@ -33,7 +39,9 @@ class McapFile:
         part: the file until then.
     """
 
-    def __init__(self, path: Path, topics: Sequence[Topic], properties: Mapping[str, str] | None = None) -> None:
+    def __init__(
+        self, path: Path, topics: Sequence[Topic], properties: Mapping[str, str] | None = None
+    ) -> None:
         """Start a file of these topics and run properties; recover a killed recorder's first.
 
         The recovered file is the one of the same name.
@@ -48,9 +56,14 @@ class McapFile:
         self._writer = _start(self._stream)
         if properties:
             self._writer.add_metadata(RUN, with_digest(properties))
-        schemas = {kind: self._register_kind(kind) for kind in dict.fromkeys(topic.kind for topic in topics)}
+        schemas = {
+            kind: self._register_kind(kind)
+            for kind in dict.fromkeys(topic.kind for topic in topics)
+        }
         self._channels = [
-            self._writer.register_channel(topic.name, "cdr", schemas[topic.kind], {"offered_qos_profiles": _qos(topic)})
+            self._writer.register_channel(
+                topic.name, "cdr", schemas[topic.kind], {"offered_qos_profiles": _qos(topic)}
+            )
             for topic in topics
         ]
 
@@ -116,7 +129,8 @@ def _make_room(part: Path) -> None:
 def recover_bag(part: Path, time_left: Callable[[], float] = lambda: inf) -> Path | None:
     """Write a killed recorder's messages into `<name>.recovered.mcap`, and remove its file.
 
-    Returns None, and leaves it alone, where a recorder is still writing it; None, too, where it has no messages.
+    Returns None, and leaves it alone, where a recorder is still writing it; None, too, where it has
+    no messages.
 
     Args:
         part: the unfinished file, by older versions a folder with it.
@@ -144,7 +158,11 @@ def recover_bag(part: Path, time_left: Callable[[], float] = lambda: inf) -> Pat
 def _copy_messages(source: Path, target: Path, time_left: Callable[[], float]) -> bool:
     """Write a file with all that is whole of another one; return whether that has messages."""
     schemas, channels, found = dict[int, int](), dict[int, int](), False
-    with source.open("rb") as left, target.open("wb") as file, suppress(ValueError):  # it is no MCAP file
+    with (
+        source.open("rb") as left,
+        target.open("wb") as file,
+        suppress(ValueError),
+    ):  # it is no MCAP file
         writer = _start(file)
         for record in records(left):
             if time_left() <= 0.0:
@@ -153,13 +171,22 @@ def _copy_messages(source: Path, target: Path, time_left: Callable[[], float]) -
                 case Metadata():
                     writer.add_metadata(record.name, record.metadata)
                 case Schema() if record.id not in schemas:
-                    schemas[record.id] = writer.register_schema(record.name, record.encoding, record.data)
+                    schemas[record.id] = writer.register_schema(
+                        record.name, record.encoding, record.data
+                    )
                 case Channel() if record.id not in channels and record.schema_id in schemas:
-                    about = record.topic, record.message_encoding, schemas[record.schema_id], record.metadata
+                    about = (
+                        record.topic,
+                        record.message_encoding,
+                        schemas[record.schema_id],
+                        record.metadata,
+                    )
                     channels[record.id] = writer.register_channel(*about)
                 case Message() if record.channel_id in channels:
                     channel, time = channels[record.channel_id], record.log_time
-                    writer.add_message(channel, time, record.data, record.publish_time, record.sequence)
+                    writer.add_message(
+                        channel, time, record.data, record.publish_time, record.sequence
+                    )
                     found = True
         writer.finish()
     return found

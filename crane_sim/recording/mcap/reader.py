@@ -20,7 +20,8 @@ from mcap.writer import MCAP0_MAGIC as MAGIC
 from crane_sim.recording.digest import DIGEST
 
 RUN, END = "crane_sim.run", "crane_sim.end"
-"""Names of metadata: before the messages of a run's bag, its properties; behind them, how it ended."""
+"""Names of metadata: before the messages of a run's bag, its properties; behind them, how it
+ended."""
 _HEAD = struct.Struct("<BQ")  # opcode of a record, length of its content
 _KINDS = {
     Opcode.SCHEMA: Schema,
@@ -157,10 +158,18 @@ class _Contents:
                 self._ended = True
 
     def summarise(self) -> McapContents:
-        known = {channel for channel, (schema, _) in self._topics.items() if schema in self._schemas}
-        messages = [each for each in self._messages if each.channel_id in known and self._wants(each.channel_id)]
+        known = {
+            channel for channel, (schema, _) in self._topics.items() if schema in self._schemas
+        }
+        messages = [
+            each
+            for each in self._messages
+            if each.channel_id in known and self._wants(each.channel_id)
+        ]
         messages.sort(key=lambda each: each.log_time)
-        return McapContents([self._named(each) for each in messages], self._metadata, self._damage(known))
+        return McapContents(
+            [self._named(each) for each in messages], self._metadata, self._damage(known)
+        )
 
     def _damage(self, known: set[int]) -> str:
         total, readable = self._numbers.total(), sum(self._numbers[channel] for channel in known)

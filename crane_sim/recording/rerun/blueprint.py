@@ -11,7 +11,14 @@ import rerun.blueprint as rrb
 from crane_sim.recording.camera import Framing
 from crane_sim.recording.layout import Layout, Span, label
 from crane_sim.recording.quantities import LYAPUNOV, PAYLOAD, POSITIONS, REEVED, SWING
-from crane_sim.recording.rerun.curves import UnitPlot, angle_indices, commands, efforts, errors, rates
+from crane_sim.recording.rerun.curves import (
+    UnitPlot,
+    angle_indices,
+    commands,
+    efforts,
+    errors,
+    rates,
+)
 
 TRAIL_SECONDS = 6.0
 
@@ -62,7 +69,10 @@ def crane_view(framing: Framing, trails: Sequence[str]) -> rrb.Spatial3DView:
             eye_up=(0.0, 0.0, 1.0),
             tracking_entity=framing.follows or None,
         ),
-        defaults=[kind.from_fields(fill_mode="solid") for kind in (rr.Boxes3D, rr.Cylinders3D, rr.Ellipsoids3D)],
+        defaults=[
+            kind.from_fields(fill_mode="solid")
+            for kind in (rr.Boxes3D, rr.Cylinders3D, rr.Ellipsoids3D)
+        ],
         overrides=dict.fromkeys(trails, TRAIL_WINDOW),
     )
 
@@ -92,7 +102,13 @@ def _overview(layout: Layout) -> rrb.Container:
 
 def _swing_view(layout: Layout) -> rrb.TimeSeriesView:
     if layout.suspension and layout.suspension.planar:
-        return _plot(layout, f"{SWING} [°]", "shown/swing_deg", "shown/swing_total_deg", "shown/swing_deg_measured")
+        return _plot(
+            layout,
+            f"{SWING} [°]",
+            "shown/swing_deg",
+            "shown/swing_total_deg",
+            "shown/swing_deg_measured",
+        )
     entities = ("swing_deg", "lean_deg", "swing_total_deg", "swing_deg_measured")
     return _plot(layout, "Payload swing [°]", *(f"shown/{name}" for name in entities))
 
@@ -126,7 +142,9 @@ def _details(layout: Layout) -> rrb.Container:
 def _states() -> rrb.Container:
     """Return the timelines of all states, above what was noted and what happened."""
     states = rrb.StateTimelineView(name="States", origin="/states")
-    return rrb.Vertical(states, rrb.TextLogView(name="Events", origin="/log"), row_shares=[3, 2], name="States")
+    return rrb.Vertical(
+        states, rrb.TextLogView(name="Events", origin="/log"), row_shares=[3, 2], name="States"
+    )
 
 
 def _unit_views(layout: Layout, plots: Iterable[UnitPlot]) -> list[rrb.TimeSeriesView]:
@@ -167,4 +185,6 @@ def value_axis(spans: Sequence[Span]) -> rrb.ScalarAxis | None:
         return None
     margin = 0.05 * step
     wide = (first - 1, first + 1) if first == last else (last, first)
-    return rrb.ScalarAxis(range=(min(low, wide[0] * step) - margin, max(high, wide[1] * step) + margin))
+    return rrb.ScalarAxis(
+        range=(min(low, wide[0] * step) - margin, max(high, wide[1] * step) + margin)
+    )

@@ -21,7 +21,9 @@ from crane_sim.recording.rerun.screenshot import Shown, ViewCamera, camera
 from crane_sim.recording.rerun.viewer import PictureError
 
 KINDS = (".gif", ".mp4")
-_GIF_RATE = 50.0  # pictures per second at most: a GIF counts in 1/100 s, and viewers show 1/100 s as 1/10 s
+_GIF_RATE = (
+    50.0  # pictures per second at most: a GIF counts in 1/100 s, and viewers show 1/100 s as 1/10 s
+)
 _COLORS = 128  # of a GIF: the solids of a crane and the curves need fewer
 
 
@@ -36,7 +38,11 @@ class Cut(NamedTuple):
 
 
 def write_clip(
-    recording: Path, output: Path, cut: Cut, shown: Shown, on_progress: Callable[[int, int], None] = lambda *_: None
+    recording: Path,
+    output: Path,
+    cut: Cut,
+    shown: Shown,
+    on_progress: Callable[[int, int], None] = lambda *_: None,
 ) -> int:
     """Write a clip; return its number of frames.
 
@@ -48,15 +54,17 @@ def write_clip(
         on_progress: called with the frames done and all frames.
 
     Raises:
-        SceneError: as of `screenshot.picture`; the part of the run is empty, the file of another kind, or a GIF has
-            more than 50 pictures a second.
+        SceneError: as of `screenshot.picture`; the part of the run is empty, the file of another
+            kind, or a GIF has more than 50 pictures a second.
         PictureError: as of `screenshot.picture`; no ffmpeg, or it failed.
     """
     _check_output(output, cut.frames_per_second)
     with camera(recording, shown) as viewer:
         instants = _instants(cut, viewer.end)
         is_video = output.suffix == ".mp4"  # video encoders want even sizes
-        frames = _frames(viewer, instants, cut.width - cut.width % 2 if is_video else cut.width, on_progress)
+        frames = _frames(
+            viewer, instants, cut.width - cut.width % 2 if is_video else cut.width, on_progress
+        )
         write = partial(_write_mp4, output) if is_video else _write_gif
         write_output("--output", output, lambda path: write(path, frames, cut.frames_per_second))
         return len(instants)
@@ -66,10 +74,15 @@ def _check_output(output: Path, frames_per_second: float) -> None:
     if output.suffix not in KINDS:
         raise SceneError(f"{output}: must end in {' or '.join(KINDS)}")
     if output.suffix == ".gif" and frames_per_second > _GIF_RATE:
-        line = f"a GIF shows {_GIF_RATE:g} pictures a second at most, not {frames_per_second:g}; an .mp4 shows more"
+        line = (
+            f"a GIF shows {_GIF_RATE:g} pictures a second at most, not {frames_per_second:g}; an "
+            ".mp4 shows more"
+        )
         raise SceneError(f"{output}: {line}")
     if output.suffix == ".mp4" and shutil.which("ffmpeg") is None:
-        raise PictureError(f"{output}: needs the program ffmpeg, which is not installed; a .gif needs nothing more")
+        raise PictureError(
+            f"{output}: needs the program ffmpeg, which is not installed; a .gif needs nothing more"
+        )
 
 
 def _instants(cut: Cut, end_of_run: float) -> list[float]:
@@ -104,7 +117,9 @@ def _gif_durations(count: int, frames_per_second: float) -> list[int]:
     return [10 * (end - begin) for begin, end in pairwise(ends)]
 
 
-def _write_mp4(output: Path, path: Path, frames: Iterator[Image.Image], frames_per_second: float) -> None:
+def _write_mp4(
+    output: Path, path: Path, frames: Iterator[Image.Image], frames_per_second: float
+) -> None:
     """Write a clip to a path; errors name the output that it becomes."""
     first = next(frames)
     command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"]

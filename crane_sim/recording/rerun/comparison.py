@@ -94,7 +94,9 @@ def _blueprint(framing: Framing, quantities: Curves, runs: int) -> rrb.Blueprint
         for i, (quantity, values) in enumerate(quantities.items())
     ]
     trails = [f"{_key(i)}/path" for i in range(runs)]
-    tabs: list[rrb.View | rrb.Container] = [rrb.Grid(*plots[:FIRST_TAB_PLOTS], grid_columns=2, name="Overview")]
+    tabs: list[rrb.View | rrb.Container] = [
+        rrb.Grid(*plots[:FIRST_TAB_PLOTS], grid_columns=2, name="Overview")
+    ]
     if plots[FIRST_TAB_PLOTS:]:
         tabs.append(rrb.Grid(*plots[FIRST_TAB_PLOTS:], grid_columns=2, name="Details"))
     tabs.append(rrb.TextLogView(name="Events", origin="/log"))
@@ -125,7 +127,9 @@ def _log_runs(rec: rr.RecordingStream, comparison: Comparison) -> None:
             rec.set_time("sim_time", duration=t)
             rec.log(f"log/{_key(i)}", rr.TextLog(f"{name}: {what}", level="INFO"))
     rec.log(
-        "summary/table", rr.TextDocument(_metrics_markdown(comparison), media_type=rr.MediaType.MARKDOWN), static=True
+        "summary/table",
+        rr.TextDocument(_metrics_markdown(comparison), media_type=rr.MediaType.MARKDOWN),
+        static=True,
     )
 
 
@@ -163,7 +167,9 @@ def _entity(quantity: Quantity) -> str:
 GHOST_OPACITY = 0.45
 
 
-def draw_run(rec: rr.RecordingStream, run: RecordedRun, key: str, color: Color, ghost: bool) -> None:
+def draw_run(
+    rec: rr.RecordingStream, run: RecordedRun, key: str, color: Color, ghost: bool
+) -> None:
     """Draw a run's crane with its ropes, and its payload's path in a colour.
 
     A ghost is all in this colour.
@@ -195,7 +201,9 @@ def _colored(urdf: str, color: Color) -> str:
     return ElementTree.tostring(robot, encoding="unicode")
 
 
-def _place(rec: rr.RecordingStream, entity: str, root: str, time: list[rr.TimeColumn], base: Array | None) -> None:
+def _place(
+    rec: rr.RecordingStream, entity: str, root: str, time: list[rr.TimeColumn], base: Array | None
+) -> None:
     """Place a crane's root in the world: at rest, or with its base (F, 6), [m] and [rad]."""
     if base is None:
         rec.log(entity, rr.Transform3D(parent_frame=WORLD, child_frame=root), static=True)
@@ -209,14 +217,23 @@ def _place(rec: rr.RecordingStream, entity: str, root: str, time: list[rr.TimeCo
     rec.send_columns(entity, time, columns)
 
 
-def _draw_ropes(rec: rr.RecordingStream, run: RecordedRun, key: str, root: str, color: Color) -> None:
+def _draw_ropes(
+    rec: rr.RecordingStream, run: RecordedRun, key: str, root: str, color: Color
+) -> None:
     """Draw the cable from tip to payload in the world, or the falls in the base's frame."""
     frames, radius = run.frames, CABLE_RADIUS_RATIO * run.crane.framing["size"]
     strips = frames.nodes[:, None, run.crane.tip_index :] if frames.falls is None else frames.falls
     count, ropes = strips.shape[:2]
     style = rr.LineStrips3D.from_fields(colors=color, radii=radius)
-    rec.log(f"{key}/rope", rr.CoordinateFrame(WORLD if frames.falls is None else root), style, static=True)
-    columns = rr.LineStrips3D.columns(strips=strips.reshape(-1, *strips.shape[2:]).astype(np.float32))
+    rec.log(
+        f"{key}/rope",
+        rr.CoordinateFrame(WORLD if frames.falls is None else root),
+        style,
+        static=True,
+    )
+    columns = rr.LineStrips3D.columns(
+        strips=strips.reshape(-1, *strips.shape[2:]).astype(np.float32)
+    )
     rec.send_columns(f"{key}/rope", time_columns(frames.t), columns.partition([ropes] * count))
 
 
@@ -226,4 +243,6 @@ def _draw_path(rec: rr.RecordingStream, run: RecordedRun, key: str, color: Color
     lines = np.stack([np.vstack([payload[:1], payload[:-1]]), payload], axis=1).astype(np.float32)
     style = rr.LineStrips3D.from_fields(colors=color, radii=0.003 * run.crane.framing["size"])
     rec.log(f"{key}/path", rr.CoordinateFrame(WORLD), style, static=True)
-    rec.send_columns(f"{key}/path", time_columns(run.frames.t), rr.LineStrips3D.columns(strips=lines))
+    rec.send_columns(
+        f"{key}/path", time_columns(run.frames.t), rr.LineStrips3D.columns(strips=lines)
+    )

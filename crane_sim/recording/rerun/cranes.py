@@ -1,7 +1,7 @@
 """The crane of a recording: a URDF in a posture, or an overhead crane's solids, cable and nodes.
 
-Rails and legs of the latter are as long as the motion needs. They are static, and what is static can be logged anew:
-the picture grows with a run, and is fitted to all of it in the end.
+Rails and legs of the latter are as long as the motion needs. They are static, and what is static
+can be logged anew: the picture grows with a run, and is fitted to all of it in the end.
 """
 
 from __future__ import annotations
@@ -51,7 +51,8 @@ def turn_from_z(direction: Array) -> NDArray[np.float64]:
     """Return quaternions (xyzw) from the z axis to directions (n, 3); zero vectors do not turn."""
     x, y, z = direction.T
     length = np.linalg.norm(direction, axis=1)
-    # half-way form of the shortest arc, (-y, x, 0, length + z); below the horizon length + z cancels: r² / (length - z)
+    # half-way form of the shortest arc, (-y, x, 0, length + z); below the horizon length + z
+    # cancels: r² / (length - z)
     below = z < 0.0
     scalar = np.where(below, (x * x + y * y) / np.where(below, length - z, 1.0), length + z)
     quaternion = np.column_stack([-y, x, np.zeros_like(z), scalar])
@@ -70,7 +71,9 @@ def log_solids(rec: rr.RecordingStream, entity: str, frame: str, shapes: Sequenc
         sizes = np.array([shape.size for shape in chosen])
         look: dict[str, Any] = {
             "centers": [shape.at for shape in chosen],
-            "rotation_axis_angles": [rr.RotationAxisAngle((1.0, 0.0, 0.0), radians=each.rpy[0]) for each in chosen],
+            "rotation_axis_angles": [
+                rr.RotationAxisAngle((1.0, 0.0, 0.0), radians=each.rpy[0]) for each in chosen
+            ],
             "colors": [_color(shape) for shape in chosen],
             "fill_mode": "solid",
         }
@@ -102,7 +105,9 @@ class RobotVisual:
                 rec.log(f"tf/{joint.name}", joint.compute_transform(0.0), static=True)
         rec.log("rope", rr.CoordinateFrame(layout.stand.frame), static=True)
         if "tip_z" in layout.joints:  # its boom is not modelled: nothing else shows what it is
-            name = rr.Points3D([[0.0, 0.0, 0.0]], labels="driven suspension point", colors=LABEL_COLOR, radii=0.0)
+            name = rr.Points3D(
+                [[0.0, 0.0, 0.0]], labels="driven suspension point", colors=LABEL_COLOR, radii=0.0
+            )
             rec.log("suspension_point", rr.CoordinateFrame("tip_link"), name, static=True)
 
     def effort_arrow(self, joint: str) -> EffortArrow:
@@ -111,17 +116,22 @@ class RobotVisual:
         axis = np.array(pose.axis)
         if pose.joint_type == "prismatic":
             return EffortArrow(pose.child_link, (0.0, 0.0, 0.0), _as_vector(axis))
-        return EffortArrow(pose.child_link, (TORQUE_ARM, 0.0, 0.0), _as_vector(np.cross(axis, (1.0, 0.0, 0.0))))
+        return EffortArrow(
+            pose.child_link, (TORQUE_ARM, 0.0, 0.0), _as_vector(np.cross(axis, (1.0, 0.0, 0.0)))
+        )
 
     def set_size(self, size: float) -> None:
         """Log the rope's thickness."""
         rods = rr.Cylinders3D.from_fields(radii=CABLE_RADIUS_RATIO * size, fill_mode="solid")
         self._rec.log("rope", rods, static=True)
 
-    def move(self, time: list[rr.TimeColumn], q: Array, nodes: Array, colors: Colors) -> Framing | None:
+    def move(
+        self, time: list[rr.TimeColumn], q: Array, nodes: Array, colors: Colors
+    ) -> Framing | None:
         """Add frames: coordinates (F, nq), and nodes (F, N, 3) in the crane's standing frame.
 
-        The colours (F, L, 3) are those of links or falls; one alone is that of all. The framing stays.
+        The colours (F, L, 3) are those of links or falls; one alone is that of all. The framing
+        stays.
         """
         values = dict(zip(self._layout.joints, q.T, strict=True))
         for name, columns in joint_transforms(self._joints.values(), values):
@@ -136,7 +146,9 @@ class RobotVisual:
     def fit_to_motion(self) -> Framing | None:
         """Return None: a boom's reach is known from the start."""
 
-    def _draw_lines(self, time: list[rr.TimeColumn], tops: Array, bottoms: Array, colors: Colors) -> None:
+    def _draw_lines(
+        self, time: list[rr.TimeColumn], tops: Array, bottoms: Array, colors: Colors
+    ) -> None:
         """Add rods between points (F, n, 3), in colours (F, n, 3), or (F, 1, 3) for all."""
         frames, count = tops.shape[:2]
         start, end = tops.reshape(-1, 3), bottoms.reshape(-1, 3)
@@ -145,9 +157,9 @@ class RobotVisual:
             lengths=length,
             centers=0.5 * (start + end),
             quaternions=turn_from_z(end - start),
-            colors=np.broadcast_to(colors[:, : count if colors.shape[1] == count else 1], (frames, count, 3)).reshape(
-                -1, 3
-            ),
+            colors=np.broadcast_to(
+                colors[:, : count if colors.shape[1] == count else 1], (frames, count, 3)
+            ).reshape(-1, 3),
         )
         self._rec.send_columns("rope", time, columns.partition([count] * frames))
 
@@ -161,16 +173,29 @@ def joint_transforms(
             yield joint.name, _turns(joint, np.column_stack([values[name] for name in ATTITUDE]))
         elif joint.joint_type != "fixed":
             mimic = joint.mimic
-            value = values[joint.name] if mimic is None else mimic.multiplier * values[mimic.joint] + mimic.offset
+            value = (
+                values[joint.name]
+                if mimic is None
+                else mimic.multiplier * values[mimic.joint] + mimic.offset
+            )
             yield joint.name, joint.compute_transform_columns(value.tolist(), clamp=False)
 
 
 def _turns(joint: rr.urdf.UrdfJoint, attitude: Array) -> rr.ComponentColumnList:
     """Return a payload's turns, from its axes to the base's, of quaternions (F, 4), w first."""
-    rest, frames = joint.compute_transform(0.0), len(attitude)  # with the names of frames that this tree gives them
-    names = [each.as_arrow_array().to_pylist() for each in (rest.parent_frame, rest.child_frame) if each is not None]
+    rest, frames = (
+        joint.compute_transform(0.0),
+        len(attitude),
+    )  # with the names of frames that this tree gives them
+    names = [
+        each.as_arrow_array().to_pylist()
+        for each in (rest.parent_frame, rest.child_frame)
+        if each is not None
+    ]
     parent, child = (name * frames for name in names)
-    return rr.Transform3D.columns(quaternion=np.roll(attitude, -1, axis=1), parent_frame=parent, child_frame=child)
+    return rr.Transform3D.columns(
+        quaternion=np.roll(attitude, -1, axis=1), parent_frame=parent, child_frame=child
+    )
 
 
 def _as_vector(values: Array) -> tuple[float, float, float]:
@@ -178,7 +203,9 @@ def _as_vector(values: Array) -> tuple[float, float, float]:
     return x, y, z
 
 
-def load_robot(robot: str, entity: str | None = None, frames: str | None = None) -> rr.urdf.UrdfTree:
+def load_robot(
+    robot: str, entity: str | None = None, frames: str | None = None
+) -> rr.urdf.UrdfTree:
     """Return a URDF's tree, its entities below `entity`, its frames' names prefixed by `frames`."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "crane.urdf")
@@ -195,10 +222,13 @@ def _cable_columns(nodes: Array, colors: Colors) -> rr.ComponentColumnList:
     if links != nodes.shape[1] - 1:
         return rr.LineStrips3D.columns(strips=nodes.astype(np.float32), colors=colors[:, 0])
     strips = np.stack([nodes[:, :-1], nodes[:, 1:]], axis=2).reshape(-1, 2, 3).astype(np.float32)
-    return rr.LineStrips3D.columns(strips=strips, colors=colors.reshape(-1, 3)).partition([links] * frames)
+    return rr.LineStrips3D.columns(strips=strips, colors=colors.reshape(-1, 3)).partition(
+        [links] * frames
+    )
 
 
-ROOM_MARGIN = 0.3  # fraction of the motion's extent by which a room is made larger, so that it rarely has to grow
+# fraction of the motion's extent by which a room is made larger, so that it rarely has to grow
+ROOM_MARGIN = 0.3
 
 
 EFFORT_ARROWS = {
@@ -225,20 +255,30 @@ class GantryVisual:
 
     def set_size(self, size: float) -> None:
         """Log the cable's thickness."""
-        self._rec.log("rope", rr.LineStrips3D.from_fields(radii=CABLE_RADIUS_RATIO * size), static=True)
+        self._rec.log(
+            "rope", rr.LineStrips3D.from_fields(radii=CABLE_RADIUS_RATIO * size), static=True
+        )
         radii = np.array(self._radii(self._room))
-        self._beads = bool(np.any(radii > CABLE_RADIUS_RATIO * size))  # others are hidden in the line
+        self._beads = bool(
+            np.any(radii > CABLE_RADIUS_RATIO * size)
+        )  # others are hidden in the line
         if self._beads:
-            self._rec.log("rope/nodes", rr.Points3D.from_fields(colors=NODE_COLOR, radii=radii), static=True)
+            self._rec.log(
+                "rope/nodes", rr.Points3D.from_fields(colors=NODE_COLOR, radii=radii), static=True
+            )
 
-    def move(self, time: list[rr.TimeColumn], q: Array, nodes: Array, colors: Colors) -> Framing | None:
+    def move(
+        self, time: list[rr.TimeColumn], q: Array, nodes: Array, colors: Colors
+    ) -> Framing | None:
         """Add frames; the framing is a new one where the room was too small."""
         self._extend_range(nodes)
         grown = None
         if not self._room.contains(self._low, self._high):
             more = ROOM_MARGIN * (self._high - self._low)
             grown = self._build(
-                make_bounding_box(self._low - more, self._high + more, self._shortest, self._room.spatial)
+                make_bounding_box(
+                    self._low - more, self._high + more, self._shortest, self._room.spatial
+                )
             )
         if self._room.spatial:
             self._place(time, "bridge", nodes[:, 0] * (0.0, 1.0, 0.0))
@@ -247,19 +287,28 @@ class GantryVisual:
         self._rec.send_columns("rope", time, _cable_columns(nodes, colors))
         if self._beads:
             beads = rr.Points3D.columns(positions=nodes[:, 1:-1].reshape(-1, 3))
-            self._rec.send_columns("rope/nodes", time, beads.partition([nodes.shape[1] - 2] * len(nodes)))
+            self._rec.send_columns(
+                "rope/nodes", time, beads.partition([nodes.shape[1] - 2] * len(nodes))
+            )
         return grown
 
     def fit_to_motion(self) -> Framing | None:
         """Make the room as large as the motion was."""
         if not np.isfinite(self._low).all():
             return None
-        return self._build(make_bounding_box(self._low, self._high, self._shortest, self._room.spatial))
+        return self._build(
+            make_bounding_box(self._low, self._high, self._shortest, self._room.spatial)
+        )
 
     def _extend_range(self, nodes: Array) -> None:
         """Extend the range of the motion by the nodes (F, N+1, 3)."""
-        self._low, self._high = np.minimum(self._low, nodes.min((0, 1))), np.maximum(self._high, nodes.max((0, 1)))
-        self._shortest = min(self._shortest, float(np.linalg.norm(nodes[:, -1] - nodes[:, 0], axis=1).min()))
+        self._low, self._high = (
+            np.minimum(self._low, nodes.min((0, 1))),
+            np.maximum(self._high, nodes.max((0, 1))),
+        )
+        self._shortest = min(
+            self._shortest, float(np.linalg.norm(nodes[:, -1] - nodes[:, 0], axis=1).min())
+        )
 
     def _build(self, room: BoundingBox) -> Framing:
         """Log the solids, which replace those that were logged before."""
@@ -277,9 +326,14 @@ class GantryVisual:
         pairs = list(zip(hang.masses, hang.lengths, strict=True))
         return [overhead.node_radius(mass, length, room) for mass, length in pairs[:-1]]
 
-    def _place(self, time: list[rr.TimeColumn], frame: str, at: Array, turn: Array | None = None) -> None:
+    def _place(
+        self, time: list[rr.TimeColumn], frame: str, at: Array, turn: Array | None = None
+    ) -> None:
         frames = len(at)
         columns = rr.Transform3D.columns(
-            translation=at, quaternion=turn, parent_frame=[self._stand] * frames, child_frame=[frame] * frames
+            translation=at,
+            quaternion=turn,
+            parent_frame=[self._stand] * frames,
+            child_frame=[frame] * frames,
         )
         self._rec.send_columns(f"tf/{frame}", time, columns)

@@ -1,8 +1,8 @@
 """The curves of a recording: their entities, names and colours, and their values from a block.
 
-`plots/*` keeps every quantity in SI at the full rate. `shown/*` repeats what the overview plots, one unit per entity
-and angles in degrees, because a plot has one axis and people read degrees. Curves of an overhead crane's cable are
-computed from its nodes, independent of its coordinates.
+`plots/*` keeps every quantity in SI at the full rate. `shown/*` repeats what the overview plots,
+one unit per entity and angles in degrees, because a plot has one axis and people read degrees.
+Curves of an overhead crane's cable are computed from its nodes, independent of its coordinates.
 """
 
 from __future__ import annotations
@@ -79,7 +79,9 @@ def commands(layout: Layout) -> list[UnitPlot]:
     return _by_unit("command", layout.driven, layout.command_units, COMMANDS)
 
 
-def _by_unit(name: str, coordinates: Sequence[int], units: Sequence[str], titles: Mapping[str, str]) -> list[UnitPlot]:
+def _by_unit(
+    name: str, coordinates: Sequence[int], units: Sequence[str], titles: Mapping[str, str]
+) -> list[UnitPlot]:
     """Return the plots of a quantity of the coordinates, in the order of their units (SI)."""
     plots = []
     for unit in dict.fromkeys(units):
@@ -88,7 +90,9 @@ def _by_unit(name: str, coordinates: Sequence[int], units: Sequence[str], titles
         word = shown.replace("°", "deg").replace("/", "_").replace("²", "2").replace(" ", "")
         convert = np.asarray if shown == unit else np.degrees
         which = tuple(coordinates[i] for i in columns)
-        plots.append(UnitPlot(f"shown/{name}_{word}", f"{titles[unit]} [{shown}]", which, columns, convert))
+        plots.append(
+            UnitPlot(f"shown/{name}_{word}", f"{titles[unit]} [{shown}]", which, columns, convert)
+        )
     return plots
 
 
@@ -104,13 +108,20 @@ def angle_indices(layout: Layout) -> list[int]:
 
 
 def _with_units(joints: Sequence[str], units: Sequence[str], suffix: str = "") -> tuple[str, ...]:
-    return tuple(f"{label(joint)} [{unit}{suffix}]" for joint, unit in zip(joints, units, strict=True))
+    return tuple(
+        f"{label(joint)} [{unit}{suffix}]" for joint, unit in zip(joints, units, strict=True)
+    )
 
 
 def _stored_curves(layout: Layout) -> list[Channel]:
     driven, derived = layout.driven, f", {layout.provenance}" if layout.provenance else ""
-    names, speeds = _with_units(layout.joints, layout.units), _with_units(layout.joints, layout.units, "/s")
-    applied, demanded = (_with_units(layout.actuated, each) for each in (layout.effort_units, layout.command_units))
+    names, speeds = (
+        _with_units(layout.joints, layout.units),
+        _with_units(layout.joints, layout.units, "/s"),
+    )
+    applied, demanded = (
+        _with_units(layout.actuated, each) for each in (layout.effort_units, layout.command_units)
+    )
     targets, colors, own = tuple(names[i] for i in driven), _hues(range(len(names))), _hues(driven)
     return [
         Channel("plots/q", names, colors, lambda b: b.q),
@@ -124,11 +135,25 @@ def _stored_curves(layout: Layout) -> list[Channel]:
         Channel("plots/energy", (f"energy [J]{derived}",), (PALETTE[1],), lambda b: b.energy),
         Channel("plots/energy_parts", ("kinetic [J]", "potential [J]"), BLUE_GREEN, _energy_parts),
         Channel("plots/lyapunov", ("V [J]",), (PALETTE[3],), lambda b: _columns(b.lyapunov, 0)),
-        Channel("plots/lyapunov_rate", ("dV/dt [W]",), (PALETTE[4],), lambda b: _columns(b.lyapunov, 1)),
+        Channel(
+            "plots/lyapunov_rate", ("dV/dt [W]",), (PALETTE[4],), lambda b: _columns(b.lyapunov, 1)
+        ),
         *(_tensions(layout, derived), _reeved_tensions(layout, derived)),
-        Channel("plots/q_measured", names if layout.sensed else (), colors, lambda b: _half(b.measured, 0)),
-        Channel("plots/v_measured", speeds if layout.sensed else (), colors, lambda b: _half(b.measured, 1)),
-        Channel("plots/contact", ("normal force on the load [N]",), (PALETTE[2],), lambda b: b.contact),
+        Channel(
+            "plots/q_measured",
+            names if layout.sensed else (),
+            colors,
+            lambda b: _half(b.measured, 0),
+        ),
+        Channel(
+            "plots/v_measured",
+            speeds if layout.sensed else (),
+            colors,
+            lambda b: _half(b.measured, 1),
+        ),
+        Channel(
+            "plots/contact", ("normal force on the load [N]",), (PALETTE[2],), lambda b: b.contact
+        ),
     ]
 
 
@@ -136,7 +161,12 @@ def _tensions(layout: Layout, derived: str) -> Channel:
     """Return the tensions of links or falls, in the darker tone where a colour is used again."""
     names = layout.ropes.tensions
     colors = (*PALETTE, *map(_soften, PALETTE)) if len(names) > 1 else (PALETTE[3],)
-    return Channel("plots/tension", tuple(f"{name} [N]{derived}" for name in names), colors, lambda b: b.tensions)
+    return Channel(
+        "plots/tension",
+        tuple(f"{name} [N]{derived}" for name in names),
+        colors,
+        lambda b: b.tensions,
+    )
 
 
 def _reeved_tensions(layout: Layout, derived: str) -> Channel:
@@ -149,28 +179,47 @@ def _reeved_tensions(layout: Layout, derived: str) -> Channel:
 def _positions(layout: Layout) -> list[Channel]:
     """Return the positions needed to draw the crane: the nodes' once a frame of the 3D scene."""
     stride = layout.frame_stride
-    ends = () if layout.ropes.falls is None else ("upper and lower end of each fall in the base [m]",)
+    ends = (
+        () if layout.ropes.falls is None else ("upper and lower end of each fall in the base [m]",)
+    )
     return [
         Channel("plots/tip", METRES, PALETTE, lambda b: b.nodes[:, layout.ropes.tip]),
         Channel("plots/base", BASE_AXES, PALETTE, lambda b: b.base),
-        Channel("frames/nodes", ("x, y, z of each node [m]",), (), lambda b: _flat(b.nodes), 1.0, stride),
+        Channel(
+            "frames/nodes", ("x, y, z of each node [m]",), (), lambda b: _flat(b.nodes), 1.0, stride
+        ),
         Channel("frames/target", METRES, (), lambda b: _columns(b.target, -1), 1.0, stride),
         Channel("frames/falls", ends, (), lambda b: _flat(layout.fall_ends(b)), 1.0, stride),
     ]
 
 
 def _shown_curves(layout: Layout) -> list[Channel]:
-    lengths = [(plot.entity, [layout.joints.index(name) for name in plot.joints]) for plot in layout.length_plots]
+    lengths = [
+        (plot.entity, [layout.joints.index(name) for name in plot.joints])
+        for plot in layout.length_plots
+    ]
     return [
         *_with_targets(layout, "shown/angle_deg", angle_indices(layout), np.degrees),
-        *(curves for entity, which in lengths for curves in _with_targets(layout, entity, which, np.asarray)),
+        *(
+            curves
+            for entity, which in lengths
+            for curves in _with_targets(layout, entity, which, np.asarray)
+        ),
         *_swings(layout),
         *_split(layout, errors(layout), lambda b: _minus(b.reference, b.q[:, layout.driven])),
         *_split(layout, rates(layout), lambda b: b.v[:, layout.moving]),
-        *(_measured(layout, plot.entity, plot.coordinates, plot.convert, rate=True) for plot in rates(layout)),
+        *(
+            _measured(layout, plot.entity, plot.coordinates, plot.convert, rate=True)
+            for plot in rates(layout)
+        ),
         *_split(layout, efforts(layout), lambda b: b.effort),
         *_split(layout, commands(layout), lambda b: b.demanded),
-        Channel("shown/energy_J", ("kinetic", "potential since the start", "sum"), ENERGY_COLORS, _energy_changes),
+        Channel(
+            "shown/energy_J",
+            ("kinetic", "potential since the start", "sum"),
+            ENERGY_COLORS,
+            _energy_changes,
+        ),
     ]
 
 
@@ -183,11 +232,17 @@ def _swings(layout: Layout) -> list[Channel]:
     if cable is None or not cable.planar:
         if cable:
             names = ("towards x", "towards y")
-            listed.append(Channel("shown/lean_deg", names, PALETTE, lambda b: _lean(_whole(b.nodes))))
-        listed.append(Channel(total, ("from the vertical",), (PLAIN,), lambda b: np.degrees(b.swing)))
+            listed.append(
+                Channel("shown/lean_deg", names, PALETTE, lambda b: _lean(_whole(b.nodes)))
+            )
+        listed.append(
+            Channel(total, ("from the vertical",), (PLAIN,), lambda b: np.degrees(b.swing))
+        )
     elif len(cable.links) > 1:
         names = ("trolley to payload",)
-        listed.append(Channel(total, names, (PLAIN,), lambda b: _lean(_whole(b.nodes))[..., 0], 2.2))
+        listed.append(
+            Channel(total, names, (PLAIN,), lambda b: _lean(_whole(b.nodes))[..., 0], 2.2)
+        )
     return listed + (_cable_curves(cable) if cable else [])
 
 
@@ -198,15 +253,22 @@ def _cable_curves(cable: Suspension) -> list[Channel]:
     """
     listed = []
     if cable.planar:
-        listed.append(Channel("shown/payload_m", ("x", "z"), BLUE_GREEN, lambda b: b.nodes[:, -1, XZ]))
+        listed.append(
+            Channel("shown/payload_m", ("x", "z"), BLUE_GREEN, lambda b: b.nodes[:, -1, XZ])
+        )
     if cable.elastic:
         links = np.array(cable.links) - 1
         names = tuple(f"link {k}" for k in cable.links)
         angles = Channel(
-            "shown/swing_deg", names, _hues(cable.links), lambda b: _lean(np.diff(b.nodes, axis=1)[:, links])[..., 0]
+            "shown/swing_deg",
+            names,
+            _hues(cable.links),
+            lambda b: _lean(np.diff(b.nodes, axis=1)[:, links])[..., 0],
         )
         listed += [angles] if cable.planar else []
-        listed.append(Channel("shown/cable_m", ("cable",), (PALETTE[3],), lambda b: _length(b.nodes)))
+        listed.append(
+            Channel("shown/cable_m", ("cable",), (PALETTE[3],), lambda b: _length(b.nodes))
+        )
     return listed
 
 
@@ -232,13 +294,18 @@ def _split(layout: Layout, plots: list[UnitPlot], values: Values) -> list[Channe
     return [_of(layout, plot.entity, plot.coordinates, partial(shown, plot)) for plot in plots]
 
 
-def _with_targets(layout: Layout, entity: str, which: list[int], convert: Callable[[Array], Array]) -> list[Channel]:
+def _with_targets(
+    layout: Layout, entity: str, which: list[int], convert: Callable[[Array], Array]
+) -> list[Channel]:
     """Return the curves of coordinates and, for those that are actuated, of their targets."""
     curves = _of(layout, entity, which, lambda b: convert(b.q[:, which]))
     driven = [i for i in which if i in layout.driven]
     columns = [layout.driven.index(i) for i in driven]
     target = _of(
-        layout, f"{entity}_target", driven, lambda b: None if b.reference is None else convert(b.reference[:, columns])
+        layout,
+        f"{entity}_target",
+        driven,
+        lambda b: None if b.reference is None else convert(b.reference[:, columns]),
     )
     names = tuple(f"{name} target" for name in target.names)
     target = target._replace(names=names, colors=tuple(map(_soften, target.colors)), width=1.2)
@@ -246,14 +313,21 @@ def _with_targets(layout: Layout, entity: str, which: list[int], convert: Callab
 
 
 def _measured(
-    layout: Layout, entity: str, which: Sequence[int], convert: Callable[[Array], Array], rate: bool = False
+    layout: Layout,
+    entity: str,
+    which: Sequence[int],
+    convert: Callable[[Array], Array],
+    rate: bool = False,
 ) -> Channel:
     """Return measured coordinates, or their rates: thin, in a lighter tone of the same colours."""
     first = len(layout.joints) if rate else 0
     sensed = [i for i in which if first + i in layout.sensed]
     columns = [first + i for i in sensed]
     curves = _of(
-        layout, f"{entity}_measured", sensed, lambda b: None if b.measured is None else convert(b.measured[:, columns])
+        layout,
+        f"{entity}_measured",
+        sensed,
+        lambda b: None if b.measured is None else convert(b.measured[:, columns]),
     )
     names = tuple(f"{name} measured" for name in curves.names)
     return curves._replace(names=names, colors=tuple(map(_lighten, curves.colors)), width=0.8)

@@ -1,7 +1,7 @@
 """The file of a recording while it grows: locked, written here, renamed when it is complete.
 
-Rerun writes into a pipe, and a thread copies that to the file. Its own writer ends when the disk refuses it, and calls
-that then wait for it may wait for ever.
+Rerun writes into a pipe, and a thread copies that to the file. Its own writer ends when the disk
+refuses it, and calls that then wait for it may wait for ever.
 """
 
 from __future__ import annotations
@@ -51,7 +51,9 @@ class PartFile:
         self._error: OSError | None = None
         self._mutex = threading.Lock()  # between reading from the pipe and writing
 
-    def connect(self, views: rrb.Blueprint, *others: rr.GrpcSink, write_footer: bool = True) -> None:
+    def connect(
+        self, views: rrb.Blueprint, *others: rr.GrpcSink, write_footer: bool = True
+    ) -> None:
         """Let the stream write into the file, and into other sinks.
 
         Args:
@@ -85,7 +87,8 @@ class PartFile:
         """End the stream and give the file its final name, which is returned.
 
         Raises:
-            RecordingError: the end did not reach the disk; what was written before stays in the `.part` file.
+            RecordingError: the end did not reach the disk; what was written before stays in the
+                `.part` file.
         """
         self.check()
         with self.on_disk():
@@ -113,7 +116,9 @@ class PartFile:
             raise
         except (RuntimeError, ValueError, OSError) as error:
             why = getattr(error, "strerror", None) or error
-            raise RecordingError(f"recording {self.part}: {why} ({_describe_disk(self.part.parent)})") from error
+            raise RecordingError(
+                f"recording {self.part}: {why} ({_describe_disk(self.part.parent)})"
+            ) from error
 
     def _copy_to_end(self) -> None:
         arrivals = select.poll()

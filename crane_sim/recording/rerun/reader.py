@@ -73,18 +73,29 @@ def read_run(path: Path) -> RecordedRun:
         raise UnreadableRecording(f"{path}: cannot be read: {error}") from None
     run = _properties(batches[_RUN])
     if "compared" in run:
-        raise UnreadableRecording(f"{path}: holds a comparison of runs, no run; read the recordings of the runs")
+        raise UnreadableRecording(
+            f"{path}: holds a comparison of runs, no run; read the recordings of the runs"
+        )
     if not agrees(run, required=bool(batches[DIGESTS])):
         raise UnreadableRecording(f"{path}: is damaged: its scene is not as it was written")
     if "crane" not in run:
         cut = "" if run else "is cut off before its first step, or "
-        raise UnreadableRecording(f"{path}: {cut}holds no run, or one of an older version of crane_sim")
+        raise UnreadableRecording(
+            f"{path}: {cut}holds no run, or one of an older version of crane_sim"
+        )
     try:
         return _assemble(path, batches, run, unreadable)
     except UnreadableRecording:
         raise
-    except (ValueError, LookupError, TypeError, pa.ArrowException) as error:  # of a file without digests
-        raise UnreadableRecording(f"{path}: is damaged: {str(error).partition(chr(10))[0]}") from error
+    except (
+        ValueError,
+        LookupError,
+        TypeError,
+        pa.ArrowException,
+    ) as error:  # of a file without digests
+        raise UnreadableRecording(
+            f"{path}: is damaged: {str(error).partition(chr(10))[0]}"
+        ) from error
 
 
 def _assemble(path: Path, batches: Batches, run: dict[str, Any], unreadable: int) -> RecordedRun:
@@ -106,9 +117,15 @@ def _assemble(path: Path, batches: Batches, run: dict[str, Any], unreadable: int
     return RecordedRun(
         path=path,
         crane=crane,
-        properties={key: value for key, value in run.items() if key not in ("crane", "urdf", DIGEST)},
+        properties={
+            key: value for key, value in run.items() if key not in ("crane", "urdf", DIGEST)
+        },
         frames=_frames(rows),
-        states={_timeline(name): _in_seconds(changes[name]) for name in sorted(changes) if name != EVENTS},
+        states={
+            _timeline(name): _in_seconds(changes[name])
+            for name in sorted(changes)
+            if name != EVENTS
+        },
         events=events or [(each["t"], each["what"]) for each in summary.get("events", ())],
         summary=summary,
         completeness=_assess(arrays["t"], run, summary, "; ".join(damage)),
@@ -118,31 +135,47 @@ def _assemble(path: Path, batches: Batches, run: dict[str, Any], unreadable: int
 
 def _check_steps(path: Path, good: NDArray[np.int64], summary: dict[str, Any]) -> None:
     if not len(good):
-        reason = summary.get("error") or "it is cut off before the first ones are complete, or all are damaged"
+        reason = (
+            summary.get("error")
+            or "it is cut off before the first ones are complete, or all are damaged"
+        )
         raise UnreadableRecording(f"{path}: has no steps: {reason}")
 
 
-def _assess(t: NDArray[np.float64], run: dict[str, Any], summary: dict[str, Any], damage: str) -> Completeness:
+def _assess(
+    t: NDArray[np.float64], run: dict[str, Any], summary: dict[str, Any], damage: str
+) -> Completeness:
     planned = round(run["duration"] / run["period"])
     recorded = summary.get("recorded_steps", len(t)) if summary else None
-    lost = summary.get("lost_steps", 0) - summary.get("lost_commands", 0)  # the rows of those commands are there
+    lost = summary.get("lost_steps", 0) - summary.get(
+        "lost_commands", 0
+    )  # the rows of those commands are there
     return assess(Steps(len(t), float(t[-1]), planned, recorded, lost), damage)
 
 
-_STORED = {name: name for name in ("q", "v", "tip", "payload", "swing", "energy_parts")} | {"tensions": "tension"}
+_STORED = {name: name for name in ("q", "v", "tip", "payload", "swing", "energy_parts")} | {
+    "tensions": "tension"
+}
 _OF_DRIVES = {"u": "effort", "commands": "effort_demanded"}
-_OPTIONAL = {name: name for name in ("base", "contact", "q_measured", "v_measured", "lyapunov", "lyapunov_rate")}
+_OPTIONAL = {
+    name: name
+    for name in ("base", "contact", "q_measured", "v_measured", "lyapunov", "lyapunov_rate")
+}
 _OPTIONAL |= {"reeved": "reeved_tension"}
 """Entities below `plots/` by what they are: of every run, of one whose crane is driven, of some."""
 
 
-def _arrays(rows: dict[str, Rows], path: Path, driven: bool, steps: NDArray[np.int64]) -> dict[str, Any]:
+def _arrays(
+    rows: dict[str, Rows], path: Path, driven: bool, steps: NDArray[np.int64]
+) -> dict[str, Any]:
     """Return a run's arrays at its good steps, by attribute name; None for those it lacks."""
     needed = _STORED | (_OF_DRIVES if driven else {})
     found: dict[str, Any] = {}
     for name, entity in (needed | _OPTIONAL).items():
         curves = rows.get(f"plots/{entity}")
-        found[name] = None if curves is None or not np.array_equal(curves.step, steps) else curves.values
+        found[name] = (
+            None if curves is None or not np.array_equal(curves.step, steps) else curves.values
+        )
         if found[name] is None and name in needed:
             raise UnreadableRecording(f"{path}: is damaged: it has no plots/{entity}")
     if not driven:
@@ -195,8 +228,14 @@ def _texts(batches: Sequence[pa.RecordBatch], column: str) -> Instants:
     rows: list[tuple[int, bytes, str]] = []
     for batch in batches:
         with suppress(KeyError):  # it has other columns, or is damaged
-            columns = _nanoseconds(batch).tolist(), batch[_ROW_ID].to_pylist(), batch[column].to_pylist()
-            rows += [(time, row, texts[0]) for time, row, texts in zip(*columns, strict=True) if texts]
+            columns = (
+                _nanoseconds(batch).tolist(),
+                batch[_ROW_ID].to_pylist(),
+                batch[column].to_pylist(),
+            )
+            rows += [
+                (time, row, texts[0]) for time, row, texts in zip(*columns, strict=True) if texts
+            ]
     return [(time, text) for time, _, text in sorted(rows)]
 
 
@@ -213,7 +252,11 @@ def _properties(batches: Sequence[pa.RecordBatch]) -> dict[str, Any]:
     """Return the properties of a recording, in which every value is a list of one."""
     values: dict[str, Any] = {}
     for batch in batches:
-        values |= {name: value[0] for name, value in batch.to_pylist()[-1].items() if isinstance(value, list) and value}
+        values |= {
+            name: value[0]
+            for name, value in batch.to_pylist()[-1].items()
+            if isinstance(value, list) and value
+        }
     return values
 
 
@@ -237,10 +280,14 @@ def _join_rows(entity: str, batches: Sequence[pa.RecordBatch]) -> Rows | None:
             parts.append(_rows_of(entity, batch))
     if not parts:
         return None
-    ((width, _),) = Counter(part.values.shape[1] for part in parts).most_common(1)  # others are damaged
+    ((width, _),) = Counter(part.values.shape[1] for part in parts).most_common(
+        1
+    )  # others are damaged
     parts = [part for part in parts if part.values.shape[1] == width]
     step, time, values = (np.concatenate([part[i] for part in parts]) for i in (1, 2, 3))
-    _, order = np.unique(step, return_index=True)  # where two recorders wrote one step, they wrote the same
+    _, order = np.unique(
+        step, return_index=True
+    )  # where two recorders wrote one step, they wrote the same
     return Rows(entity, step[order], time[order], values[order])
 
 

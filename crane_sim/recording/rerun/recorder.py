@@ -16,7 +16,13 @@ from crane_sim.recording.files import before_reset, describe_failure, describe_g
 from crane_sim.recording.layout import layout_of_scene
 from crane_sim.recording.rerun.live import LiveServer
 from crane_sim.recording.rerun.part_file import RecordingError
-from crane_sim.recording.rerun.repair import REPAIR_TIMEOUT, EarlierFiles, Parts, compact, repair_leftovers
+from crane_sim.recording.rerun.repair import (
+    REPAIR_TIMEOUT,
+    EarlierFiles,
+    Parts,
+    compact,
+    repair_leftovers,
+)
 from crane_sim.recording.rerun.writer import RunWriter
 from crane_sim.recording.states import SIMULATION
 from crane_sim.recording.step_assembler import Row, StepAssembler
@@ -33,10 +39,12 @@ class Recorder:
     """Recorder of messages, in any order between topics, that writes complete steps in blocks.
 
     Attributes:
-        write_error: one line on why the recording could not be written, empty while it can; messages are then ignored.
+        write_error: one line on why the recording could not be written, empty while it can;
+            messages are then ignored.
         last_step: the newest one on the disk.
         resets: number of resets of the plant.
-        on_reset: called when the steps before a reset have been set aside, and nothing else has been done yet.
+        on_reset: called when the steps before a reset have been set aside, and nothing else has
+            been done yet.
     """
 
     def __init__(
@@ -54,7 +62,8 @@ class Recorder:
             scene: what is recorded.
             path: the complete file, or the part of it that this recorder writes.
             live_port: port on which viewers can follow the run, over resets as well.
-            run_id: the viewer's recording id, numbered behind a reset; empty: one of its own for each file.
+            run_id: the viewer's recording id, numbered behind a reset; empty: one of its own for
+                each file.
             complete_file: path of the joined file, if other recorders wrote parts of it.
             previous: files and counts of earlier recorders.
 
@@ -77,7 +86,9 @@ class Recorder:
         self.last_step, self._last_time = previous.last_step, 0.0  # written, s of wall time
         self._last_message, self._blocks = time.monotonic(), 0
         self.write_error = ""
-        self._steps_before_reset = 0  # steps in a file that could not be written further, from before a reset
+        self._steps_before_reset = (
+            0  # steps in a file that could not be written further, from before a reset
+        )
         self.on_reset: Callable[[], object] = lambda: None
 
     def add_state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:
@@ -139,7 +150,9 @@ class Recorder:
     def idle(self) -> None:
         """Write waiting steps if they are due; to be called periodically."""
         waiting = self._assembler.waiting
-        if waiting >= BLOCK_STEPS or (waiting and time.monotonic() - self._last_time >= BLOCK_SECONDS):
+        if waiting >= BLOCK_STEPS or (
+            waiting and time.monotonic() - self._last_time >= BLOCK_SECONDS
+        ):
             self._write(final=False)
 
     def save(self) -> None:
@@ -157,12 +170,15 @@ class Recorder:
             return True
         return steps is not None and self._assembler.has(steps)
 
-    def finish(self, summary: Mapping[str, Any], time_limit: float = REPAIR_TIMEOUT) -> dict[str, Any]:
+    def finish(
+        self, summary: Mapping[str, Any], time_limit: float = REPAIR_TIMEOUT
+    ) -> dict[str, Any]:
         """Write the rest and the run's summary; return what the recorder adds to the summary.
 
-        That is `recording`, `recorded_steps`, `lost_steps` (those without their command among them: `lost_commands`),
-        and `error` where the file could not be written. Parts that could not be joined within `time_limit` seconds stay
-        as they are, and are named as `parts`; a file of many chunks that was not compacted in that time keeps them.
+        That is `recording`, `recorded_steps`, `lost_steps` (those without their command among them:
+        `lost_commands`), and `error` where the file could not be written. Parts that could not be
+        joined within `time_limit` seconds stay as they are, and are named as `parts`; a file of
+        many chunks that was not compacted in that time keeps them.
         """
         start = time.monotonic()
         entries = self._complete(summary, time_limit)
@@ -178,17 +194,25 @@ class Recorder:
         lost_steps = max(self.last_step, steps) - self.recorded + lost_commands
         entries = {"recorded_steps": self.recorded, "lost_steps": lost_steps}
         entries |= {"lost_commands": lost_commands} if lost_commands else {}
-        errors = filter(None, (summary.get("error", ""), describe_gaps(self.recorded, steps, lost_commands)))
+        errors = filter(
+            None, (summary.get("error", ""), describe_gaps(self.recorded, steps, lost_commands))
+        )
         metrics = {"steps": steps, **summary, "recording": str(self._writer.file.path), **entries}
         metrics |= {"error": error} if (error := "; ".join(errors)) else {}
         file = None if self.write_error else self._attempt(lambda: self._writer.close(metrics))
         if file is None:
-            counts = describe_failure(self.recorded, self.recorded + lost_steps, self._steps_before_reset)
+            counts = describe_failure(
+                self.recorded, self.recorded + lost_steps, self._steps_before_reset
+            )
             entries |= {"error": f"recorder: {self.write_error}; {counts}"}
             files = self._parts.all(self._writer.file.part)
         else:
             files = self._parts.join(file, time_limit - (time.monotonic() - start))
-        return entries | {"recording": str(files[-1])} | ({"parts": list(map(str, files))} if files[1:] else {})
+        return (
+            entries
+            | {"recording": str(files[-1])}
+            | ({"parts": list(map(str, files))} if files[1:] else {})
+        )
 
     def _write(self, final: bool) -> None:
         rows = self._assembler.pop_rows(final)
@@ -233,7 +257,8 @@ class Recorder:
         self._parts = Parts(self._path, EarlierFiles())
         self.on_reset()
         self._writer = self._attempt(lambda: self._new_writer(self._path)) or self._writer
-        # the plant publishes its state before the first step, and has not changed it where the run was playing before
+        # the plant publishes its state before the first step, and has not changed it where the run
+        # was playing before
         state, self._simulation_state = self._simulation_state, ""
         if state:
             self.add_simulation_state(state)

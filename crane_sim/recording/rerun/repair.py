@@ -1,6 +1,7 @@
 """Repair of `.part` recordings that a killed recorder left, and joining of a recording's parts.
 
-A recording has parts where a recorder died and its successor wrote a file of its own; in the end they become one file.
+A recording has parts where a recorder died and its successor wrote a file of its own; in the end
+they become one file.
 """
 
 from __future__ import annotations
@@ -39,8 +40,9 @@ def repair_leftovers(folder: Path) -> list[Path]:
 def repair(part: Path, time_left: Callable[[], float] | None = None) -> Path | None:
     """Turn one leftover into `<name>.recovered.rrd`, or the first such name that is free.
 
-    Returns None, and leaves the file alone, where a recorder is still writing it, nothing can be recovered, or there
-    are no seconds `time_left`; without that argument there are `REPAIR_TIMEOUT`.
+    Returns None, and leaves the file alone, where a recorder is still writing it, nothing can be
+    recovered, or there are no seconds `time_left`; without that argument there are
+    `REPAIR_TIMEOUT`.
     """
     with lock_file(part) as acquired:
         if not acquired:
@@ -51,7 +53,9 @@ def repair(part: Path, time_left: Callable[[], float] | None = None) -> Path | N
             return None
         temporary.replace(target)
         part.unlink()
-    logging.getLogger(__name__).warning("%s was left by a killed run: recovered as %s", part, target)
+    logging.getLogger(__name__).warning(
+        "%s was left by a killed run: recovered as %s", part, target
+    )
     return target
 
 
@@ -61,15 +65,27 @@ def countdown(seconds: float) -> Callable[[], float]:
     return lambda: until - time.monotonic()
 
 
-def join_recordings(parts: Sequence[Path], complete_file: Path, time_left: Callable[[], float]) -> bool:
+def join_recordings(
+    parts: Sequence[Path], complete_file: Path, time_left: Callable[[], float]
+) -> bool:
     """Join recordings, also unfinished ones, into `complete_file`; return whether it exists.
 
-    Joining is given up as soon as `time_left` [s] is 0, which is called repeatedly, since a deadline may be set
-    meanwhile. The Rerun process that joins them ends with this process in any case.
+    Joining is given up as soon as `time_left` [s] is 0, which is called repeatedly, since a
+    deadline may be set meanwhile. The Rerun process that joins them ends with this process in any
+    case.
     """
     if time_left() <= 0.0:
         return False
-    command = [rerun_executable(), "rrd", "optimize", "--profile", "live", "-o", complete_file, *parts]
+    command = [
+        rerun_executable(),
+        "rrd",
+        "optimize",
+        "--profile",
+        "live",
+        "-o",
+        complete_file,
+        *parts,
+    ]
     none = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
     with subprocess.Popen(command, preexec_fn=set_parent_death_signal(), **none) as program:
         while program.poll() is None and time_left() > 0.0:
@@ -87,7 +103,8 @@ def compact(recording: Path, time_limit: float) -> None:
 
     A viewer takes its time for each chunk.
 
-    The file stays as it is where it is larger than `COMPACTED_BYTES`, or `time_limit` seconds are not enough.
+    The file stays as it is where it is larger than `COMPACTED_BYTES`, or `time_limit` seconds are
+    not enough.
     """
     temporary = temporary_name(recording)
     if recording.stat().st_size > COMPACTED_BYTES:
@@ -127,7 +144,8 @@ class Parts:
     def join(self, last: Path, time_limit: float) -> list[Path]:
         """Join the earlier files and the `last` one, which is complete; return the resulting files.
 
-        That is the complete file or, after an error of the disk or beyond `time_limit` seconds, every part of it.
+        That is the complete file or, after an error of the disk or beyond `time_limit` seconds,
+        every part of it.
         """
         if not self._parts:
             return self.all(last)

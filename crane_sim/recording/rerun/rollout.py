@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from crane_sim.simulation.rollout import Rollout
 
 BLOCK_STEPS, MAX_BLOCK_STEPS, BLOCKS = 500, 2000, 60
-"""Steps of a block, at least and at most, and the number of blocks of which a viewer loads a file at once."""
+"""Steps of a block, at least and at most, and the number of blocks of which a viewer loads a file
+at once."""
 
 
 def record(rollout: Rollout, path: Path) -> Path:
@@ -26,7 +27,10 @@ def record(rollout: Rollout, path: Path) -> Path:
         ValueError: the run has samples at other times than its control periods.
         RecordingError: the file cannot be written.
     """
-    block, layout = block_of_rollout(rollout), of_rollout(rollout, f"{rollout.scene.name}-{uuid.uuid4().hex[:12]}")
+    block, layout = (
+        block_of_rollout(rollout),
+        of_rollout(rollout, f"{rollout.scene.name}-{uuid.uuid4().hex[:12]}"),
+    )
     steps = len(block.step)
     entries: dict[str, Any] = {"recording": str(path), "recorded_steps": steps, "lost_steps": 0}
     writer = RunWriter(path, layout)

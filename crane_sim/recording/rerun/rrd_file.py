@@ -1,8 +1,8 @@
 """Chunks of a recording's file, decoded without Rerun, which aborts at some damaged files.
 
-A file is a sequence of messages behind a head: kind, length, content, which is a message of protobuf. The content of a
-chunk is an Arrow stream of one batch, compressed by LZ4. Of a file that is cut the messages before that are whole; a
-message that is damaged is left out.
+A file is a sequence of messages behind a head: kind, length, content, which is a message of
+protobuf. The content of a chunk is an Arrow stream of one batch, compressed by LZ4. Of a file that
+is cut the messages before that are whole; a message that is damaged is left out.
 """
 
 from __future__ import annotations
@@ -25,11 +25,22 @@ _HEAD_SIZE = 12  # magic, version, options
 _MESSAGE = struct.Struct("<QQ")  # kind, length
 _END, _STORE, _CHUNK, _ACTIVATION = range(4)  # kinds
 _STORE_ID, _COMPRESSION, _SIZE, _PAYLOAD = 1, 2, 3, 5  # fields of a chunk
-_LZ4, _RECORDING = 2, 1  # values: of the compression, of the kind of a store; the other one is a blueprint
+_LZ4, _RECORDING = (
+    2,
+    1,
+)  # values: of the compression, of the kind of a store; the other one is a blueprint
 _MAX_RATIO = 256  # of LZ4
 _VARINT, _BYTES = 0, 2  # types of fields
 _CODEC = pa.Codec("lz4_raw")
-_DAMAGE = (pa.ArrowException, ValueError, LookupError, TypeError, OSError, MemoryError, StopIteration)
+_DAMAGE = (
+    pa.ArrowException,
+    ValueError,
+    LookupError,
+    TypeError,
+    OSError,
+    MemoryError,
+    StopIteration,
+)
 """What decoding a damaged message may raise."""
 
 
@@ -168,7 +179,10 @@ def open_viewable(recording: Path) -> BinaryIO | None:
         SceneError: it is an unfinished bag.
     """
     if recording.name.endswith(".mcap.part"):
-        raise SceneError(f"{recording}: is an unfinished bag, which the viewer does not load; crane report draws it")
+        raise SceneError(
+            f"{recording}: is an unfinished bag, which the viewer does not load; crane report "
+            "draws it"
+        )
     size = whole_size(recording)
     if size is None:
         return None

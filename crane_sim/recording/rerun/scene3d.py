@@ -42,13 +42,23 @@ class Scene3D:
         self._usual: Array | None = None
         self._aimed, self._range = False, MotionRange(layout.framing)
         self._cast = (
-            GantryVisual(rec, layout.suspension, layout.stand.frame) if layout.suspension else RobotVisual(rec, layout)
+            GantryVisual(rec, layout.suspension, layout.stand.frame)
+            if layout.suspension
+            else RobotVisual(rec, layout)
         )
         for entity in ("payload/trail", "reference/path", "reference/target"):
             rec.log(entity, rr.CoordinateFrame(WORLD), static=True)
         for name in layout.actuated:
-            rec.log(f"effort/{name}", rr.CoordinateFrame(self._cast.effort_arrow(name).frame), static=True)
-        self._vessel = None if layout.stand.frame == WORLD else Vessel(rec, layout.stand.frame, layout.stand.sea)
+            rec.log(
+                f"effort/{name}",
+                rr.CoordinateFrame(self._cast.effort_arrow(name).frame),
+                static=True,
+            )
+        self._vessel = (
+            None
+            if layout.stand.frame == WORLD
+            else Vessel(rec, layout.stand.frame, layout.stand.sea)
+        )
         self._fit(layout.framing)
 
     def draw(self, block: Block) -> None:
@@ -64,7 +74,9 @@ class Scene3D:
         if base is not None:
             self._move_stand(time, base)
         if self._vessel:
-            self._vessel.move(time, np.float64(1e-9 * self._layout.period_ns) * (block.step[rows] - 1))
+            self._vessel.move(
+                time, np.float64(1e-9 * self._layout.period_ns) * (block.step[rows] - 1)
+            )
         self._range.add(block.nodes[rows])
         self._draw_trail(time, block.nodes[rows, -1])
         self._draw_efforts(time, block.effort[rows])
@@ -94,12 +106,24 @@ class Scene3D:
             return
         self._framing, rec, size = framing, self._rec, framing.size
         self._cast.set_size(size)
-        rec.log("payload/trail", rr.LineStrips3D.from_fields(colors=TRAIL_COLOR, radii=0.003 * size), static=True)
-        rec.log("reference/path", rr.LineStrips3D.from_fields(colors=TARGET_COLOR, radii=0.002 * size), static=True)
+        rec.log(
+            "payload/trail",
+            rr.LineStrips3D.from_fields(colors=TRAIL_COLOR, radii=0.003 * size),
+            static=True,
+        )
+        rec.log(
+            "reference/path",
+            rr.LineStrips3D.from_fields(colors=TARGET_COLOR, radii=0.002 * size),
+            static=True,
+        )
         if self._aimed:
             self._log_ball()
         for name in self._layout.actuated:
-            rec.log(f"effort/{name}", rr.Arrows3D.from_fields(colors=EFFORT_COLOR, radii=0.007 * size), static=True)
+            rec.log(
+                f"effort/{name}",
+                rr.Arrows3D.from_fields(colors=EFFORT_COLOR, radii=0.007 * size),
+                static=True,
+            )
         if self._vessel:
             self._vessel.fit(framing)
         else:
@@ -108,16 +132,22 @@ class Scene3D:
     def _log_ball(self) -> None:
         """Log how the target looks; a ball without a centre would stand in the world's origin."""
         halves = [[0.03 * self._framing.size] * 3]
-        ball = rr.Ellipsoids3D.from_fields(half_sizes=halves, colors=(*TARGET_COLOR, 150), fill_mode="solid")
+        ball = rr.Ellipsoids3D.from_fields(
+            half_sizes=halves, colors=(*TARGET_COLOR, 150), fill_mode="solid"
+        )
         self._rec.log("reference/target", ball, static=True)
 
     def _draw_efforts(self, time: list[rr.TimeColumn], effort: Array) -> None:
         size = self._framing.size
-        for name, values, scale in zip(self._layout.actuated, effort.T, self._layout.effort_scales, strict=True):
+        for name, values, scale in zip(
+            self._layout.actuated, effort.T, self._layout.effort_scales, strict=True
+        ):
             _, origin, direction = self._cast.effort_arrow(name)
             vectors = np.outer(0.14 * size * np.clip(values / scale, -2.0, 2.0), direction)
             origins = np.tile(size * np.array(origin), (len(vectors), 1))
-            self._rec.send_columns(f"effort/{name}", time, rr.Arrows3D.columns(vectors=vectors, origins=origins))
+            self._rec.send_columns(
+                f"effort/{name}", time, rr.Arrows3D.columns(vectors=vectors, origins=origins)
+            )
 
     def _draw_trail(self, time: list[rr.TimeColumn], payload: Array) -> None:
         previous = np.vstack([payload[:1] if self._last is None else self._last, payload[:-1]])
@@ -129,8 +159,12 @@ class Scene3D:
         if not self._aimed:
             self._aimed = True
             self._log_ball()
-        self._rec.send_columns("reference/path", time, rr.LineStrips3D.columns(strips=target.astype(np.float32)))
-        self._rec.send_columns("reference/target", time, rr.Ellipsoids3D.columns(centers=target[:, -1]))
+        self._rec.send_columns(
+            "reference/path", time, rr.LineStrips3D.columns(strips=target.astype(np.float32))
+        )
+        self._rec.send_columns(
+            "reference/target", time, rr.Ellipsoids3D.columns(centers=target[:, -1])
+        )
 
 
 def log_ground(rec: rr.RecordingStream, framing: Framing) -> None:
@@ -138,18 +172,28 @@ def log_ground(rec: rr.RecordingStream, framing: Framing) -> None:
     (x, y, ground), size, half = framing.ground, framing.size, ceil(framing.ground_size)
     thick = 0.01 * size
     slab = rr.Boxes3D(
-        centers=(x, y, ground - thick), half_sizes=(half, half, thick), colors=GROUND_COLOR, fill_mode="solid"
+        centers=(x, y, ground - thick),
+        half_sizes=(half, half, thick),
+        colors=GROUND_COLOR,
+        fill_mode="solid",
     )
     rec.log("ground", rr.CoordinateFrame(WORLD), slab, static=True)
     pitch = 10 ** max(0, ceil(log10(half / 40)))  # m
     marks = range(-half, half + 1, pitch)
-    lines = [[(i, -half, 0.0), (i, half, 0.0)] for i in marks] + [[(-half, i, 0.0), (half, i, 0.0)] for i in marks]
+    lines = [[(i, -half, 0.0), (i, half, 0.0)] for i in marks] + [
+        [(-half, i, 0.0), (half, i, 0.0)] for i in marks
+    ]
     grid = (np.array(lines) + (x, y, ground + 0.001 * size)).astype(np.float32)
     strips = rr.LineStrips3D(grid, colors=GRID_COLOR, radii=rr.Radius.ui_points(0.6))
     rec.log("ground/grid", rr.CoordinateFrame(WORLD), strips, static=True)
 
 
-HULL_COLOR, DECK_COLOR, SEAM_COLOR, WATER_COLOR = (52, 60, 70), (84, 92, 100), (112, 120, 128), (30, 66, 96)
+HULL_COLOR, DECK_COLOR, SEAM_COLOR, WATER_COLOR = (
+    (52, 60, 70),
+    (84, 92, 100),
+    (112, 120, 128),
+    (30, 66, 96),
+)
 FREEBOARD, DRAUGHT = 0.2, 0.25  # of the crane's size
 WATER_RATIO = 2.0  # size of the water by that of the ground
 CREST_POINTS = 64  # of the water, along x
@@ -163,7 +207,10 @@ class Vessel:
         self._rec, self._waves = rec, waves
         self._x, self._y = np.empty(0), (0.0, 0.0)  # m, of the points of the water
         self._half = self._level = 0.0  # m
-        for entity, frame in (*((f"vessel/{part}", stand) for part in ("hull", "deck", "seams")), ("water", WORLD)):
+        for entity, frame in (
+            *((f"vessel/{part}", stand) for part in ("hull", "deck", "seams")),
+            ("water", WORLD),
+        ):
             rec.log(entity, rr.CoordinateFrame(frame), static=True)
 
     def fit(self, framing: Framing) -> None:
@@ -173,11 +220,19 @@ class Vessel:
         freeboard, thick = FREEBOARD * size + waves, 0.02 * size
         height = freeboard + DRAUGHT * size
         length, width = half * framing.deck[0], half * framing.deck[1]
-        self._log_box("vessel/deck", (x, y, deck - 0.5 * thick), (length, width, 0.5 * thick), DECK_COLOR)
         self._log_box(
-            "vessel/hull", (x, y, deck - thick - 0.5 * height), (0.97 * length, 0.97 * width, 0.5 * height), HULL_COLOR
+            "vessel/deck", (x, y, deck - 0.5 * thick), (length, width, 0.5 * thick), DECK_COLOR
         )
-        seams = [[(x - length, y + i * width, deck), (x + length, y + i * width, deck)] for i in np.linspace(-1, 1, 9)]
+        self._log_box(
+            "vessel/hull",
+            (x, y, deck - thick - 0.5 * height),
+            (0.97 * length, 0.97 * width, 0.5 * height),
+            HULL_COLOR,
+        )
+        seams = [
+            [(x - length, y + i * width, deck), (x + length, y + i * width, deck)]
+            for i in np.linspace(-1, 1, 9)
+        ]
         lines = rr.LineStrips3D(seams, colors=SEAM_COLOR, radii=rr.Radius.ui_points(0.6))
         self._rec.log("vessel/seams", lines, static=True)
         self._half, self._level = WATER_RATIO * half, deck - freeboard
@@ -186,7 +241,9 @@ class Vessel:
         first = 2 * np.arange(CREST_POINTS - 1)[:, None]
         triangles = np.vstack([first + (0, 2, 1), first + (1, 2, 3)])
         still = self._surface(np.zeros((1, CREST_POINTS)))[0]
-        water = rr.Mesh3D(vertex_positions=still, triangle_indices=triangles, albedo_factor=WATER_COLOR)
+        water = rr.Mesh3D(
+            vertex_positions=still, triangle_indices=triangles, albedo_factor=WATER_COLOR
+        )
         self._rec.log("water", water, static=True)
 
     def move(self, time: list[rr.TimeColumn], t: Array) -> None:
@@ -194,7 +251,11 @@ class Vessel:
         if self._waves is None:
             return
         number = self._waves.frequencies**2 / GRAVITY  # rad/m, of deep water
-        phase = self._waves.frequencies * t[:, None, None] + self._waves.phases - number * self._x[:, None]
+        phase = (
+            self._waves.frequencies * t[:, None, None]
+            + self._waves.phases
+            - number * self._x[:, None]
+        )
         elevation = np.sin(phase) @ self._waves.amplitudes
         slope = -np.cos(phase) @ (number * self._waves.amplitudes)
         normals = np.stack([-slope, np.zeros_like(slope), np.ones_like(slope)], axis=-1)
@@ -213,7 +274,11 @@ class Vessel:
         return points.reshape(len(elevation), -1, 3).astype(np.float32)
 
     def _log_box(
-        self, entity: str, center: tuple[float, ...], halves: tuple[float, ...], color: tuple[int, int, int]
+        self,
+        entity: str,
+        center: tuple[float, ...],
+        halves: tuple[float, ...],
+        color: tuple[int, int, int],
     ) -> None:
         box = rr.Boxes3D(centers=[center], half_sizes=[halves], colors=color, fill_mode="solid")
         self._rec.log(entity, box, static=True)

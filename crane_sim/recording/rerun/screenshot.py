@@ -16,7 +16,12 @@ from rerun.experimental import ViewerState
 from crane_sim.files.errors import SceneError, did_you_mean
 from crane_sim.files.output import write_output
 from crane_sim.recording.rerun import viewer
-from crane_sim.recording.rerun.viewer import HeadlessViewer, PictureError, check_viewable, headless_viewer
+from crane_sim.recording.rerun.viewer import (
+    HeadlessViewer,
+    PictureError,
+    check_viewable,
+    headless_viewer,
+)
 
 
 class Shown(NamedTuple):
@@ -53,7 +58,8 @@ class ViewCamera:
 
         It is the first that is like the one before.
 
-        A viewer lays out a tab and loads what its views need in the frames in which it draws it for the first time.
+        A viewer lays out a tab and loads what its views need in the frames in which it draws it for
+        the first time.
 
         Raises:
             PictureError: pictures still differ after `LOAD_SECONDS`.
@@ -67,7 +73,9 @@ class ViewCamera:
 
     def at(self, instant: float) -> bytes:
         """Return the picture at a scene time [s], as PNG, complete if its tab was drawn before."""
-        self._viewer.request(lambda client: client.set_time("sim_time", duration=instant, play_state="paused"))
+        self._viewer.request(
+            lambda client: client.set_time("sim_time", duration=instant, play_state="paused")
+        )
         return self._viewer.request(lambda client: client.take_screenshot(self._view_id))
 
     def reports(self) -> list[str]:
@@ -96,7 +104,9 @@ def camera(recording: Path, shown: Shown | None = None) -> Iterator[ViewCamera]:
         yield ViewCamera(headless, recording, shown or Shown())
 
 
-def picture(recording: Path, output: Path, at: float | None = None, shown: Shown | None = None) -> list[str]:
+def picture(
+    recording: Path, output: Path, at: float | None = None, shown: Shown | None = None
+) -> list[str]:
     """Save what the viewer shows at a scene time.
 
     Args:
@@ -122,7 +132,9 @@ def picture(recording: Path, output: Path, at: float | None = None, shown: Shown
 
 
 def _end_of_run(state: ViewerState, recording: Path) -> float:
-    ends = [line.end for each in state.recordings for line in each.timelines if line.name == "sim_time"]
+    ends = [
+        line.end for each in state.recordings for line in each.timelines if line.name == "sim_time"
+    ]
     if not ends or ends[0] is None:
         raise PictureError(f"{recording}: has no timeline sim_time")
     return ends[0] * 1e-9
@@ -133,7 +145,9 @@ def _view_id(state: ViewerState, name: str) -> str:
 
 
 def _containers(blueprint: Mapping[str, Any]) -> list[dict[str, Any]]:
-    return [part["ContainerBlueprint"] for part in blueprint.values() if "ContainerBlueprint" in part]
+    return [
+        part["ContainerBlueprint"] for part in blueprint.values() if "ContainerBlueprint" in part
+    ]
 
 
 def _title(blueprint: Mapping[str, Any], entity: str) -> str:
@@ -151,4 +165,7 @@ def _by_title(titles: Mapping[str, str], name: str, kind: str) -> str:
     for title, value in titles.items():
         if title.casefold() == name.casefold():
             return value
-    raise SceneError(f"{kind} {name!r}: no such {kind}{did_you_mean(name, titles)}; possible: {', '.join(titles)}")
+    raise SceneError(
+        f"{kind} {name!r}: no such {kind}{did_you_mean(name, titles)}; possible: "
+        f"{', '.join(titles)}"
+    )

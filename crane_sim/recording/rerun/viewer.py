@@ -29,7 +29,10 @@ from crane_sim.recording.rerun.rrd_file import open_viewable
 
 LOAD_SECONDS = 120.0  # for each question to the viewer, on however busy a machine
 END_SECONDS = 5.0  # for the viewer to end in order, before it is killed
-NO_DRAWING = "the viewer cannot draw here; is there a Vulkan driver (Debian, Ubuntu: apt install mesa-vulkan-drivers)?"
+NO_DRAWING = (
+    "the viewer cannot draw here; is there a Vulkan driver (Debian, Ubuntu: apt install "
+    "mesa-vulkan-drivers)?"
+)
 _BEGINNINGS = b"RRF", b"\x89MCAP"  # of Rerun's files, in any version of their format, and of bags
 _PANIC = "panicked at"  # what a viewer without a driver ends with, above a page of stack
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
@@ -42,7 +45,8 @@ _OFFLINE = {
 ENVIRONMENT = {"RERUN_APP_ONLY": "true", "RUST_LOG": "warn"} | {
     name: value for upper, value in _OFFLINE.items() for name in (upper, upper.lower())
 }
-"""Of the viewer: no question about analytics, no line for what goes well, and no telemetry or request for updates."""
+"""Of the viewer: no question about analytics, no line for what goes well, and no telemetry or
+request for updates."""
 
 Answer = TypeVar("Answer")
 
@@ -66,7 +70,15 @@ def check_viewable(recording: Path) -> None:
 
 def window_command(source: str) -> list[str]:
     """Return the command that shows a recording, or a live server's address, in a window."""
-    return [str(rerun_executable()), "--hide-welcome-screen", "--bind", ADDRESS, "--port", "auto", source]
+    return [
+        str(rerun_executable()),
+        "--hide-welcome-screen",
+        "--bind",
+        ADDRESS,
+        "--port",
+        "auto",
+        source,
+    ]
 
 
 def free_ports(count: int) -> list[int]:
@@ -89,7 +101,8 @@ class HeadlessViewer:
     def request(self, call: Callable[[ViewerClient], Answer]) -> Answer:
         """Return the response to a request that may be sent twice.
 
-        On a busy machine a viewer needs a while to start, and may lose a connection: the request is sent again.
+        On a busy machine a viewer needs a while to start, and may lose a connection: the request is
+        sent again.
 
         Raises:
             PictureError: it has ended, or does not answer within `LOAD_SECONDS`.
@@ -102,7 +115,9 @@ class HeadlessViewer:
             except (RuntimeError, OSError) as error:
                 self._client = None
                 if self._process.poll() is not None:
-                    raise PictureError(_describe_end(self._log.read_text(errors="replace"))) from error
+                    raise PictureError(
+                        _describe_end(self._log.read_text(errors="replace"))
+                    ) from error
                 if time.monotonic() >= deadline:
                     raise PictureError(f"the viewer failed: {error}") from error
             time.sleep(_POLL)
@@ -132,13 +147,27 @@ class HeadlessViewer:
 def headless_viewer() -> Iterator[HeadlessViewer]:
     """Run a viewer for the length of the block; it ends with this process, however that ends."""
     (port,) = free_ports(1)
-    command = [str(rerun_executable()), "--headless", "--hide-welcome-screen", "--bind", ADDRESS, "--port", str(port)]
-    with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder:  # a viewer that is ended leaves one of its own
+    command = [
+        str(rerun_executable()),
+        "--headless",
+        "--hide-welcome-screen",
+        "--bind",
+        ADDRESS,
+        "--port",
+        str(port),
+    ]
+    with tempfile.TemporaryDirectory(
+        prefix="crane_sim-"
+    ) as folder:  # a viewer that is ended leaves one of its own
         env, log = os.environ | ENVIRONMENT | {"TMPDIR": folder}, Path(folder, "viewer.log")
         try:
             with log.open("wb") as output:
                 process = subprocess.Popen(
-                    command, env=env, stdout=output, stderr=output, preexec_fn=set_parent_death_signal()
+                    command,
+                    env=env,
+                    stdout=output,
+                    stderr=output,
+                    preexec_fn=set_parent_death_signal(),
                 )
         except OSError as error:
             raise PictureError(f"no viewer: {error}") from error
@@ -183,4 +212,8 @@ def _served(recording: Path) -> Iterator[str]:
 def _describe_end(output: str) -> str:
     """Return one line on why a viewer has ended, from its output."""
     text = _COLOUR.sub("", output).strip()
-    return f"the viewer ended: {text.splitlines()[-1].strip()}" if text and _PANIC not in output else NO_DRAWING
+    return (
+        f"the viewer ended: {text.splitlines()[-1].strip()}"
+        if text and _PANIC not in output
+        else NO_DRAWING
+    )

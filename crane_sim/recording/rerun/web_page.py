@@ -1,7 +1,8 @@
 """The viewer as a page on the loopback interface, which makes no request to any other machine.
 
-Rerun's own page asks for fonts, examples and updates on the Internet, and sends telemetry. This one is the same without
-links to fonts, under a policy by which a browser refuses every request but to this machine.
+Rerun's own page asks for fonts, examples and updates on the Internet, and sends telemetry. This one
+is the same without links to fonts, under a policy by which a browser refuses every request but to
+this machine.
 """
 
 from __future__ import annotations
@@ -24,9 +25,16 @@ from crane_sim.recording.rerun.repair import rerun_executable
 from crane_sim.recording.rerun.viewer import END_SECONDS, ENVIRONMENT, free_ports
 
 START_SECONDS = 60.0  # for the viewer to serve its page, on however busy a machine
-POLICY = f"default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; connect-src 'self' data: http://{ADDRESS}:*"
-"""Content-Security-Policy of the page: its scripts are in it, compile code, and read data of this machine."""
-_KEPT = ("Content-Type", "rerun-final-length")  # headers of the viewer's answers; the latter is for its progress bar
+POLICY = (
+    "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; connect-src 'self' data: "
+    f"http://{ADDRESS}:*"
+)
+"""Content-Security-Policy of the page: its scripts are in it, compile code, and read data of this
+machine."""
+_KEPT = (
+    "Content-Type",
+    "rerun-final-length",
+)  # headers of the viewer's answers; the latter is for its progress bar
 _ELSEWHERE = re.compile(rb"<link[^>]*https?://[^>]*>")  # links of the page to other machines
 _POLL = 0.05  # s between two questions whether the viewer has started
 
@@ -35,7 +43,8 @@ _POLL = 0.05  # s between two questions whether the viewer has started
 def web_page(source: str) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
     """Serve the page of a recording, or of what a live server serves, during the block.
 
-    Yields the process of the viewer, which serves the data until it ends, and the address of the page.
+    Yields the process of the viewer, which serves the data until it ends, and the address of the
+    page.
 
     Raises:
         RuntimeError: the viewer does not start; it has said why on stderr.
@@ -44,13 +53,16 @@ def web_page(source: str) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
     served = source if "://" in source else live_address(data_port)
     command = [str(rerun_executable()), "--serve-web", "--bind", ADDRESS]
     command += ["--port", str(data_port), "--web-viewer-port", str(page_port), source]
-    viewer = subprocess.Popen(command, env=os.environ | ENVIRONMENT, preexec_fn=set_parent_death_signal())
+    viewer = subprocess.Popen(
+        command, env=os.environ | ENVIRONMENT, preexec_fn=set_parent_death_signal()
+    )
     try:
         _wait_for_start(viewer, page_port)
         with ThreadingHTTPServer((ADDRESS, 0), partial(_Page, page_port)) as server:
             threading.Thread(target=server.serve_forever, daemon=True).start()
             try:
-                yield viewer, f"http://{ADDRESS}:{server.server_port}/?url={quote(served, safe='')}&hide_welcome_screen"
+                query = f"url={quote(served, safe='')}&hide_welcome_screen"
+                yield viewer, f"http://{ADDRESS}:{server.server_port}/?{query}"
             finally:
                 server.shutdown()
     finally:
@@ -83,7 +95,11 @@ class _Page(BaseHTTPRequestHandler):
         connection = HTTPConnection(ADDRESS, self._port)
         connection.request("GET", self.path)
         answer = connection.getresponse()
-        body = _ELSEWHERE.sub(b"", content) if b"<html" in (content := answer.read())[:1000] else content
+        body = (
+            _ELSEWHERE.sub(b"", content)
+            if b"<html" in (content := answer.read())[:1000]
+            else content
+        )
         self.send_response(answer.status)
         for name in _KEPT:
             if value := answer.getheader(name):

@@ -32,12 +32,16 @@ APPLICATION = "crane_sim"
 DIGESTS, EVENTS, STATES = "digests", "log/events", "states/"
 """Entities of digests and events, and beginning of those of timelines of states."""
 SPEED = "plots/rtf"
-MAX_INDEXED_DURATION = 120.0  # s of scene time: a longer run has no index, which needs 0.1 MB of memory a block
+MAX_INDEXED_DURATION = (
+    120.0  # s of scene time: a longer run has no index, which needs 0.1 MB of memory a block
+)
 
 
 def is_verified(entity: str) -> bool:
     """Whether an entity's curves are read back and have digests; those only shown have none."""
-    return entity.startswith(("plots/", "frames/")) and entity != SPEED  # speeds are logged beside the blocks
+    return (
+        entity.startswith(("plots/", "frames/")) and entity != SPEED
+    )  # speeds are logged beside the blocks
 
 
 class RunWriter:
@@ -63,7 +67,9 @@ class RunWriter:
         self._layout, self._channels, self.recorded = layout, channels(layout), 0
         self._spans: dict[str, Span] = {}
         self._timelines = StateTimelines(layout)
-        self._changes = defaultdict[str, list[tuple[int, str]]](list)  # (ns, event or state) by entity
+        self._changes = defaultdict[str, list[tuple[int, str]]](
+            list
+        )  # (ns, event or state) by entity
         rr.set_strict_mode(True)  # otherwise a bad array is only warned about, and lost
         self._rec = rr.RecordingStream(APPLICATION, recording_id=layout.run_id)
         self._rec.set_log_time_enabled(False)  # wall time in the rows would make equal runs differ
@@ -83,7 +89,11 @@ class RunWriter:
             for channel in self._channels:
                 if channel.colors:  # the others are no curves of a plot
                     self._rec.log(channel.entity, _style(channel), static=True)
-            self._rec.log(SPEED, rr.SeriesLines(names="simulated s per s", colors=PALETTE[0], widths=1.6), static=True)
+            self._rec.log(
+                SPEED,
+                rr.SeriesLines(names="simulated s per s", colors=PALETTE[0], widths=1.6),
+                static=True,
+            )
             stage = Scene3D(self._rec, self._layout)
         self.file.check()
         return stage
@@ -94,7 +104,9 @@ class RunWriter:
         views = blueprint(self._layout, live is not None)
         self.file.connect(views, *served, write_footer=indexed)
         if live is not None:
-            self._rec.send_blueprint(views)  # active: the page does not take the default one of a run that it joins
+            self._rec.send_blueprint(
+                views
+            )  # active: the page does not take the default one of a run that it joins
 
     def write(self, block: Block) -> None:
         """Append a block of steps: first what is read back and its digest, then what is only shown.
@@ -108,7 +120,9 @@ class RunWriter:
         self._log_changes(self._timelines.find_changes(block))
         text = rr.TextDocument.columns(text=[digest])
         self._rec.send_columns(DIGESTS, times(self._layout, np.array([last])), text)
-        self._write_channels(block, [channel for channel in self._channels if not is_verified(channel.entity)])
+        self._write_channels(
+            block, [channel for channel in self._channels if not is_verified(channel.entity)]
+        )
         self._stage.draw(block)
         self.file.check()
         self.recorded += len(block.step)
@@ -140,7 +154,10 @@ class RunWriter:
     def add_events(self, events: Sequence[tuple[float, str]]) -> None:
         """Add events (s, text), and the timelines of states that follow from them."""
         if events:
-            instants, texts = np.array([round(1e9 * t) for t, _ in events]), [text for _, text in events]
+            instants, texts = (
+                np.array([round(1e9 * t) for t, _ in events]),
+                [text for _, text in events],
+            )
             rows = rr.TextLog.columns(text=texts, level=["INFO"] * len(texts))
             self._rec.send_columns(EVENTS, times_at(self._layout, instants), rows)
             self._changes[EVENTS] += zip(instants.tolist(), texts, strict=True)
@@ -150,13 +167,18 @@ class RunWriter:
         """Write the summary, finish the file and give it its final name.
 
         Raises:
-            RecordingError: the end did not reach the disk; what was written before stays in the `.part` file.
+            RecordingError: the end did not reach the disk; what was written before stays in the
+                `.part` file.
         """
         self._log_timelines(make_fault_timelines(summary))
         framing = self._stage.fit_to_motion() or self._layout.framing
-        self._rec.send_blueprint(blueprint(self._layout._replace(framing=framing, spans=self._spans)))
+        self._rec.send_blueprint(
+            blueprint(self._layout._replace(framing=framing, spans=self._spans))
+        )
         text = summary_table(self._layout.name, summary, self._layout.path_unit)
-        self._rec.log("summary/table", rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
+        self._rec.log(
+            "summary/table", rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True
+        )
         properties = summary_properties(summary) | {CHANGES: digest_changes(self._changes)}
         self._rec.send_property("summary", rr.AnyValues(**with_digest(properties)))
         return self.file.finish()
@@ -185,7 +207,9 @@ class RunWriter:
         if len(named) > len(known):
             colors = np.array([int(f"{get_color(state)[1:]}ff", 16) for state in named], np.uint32)
             self._rec.log(entity, rr.StateConfiguration(values=named, colors=colors), static=True)
-        self._rec.send_columns(entity, times_at(self._layout, instants), rr.StateChange.columns(state=states))
+        self._rec.send_columns(
+            entity, times_at(self._layout, instants), rr.StateChange.columns(state=states)
+        )
 
     def _log(self, step: int, entity: str, what: rr.TextLog | rr.Scalars) -> None:
         set_time(self._rec, self._layout, step)

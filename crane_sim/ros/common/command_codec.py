@@ -2,8 +2,8 @@
 
 Each joint's number is in the field that its drive is commanded by.
 
-A crane whose drives all take the same kind has commands with that field alone; where they differ, a message has all
-fields that a drive takes, with NaN where a joint's drive takes another one.
+A crane whose drives all take the same kind has commands with that field alone; where they differ, a
+message has all fields that a drive takes, with NaN where a joint's drive takes another one.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,8 @@ class CommandCodec:
     """Encoder and decoder of the commands of a scene's actuated joints.
 
     Attributes:
-        kind: what all drives are commanded, `effort`, `velocity` or `position`; empty where they differ.
+        kind: what all drives are commanded, `effort`, `velocity` or `position`; empty where they
+            differ.
         decode: that of `JointStateCodec`.
     """
 
@@ -35,12 +36,16 @@ class CommandCodec:
         if self.kind:
             return self._codec.encode(stamp, command)
         named = list(zip(self._kinds.values(), command, strict=True))
-        vectors = [[value if kind == field else nan for kind, value in named] for field in self._fields]
+        vectors = [
+            [value if kind == field else nan for kind, value in named] for field in self._fields
+        ]
         return self._codec.encode(stamp, *vectors)
 
     def values(self, decoded: DecodedJointState) -> Sequence[float]:
         """Return the commands in a message by their names; fewer where fields are not filled."""
         if self.kind:
             return getattr(decoded, self.kind)
-        columns = [getattr(decoded, self._kinds.get(name, self._fields[0])) for name in decoded.names]
+        columns = [
+            getattr(decoded, self._kinds.get(name, self._fields[0])) for name in decoded.names
+        ]
         return [column[i] for i, column in enumerate(columns) if i < len(column)]

@@ -16,7 +16,9 @@ from crane_sim.ros.common.command_stamps import StampRange
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.derived import derive
 
-_ACCELERATION = 1e5  # rad/s² or m/s² of a joint with its load; the bound itself, in units other than N m and N
+_ACCELERATION = (
+    1e5  # rad/s² or m/s² of a joint with its load; the bound itself, in units other than N m and N
+)
 _LOAD_FACTOR = 1e3  # times the effort that holds a joint against gravity
 _HALF_DIFFERENCE = 1e-3  # rad or m, of the central difference of the potential energy
 _LINE_LENGTH = 200  # characters of a refusal's line
@@ -63,7 +65,9 @@ def required_efforts(scene: Scene) -> RequiredEfforts:
     q[0, indices, joints] += _HALF_DIFFERENCE
     q[1, indices, joints] -= _HALF_DIFFERENCE
     v[2, indices, joints] = 1.0
-    derived = derive(scene, np.zeros(4 * n), q.reshape(4 * n, -1), v.reshape(4 * n, -1), np.zeros((4 * n, n)))
+    derived = derive(
+        scene, np.zeros(4 * n), q.reshape(4 * n, -1), v.reshape(4 * n, -1), np.zeros((4 * n, n))
+    )
     up, down, _, _ = derived.potential_relative.reshape(4, n)
     _, _, moving, at_rest = derived.kinetic_relative.reshape(4, n)
     return RequiredEfforts(2.0 * np.abs(moving - at_rest), (up - down) / (2.0 * _HALF_DIFFERENCE))
@@ -96,7 +100,9 @@ _REJECTED = (
     Refusal.COMMANDER,
 )  # mistakes of the publisher
 _BY_STAMP = (Refusal.UNSTAMPED, Refusal.FUTURE, Refusal.LATE, Refusal.STALE)
-_STAMPS_HELP = "a command echoes the stamp of its state; --command-stamps ros takes those of ROS time, any all"
+_STAMPS_HELP = (
+    "a command echoes the stamp of its state; --command-stamps ros takes those of ROS time, any all"
+)
 _TOO_OLD = (Refusal.LATE, Refusal.STALE)
 
 
@@ -109,11 +115,13 @@ class CommandValidator:
         last_refusal: one line on the latest refusal, empty while there is none.
     """
 
-    def __init__(self, actuated: Sequence[str], largest: Sequence[float], joints: Sequence[str] = ()) -> None:
+    def __init__(
+        self, actuated: Sequence[str], largest: Sequence[float], joints: Sequence[str] = ()
+    ) -> None:
         """Accept commands for all joints `actuated`; the caller gets their efforts in this order.
 
-        Efforts beyond `largest` (nu,) [N m or N] are refused: no state would stay finite. Commands may also name other
-        ones of the crane's `joints`, without an effort.
+        Efforts beyond `largest` (nu,) [N m or N] are refused: no state would stay finite. Commands
+        may also name other ones of the crane's `joints`, without an effort.
         """
         self._largest = tuple(largest)
         self.received = 0
@@ -123,7 +131,11 @@ class CommandValidator:
         self._newest: dict[str, int] = {}  # stamps of the last accepted commands, by their clocks
 
     def validate(
-        self, stamp: int, names: Sequence[str], efforts: Sequence[float], possible: StampRange | None
+        self,
+        stamp: int,
+        names: Sequence[str],
+        efforts: Sequence[float],
+        possible: StampRange | None,
     ) -> tuple[float, ...] | None:
         """Return the efforts (nu,) of a command in joint order, or None when it is refused.
 
@@ -137,16 +149,25 @@ class CommandValidator:
         if possible is None:
             return self.match_joints(names, efforts)
         if reason := self._check_stamp(stamp, possible):
-            line = f"command with stamp {stamp} ns, possible: {possible.oldest} .. {possible.newest} ns"
+            line = (
+                f"command with stamp {stamp} ns, possible: {possible.oldest} .. {possible.newest} "
+                "ns"
+            )
             return self.refuse(reason, line)
         ordered = self.match_joints(names, efforts)
         if ordered is not None:
             self._newest[possible.epoch] = stamp
         return ordered
 
-    def match_joints(self, names: Sequence[str], efforts: Sequence[float]) -> tuple[float, ...] | None:
+    def match_joints(
+        self, names: Sequence[str], efforts: Sequence[float]
+    ) -> tuple[float, ...] | None:
         """Return the efforts (nu,) of a command with any stamp in joint order; None if refused."""
-        return self._check_efforts(efforts) if names == self._actuated else self._sort_by_joint(names, efforts)
+        return (
+            self._check_efforts(efforts)
+            if names == self._actuated
+            else self._sort_by_joint(names, efforts)
+        )
 
     def validate_array(self, efforts: Sequence[float]) -> tuple[float, ...] | None:
         """Return the efforts (nu,) of a command without names and stamp; None if refused."""
@@ -201,16 +222,27 @@ class CommandValidator:
             return Refusal.LATE
         return Refusal.STALE if stamp < possible.oldest else None
 
-    def _sort_by_joint(self, names: Sequence[str], efforts: Sequence[float]) -> tuple[float, ...] | None:
+    def _sort_by_joint(
+        self, names: Sequence[str], efforts: Sequence[float]
+    ) -> tuple[float, ...] | None:
         commanded = [name for name in names if name not in self._passive]
         if sorted(commanded) != sorted(self._actuated) or len(set(names)) != len(names):
             line = f"command for joints {list(names)}, the actuated ones are {self._actuated}"
             return self.refuse(Refusal.NAMES, line)
         if len(efforts) != len(names) and len(efforts) != len(commanded):
             return self._check_efforts(efforts)
-        by_name = dict(zip(names if len(efforts) == len(names) else commanded, efforts, strict=True))
-        if driven := [name for name in by_name.keys() & self._passive if by_name[name] and not isnan(by_name[name])]:
-            line = f"command with effort {by_name[driven[0]]} on {driven[0]}, the actuated joints are {self._actuated}"
+        by_name = dict(
+            zip(names if len(efforts) == len(names) else commanded, efforts, strict=True)
+        )
+        if driven := [
+            name
+            for name in by_name.keys() & self._passive
+            if by_name[name] and not isnan(by_name[name])
+        ]:
+            line = (
+                f"command with effort {by_name[driven[0]]} on {driven[0]}, the actuated joints are "
+                f"{self._actuated}"
+            )
             return self.refuse(Refusal.NAMES, line)
         return self._check_efforts([by_name[name] for name in self._actuated])
 
@@ -223,4 +255,6 @@ class CommandValidator:
         if not all(map(isfinite, efforts)):
             return self.refuse(Refusal.NOT_FINITE, f"command with efforts {list(efforts)}")
         most = [float(f"{largest:.3g}") for largest in self._largest]
-        return self.refuse(Refusal.HUGE, f"command with efforts {list(efforts)}, the largest are {most}")
+        return self.refuse(
+            Refusal.HUGE, f"command with efforts {list(efforts)}, the largest are {most}"
+        )

@@ -24,16 +24,20 @@ class StampRange(NamedTuple):
     epoch: str = "simulated"  # the clock; stamps of two clocks are not compared
 
 
-def lockstep_range(policy: str, state: int, period: int, ahead: tuple[int, int] = (0, 0)) -> StampRange | None:
+def lockstep_range(
+    policy: str, state: int, period: int, ahead: tuple[int, int] = (0, 0)
+) -> StampRange | None:
     """Return the stamps of answers to a state in lockstep, None where any will do.
 
-    With ROS time the clock leads: it reads the time of the next state as soon as this one has been acknowledged.
+    With ROS time the clock leads: it reads the time of the next state as soon as this one has been
+    acknowledged.
 
     Args:
         policy: one of CommandStamps.
         state: its stamp, ns.
         period: from a state to the next one, ns.
-        ahead: by how much more than that the clock was ahead when the state was new, and is now, ns.
+        ahead: by how much more than that the clock was ahead when the state was new, and is now,
+            ns.
     """
     if policy == CommandStamps.ANY:
         return None
@@ -44,11 +48,13 @@ def lockstep_range(policy: str, state: int, period: int, ahead: tuple[int, int] 
     )
 
 
-def realtime_range(policy: str, stamp: int, state: int, wall: int, timeouts: tuple[int, int]) -> StampRange | None:
+def realtime_range(
+    policy: str, stamp: int, state: int, wall: int, timeouts: tuple[int, int]
+) -> StampRange | None:
     """Return the stamps of commands in real time, None where any will do.
 
-    With ROS time a stamp is one of the clock that it is nearer to: /clock, or the wall clock, of which it may be as
-    much ahead as it may be behind, since clocks of two machines differ.
+    With ROS time a stamp is one of the clock that it is nearer to: /clock, or the wall clock, of
+    which it may be as much ahead as it may be behind, since clocks of two machines differ.
 
     Args:
         policy: one of CommandStamps.

@@ -7,7 +7,13 @@ from typing import Any, cast
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from rclpy.qos import (
+    DurabilityPolicy,
+    QoSPolicyKind,
+    QoSProfile,
+    ReliabilityPolicy,
+    qos_profile_sensor_data,
+)
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import UInt8
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -28,7 +34,9 @@ class SimulationState(IntEnum):
 
 
 STREAM_QOS = QoSProfile(depth=10)  # of topics with a message each step: reliable, volatile
-DEEP_STREAM_QOS = QoSProfile(depth=10_000)  # for publishers: a recorder that lags for seconds loses nothing
+DEEP_STREAM_QOS = QoSProfile(
+    depth=10_000
+)  # for publishers: a recorder that lags for seconds loses nothing
 LATCHED_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 CLOCK_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 SENSOR_QOS = qos_profile_sensor_data
@@ -36,7 +44,8 @@ TRANSFORM_QOS = QoSProfile(depth=100)  # as tf2_ros has it
 
 NS_PER_S = 1_000_000_000
 LIVELINESS_LEASE = 2.0
-"""Liveliness lease of the middleware [s], after which a dead peer is removed, as in the profile in `config/`."""
+"""Liveliness lease of the middleware [s], after which a dead peer is removed, as in the profile in
+`config/`."""
 
 
 class MalformedMessage(ValueError):
@@ -65,11 +74,15 @@ def deserialize(data: bytes, kind: Any) -> Any:
 def describe_policy(kind: int) -> str:
     """Return what does not fit between publisher and subscriber, by the kind of the QoS policy."""
     possible = {
-        QoSPolicyKind.RELIABILITY: "subscriptions to states may be reliable or best effort, commands must be reliable",
+        QoSPolicyKind.RELIABILITY: "subscriptions to states may be reliable or best effort, "
+        "commands must be reliable",
         QoSPolicyKind.DURABILITY: "states and commands are volatile",
     }
     policy = QoSPolicyKind(kind)
-    return f"its QoS policy {policy.name.lower()} does not fit: {possible.get(policy, 'take the default')}"
+    return (
+        f"its QoS policy {policy.name.lower()} does not fit: "
+        f"{possible.get(policy, 'take the default')}"
+    )
 
 
 def describe_missing(package: str) -> str:
@@ -109,7 +122,11 @@ def set_setpoint(message: JointTrajectory, ns: int, setpoint: Sequence[float]) -
     """Write a setpoint (3 n,), positions, velocities, accelerations, and its stamp [ns]."""
     n = len(setpoint) // 3
     point = cast(Sequence[JointTrajectoryPoint], message.points)[0]
-    point.positions, point.velocities, point.accelerations = setpoint[:n], setpoint[n : 2 * n], setpoint[2 * n :]
+    point.positions, point.velocities, point.accelerations = (
+        setpoint[:n],
+        setpoint[n : 2 * n],
+        setpoint[2 * n :],
+    )
     set_stamp(message.header.stamp, ns)
 
 

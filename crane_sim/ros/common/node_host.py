@@ -90,8 +90,10 @@ class NodeHost:
         started: the supervisor has sent "go", or there is none.
         resume_state: the argument of that request.
         requests: further requests by their first word; each is called with the rest of the line.
-        brake_reason: why there will be no more commands and the plant is to brake to rest, empty while it is not.
-        stop_reason: why the node is to end ("interrupted", "orphaned", "finish …", "quit", "shutdown"), or empty.
+        brake_reason: why there will be no more commands and the plant is to brake to rest, empty
+            while it is not.
+        stop_reason: why the node is to end ("interrupted", "orphaned", "finish …", "quit",
+            "shutdown"), or empty.
     """
 
     def __init__(self, node: ServingNode, pipes: Pipes, executor: str = "events") -> None:
@@ -100,7 +102,9 @@ class NodeHost:
         self.started = not pipes.attached
         self.resume_state = self.brake_reason = self.stop_reason = ""
         self._executor = SingleThreadedExecutor() if executor == "single" else EventsExecutor()
-        self._idle_calls = 2 if executor == "single" else 1  # in a row, after which it has nothing to do
+        self._idle_calls = (
+            2 if executor == "single" else 1
+        )  # in a row, after which it has nothing to do
         self._executor.add_node(node)
         self._next_poll = self._next_turn = 0.0
         self._notices = set[str]()
@@ -132,8 +136,8 @@ class NodeHost:
     def report_ready(self) -> None:
         """Report that the node is ready for its run; exempt its objects from garbage collection.
 
-        Its heap is large (messages, compiled code), and is needed to the end: each full collection would scan it, some
-        milliseconds, several times a second.
+        Its heap is large (messages, compiled code), and is needed to the end: each full collection
+        would scan it, some milliseconds, several times a second.
         """
         gc.collect()
         gc.freeze()
@@ -165,8 +169,9 @@ class NodeHost:
     def _take_turn(self, end: float) -> None:
         """Let the executor work until it has nothing to do, or until `end` [s].
 
-        A call may do something without a callback: events of messages that newer ones have pushed out, and, by the
-        executor `single`, the guard condition behind each callback, after which its next call has something again.
+        A call may do something without a callback: events of messages that newer ones have pushed
+        out, and, by the executor `single`, the guard condition behind each callback, after which
+        its next call has something again.
         """
         idle = 0
         while idle < self._idle_calls and (began := time.monotonic()) < end:
@@ -177,7 +182,9 @@ class NodeHost:
 
     def _spin_executor(self, timeout: float) -> None:
         try:
-            self._executor.spin_once(timeout_sec=timeout)  # never spin(): it does not return on a signal
+            self._executor.spin_once(
+                timeout_sec=timeout
+            )  # never spin(): it does not return on a signal
         except RCLError as error:  # of a message or a request that the middleware cannot read
             self.node.get_logger().warning(str(error), throttle_duration_sec=1.0)
 
@@ -206,7 +213,9 @@ class NodeHost:
             else:
                 self.stop(line)
 
-    def wait(self, missing: Callable[[], str], meanwhile: Callable[[], None] = lambda: None) -> None:
+    def wait(
+        self, missing: Callable[[], str], meanwhile: Callable[[], None] = lambda: None
+    ) -> None:
         """Spin until `missing` returns nothing, or the node is to stop; log the wait every 5 s.
 
         `meanwhile` is called again and again, some milliseconds apart.
@@ -242,9 +251,10 @@ def main(
 ) -> int:
     """Run one node as a process of its own and return its exit code.
 
-    The code is 0 after a complete run, 1 after a `Fault`, 2 for bad input (a ValueError); both errors go as one line
-    to the supervisor (event "fault": a restart would fail, too), or to the log where there is none. Of any other error
-    the last line goes to the supervisor (event "exception": a standby may succeed), the traceback to the log.
+    The code is 0 after a complete run, 1 after a `Fault`, 2 for bad input (a ValueError); both
+    errors go as one line to the supervisor (event "fault": a restart would fail, too), or to the
+    log where there is none. Of any other error the last line goes to the supervisor (event
+    "exception": a standby may succeed), the traceback to the log.
 
     Args:
         name: of the node.
@@ -256,7 +266,10 @@ def main(
         rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
         make_node = ManagedNode if managed else ServingNode
         node = make_node(name, automatically_declare_parameters_from_overrides=True)
-    except (ValueError, RuntimeError) as error:  # arguments that ROS cannot parse, or an invalid name
+    except (
+        ValueError,
+        RuntimeError,
+    ) as error:  # arguments that ROS cannot parse, or an invalid name
         print(f"{name}: {str(error).splitlines()[0]}", file=sys.stderr)
         return 2
     common = common_parameters(node)
@@ -271,7 +284,9 @@ def main(
         return 1 if isinstance(error, Fault) else 2
     except Exception as error:  # unforeseen: the supervisor names it where it reports the exit
         node.get_logger().fatal(traceback.format_exc())
-        host.pipes.report("exception", why=traceback.format_exception_only(error)[-1].splitlines()[0])
+        host.pipes.report(
+            "exception", why=traceback.format_exception_only(error)[-1].splitlines()[0]
+        )
         return 1
     finally:
         host.close()

@@ -2,8 +2,9 @@
 
 It does not end the node.
 
-rclpy's own services of parameters raise an error where a request has a number that none of their enumerations has.
-Lifecycle nodes are activated and deactivated by external managers; an inactive node is matched, but does nothing.
+rclpy's own services of parameters raise an error where a request has a number that none of their
+enumerations has. Lifecycle nodes are activated and deactivated by external managers; an inactive
+node is matched, but does nothing.
 """
 
 import select
@@ -17,7 +18,11 @@ from rclpy.node import Node
 
 from crane_sim.ros.common.parameters import Option
 
-MANAGED = {"autostart": Option(True, "activate itself; if not, wait, inactive, for an activation or the request go")}
+MANAGED = {
+    "autostart": Option(
+        True, "activate itself; if not, wait, inactive, for an activation or the request go"
+    )
+}
 
 ENDINGS = ("cleanup", "shutdown")
 """Transitions that end the node, and are no fault."""
@@ -27,7 +32,8 @@ class ServingNode(Node):
     """A mix-in for nodes: the callback of each service is guarded.
 
     Attributes:
-        served: subscriptions that the node's host serves in place of its executor, by the files of their arrivals.
+        served: subscriptions that the node's host serves in place of its executor, by the files of
+            their arrivals.
         arrivals: an epoll of these files.
         calls: number of callbacks of services and other subscriptions so far.
     """
@@ -42,7 +48,9 @@ class ServingNode(Node):
         self.served[subscription.fileno()] = subscription
         self.arrivals.register(subscription.fileno(), select.EPOLLIN)
 
-    def create_service(self, srv_type: Any, srv_name: str, callback: Callable[..., Any], **options: Any) -> Any:
+    def create_service(
+        self, srv_type: Any, srv_name: str, callback: Callable[..., Any], **options: Any
+    ) -> Any:
         """Create a service; arguments: see `Node.create_service`."""
         return super().create_service(srv_type, srv_name, self.guard(srv_name, callback), **options)
 
@@ -74,12 +82,16 @@ class ManagedNode(ServingNode, LifecycleNode):
     def __init__(self, name: str, **options: Any) -> None:
         """Create the node, still without callbacks; arguments: see `Node`."""
         super().__init__(name, **options)
-        self._service_change_state.callback = self.guard("change_state", self._service_change_state.callback)
+        self._service_change_state.callback = self.guard(
+            "change_state", self._service_change_state.callback
+        )
         self.active = False
         self._on_change: Callable[[bool], None] = lambda active: None
         self._on_end: Callable[[str], None] = lambda why: None
 
-    def manage(self, autostart: bool, on_change: Callable[[bool], None], on_end: Callable[[str], None]) -> None:
+    def manage(
+        self, autostart: bool, on_change: Callable[[bool], None], on_end: Callable[[str], None]
+    ) -> None:
         """Configure the node, with `autostart` activate it; call back at every later transition.
 
         Args:
@@ -124,7 +136,9 @@ class ManagedNode(ServingNode, LifecycleNode):
         return TransitionCallbackReturn.SUCCESS
 
 
-def _answer(node: ServingNode, name: str, callback: Callable[[Any, Any], Any], request: Any, response: Any) -> Any:
+def _answer(
+    node: ServingNode, name: str, callback: Callable[[Any, Any], Any], request: Any, response: Any
+) -> Any:
     node.calls += 1
     try:
         return callback(request, response)
@@ -136,10 +150,15 @@ def _answer(node: ServingNode, name: str, callback: Callable[[Any, Any], Any], r
 
 def _write_failure(request: Any, response: Any, line: str) -> Any:
     """Return the response with the failure in the fields that the service has for it."""
-    if hasattr(request, "parameters"):  # of SetParameters: one result for each, also for those that were not read
+    if hasattr(
+        request, "parameters"
+    ):  # of SetParameters: one result for each, also for those that were not read
         failure = SetParametersResult(successful=False, reason=line)
         if hasattr(response, "results"):
-            response.results = [*response.results, *[failure] * (len(request.parameters) - len(response.results))]
+            response.results = [
+                *response.results,
+                *[failure] * (len(request.parameters) - len(response.results)),
+            ]
         else:
             response.result = failure
     if hasattr(response, "success"):

@@ -6,7 +6,12 @@ from contextlib import suppress
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -17,7 +22,8 @@ _ROS_PARAMETERS = {"use_sim_time", "start_type_description_service"}  # declared
 class Option(NamedTuple):
     """One parameter: its default, range and choices.
 
-    A default of type tuple stands for an array of numbers; `live` ones may be set while the node runs.
+    A default of type tuple stands for an array of numbers; `live` ones may be set while the node
+    runs.
     """
 
     default: Any
@@ -29,9 +35,15 @@ class Option(NamedTuple):
 
 
 COMMON = {
-    "control_fd": Option(-1, "pipe end with the orders of a supervisor; -1: there is none", -1, 1 << 20),
-    "report_fd": Option(-1, "pipe end for reports to the supervisor; -1: there is none", -1, 1 << 20),
-    "executor": Option("events", "what serves callbacks: events is quicker", choices=("events", "single")),
+    "control_fd": Option(
+        -1, "pipe end with the orders of a supervisor; -1: there is none", -1, 1 << 20
+    ),
+    "report_fd": Option(
+        -1, "pipe end for reports to the supervisor; -1: there is none", -1, 1 << 20
+    ),
+    "executor": Option(
+        "events", "what serves callbacks: events is quicker", choices=("events", "single")
+    ),
 }
 
 
@@ -62,10 +74,15 @@ def declare_parameters(node: Node, options: Mapping[str, Option]) -> SimpleNames
     """
     overrides, known = read_overrides(node), COMMON | dict(options)
     if unknown := sorted(overrides.keys() - known.keys()):
-        raise ValueError(f"unknown parameter {', '.join(unknown)}; this node has {', '.join(sorted(known))}")
+        raise ValueError(
+            f"unknown parameter {', '.join(unknown)}; this node has {', '.join(sorted(known))}"
+        )
     for name in overrides:
         node.undeclare_parameter(name)
-    values = {name: check_value(name, overrides.get(name, option.default), option) for name, option in known.items()}
+    values = {
+        name: check_value(name, overrides.get(name, option.default), option)
+        for name, option in known.items()
+    }
     for name, option in known.items():
         node.declare_parameter(name, values[name], _descriptor(option), ignore_override=True)
     settings = SimpleNamespace(**values)
@@ -74,7 +91,9 @@ def declare_parameters(node: Node, options: Mapping[str, Option]) -> SimpleNames
     )
     node.add_on_set_parameters_callback(lambda parameters: _apply(parameters, known, settings))
     for name, option in known.items():
-        if isinstance(option.default, tuple):  # declared empty, it would be described as an array of bytes
+        if isinstance(
+            option.default, tuple
+        ):  # declared empty, it would be described as an array of bytes
             node.set_parameters([Parameter(name, Parameter.Type.DOUBLE_ARRAY, list(values[name]))])
     return settings
 
@@ -94,8 +113,14 @@ def check_value(name: str, value: Any, option: Option) -> Any:
         raise ValueError(f"parameter {name} is {value!r}; it must be {_KINDS[kind]}")
     if option.choices and value not in option.choices:
         raise ValueError(f"parameter {name} is {value!r}; it must be {' or '.join(option.choices)}")
-    if option.low is not None and option.high is not None and not option.low <= value <= option.high:
-        raise ValueError(f"parameter {name} is {value}; it must be from {option.low:g} to {option.high:g}")
+    if (
+        option.low is not None
+        and option.high is not None
+        and not option.low <= value <= option.high
+    ):
+        raise ValueError(
+            f"parameter {name} is {value}; it must be from {option.low:g} to {option.high:g}"
+        )
     return value
 
 
@@ -111,15 +136,23 @@ def _number_array(name: str, value: Any) -> tuple[float, ...]:
 
 
 def _descriptor(option: Option) -> ParameterDescriptor:
-    array = isinstance(option.default, tuple)  # of dynamic type: an empty array has no type of its numbers
-    descriptor = ParameterDescriptor(description=option.description, read_only=not option.live, dynamic_typing=array)
+    array = isinstance(
+        option.default, tuple
+    )  # of dynamic type: an empty array has no type of its numbers
+    descriptor = ParameterDescriptor(
+        description=option.description, read_only=not option.live, dynamic_typing=array
+    )
     if option.choices:
         descriptor.additional_constraints = "one of " + ", ".join(option.choices)
     if option.low is not None and option.high is not None:
         if isinstance(option.default, float):
-            descriptor.floating_point_range = [FloatingPointRange(from_value=option.low, to_value=option.high)]
+            descriptor.floating_point_range = [
+                FloatingPointRange(from_value=option.low, to_value=option.high)
+            ]
         else:
-            descriptor.integer_range = [IntegerRange(from_value=int(option.low), to_value=int(option.high), step=1)]
+            descriptor.integer_range = [
+                IntegerRange(from_value=int(option.low), to_value=int(option.high), step=1)
+            ]
     return descriptor
 
 
@@ -137,7 +170,9 @@ def _coerce_type(parameter: Parameter, known: Mapping[str, Option]) -> Parameter
     return Parameter(parameter.name, Parameter.Type.DOUBLE_ARRAY, numbers)
 
 
-def _apply(parameters: Sequence[Parameter], known: Mapping[str, Option], settings: SimpleNamespace) -> Any:
+def _apply(
+    parameters: Sequence[Parameter], known: Mapping[str, Option], settings: SimpleNamespace
+) -> Any:
     """Apply parameters that are set while the node runs, all of them or none."""
     declared = [parameter for parameter in parameters if parameter.name in known]
     try:

@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 
 REFUSED = "refused_messages"
-"""Name of the entry: messages of other nodes on topics of the run's own ones, with their numbers by topic and node."""
+"""Name of the entry: messages of other nodes on topics of the run's own ones, with their numbers by
+topic and node."""
 
 
 def refused_entry(refused: Mapping[str, int]) -> dict[str, dict[str, int]]:

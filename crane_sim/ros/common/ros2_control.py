@@ -2,9 +2,10 @@
 
 The tag is `<ros2_control>`.
 
-The hardware interface is `joint_state_topic_hardware_interface`, which reads `joint_states` and writes
-`joint_commands`. Passive joints have states only. The interface also writes before any controller is active: then
-commands are those of the tag, which hold the joints at the start. Without them they would be NaN, which is refused.
+The hardware interface is `joint_state_topic_hardware_interface`, which reads `joint_states` and
+writes `joint_commands`. Passive joints have states only. The interface also writes before any
+controller is active: then commands are those of the tag, which hold the joints at the start.
+Without them they would be NaN, which is refused.
 """
 
 from math import ceil, inf, isfinite
@@ -31,7 +32,7 @@ _EFFORT_UNITS = ("N", "N m")
 _STATES = ("position", "velocity", "effort")
 _HEADER = """# Controllers of {name}: ros2 run controller_manager ros2_control_node --ros-args --params-file this file
 # Commands of {joints}: {units}. Gains: for critically damped joints of {frequency:g} rad/s.
-"""
+"""  # noqa: E501
 
 
 class Gains(NamedTuple):
@@ -44,7 +45,13 @@ class Gains(NamedTuple):
 
     def parameters(self) -> dict[str, float]:
         """Return them by the controller's names, to four digits."""
-        values = {"p": self.p, "i": self.i, "d": self.d, "i_clamp_max": self.i_clamp, "i_clamp_min": -self.i_clamp}
+        values = {
+            "p": self.p,
+            "i": self.i,
+            "d": self.d,
+            "i_clamp_max": self.i_clamp,
+            "i_clamp_min": -self.i_clamp,
+        }
         return {name: float(f"{value:.4g}") + 0.0 for name, value in values.items()}
 
 
@@ -59,14 +66,17 @@ def urdf_with_ros2_control(scene: Scene, namespace: str = "") -> str:
     `namespace` is that of its topics, by default the kind of crane; "/" is the root.
     """
     robot = ElementTree.fromstring(urdf(scene))
-    control = ElementTree.SubElement(robot, "ros2_control", name=f"{scene.crane}_topics", type="system")
+    control = ElementTree.SubElement(
+        robot, "ros2_control", name=f"{scene.crane}_topics", type="system"
+    )
     hardware = ElementTree.SubElement(control, "hardware")
     ElementTree.SubElement(hardware, "plugin").text = PLUGIN
     topics = prefix_of_topics(scene, namespace)
     parameters = {
         "joint_states_topic": f"{topics}/joint_states",
         "joint_commands_topic": f"{topics}/joint_commands",
-        "trigger_joint_command_threshold": "-1",  # a command that is the same as the last one is sent, too
+        # a command that is the same as the last one is sent, too
+        "trigger_joint_command_threshold": "-1",
     }
     for name, value in parameters.items():
         ElementTree.SubElement(hardware, "param", name=name).text = value
@@ -77,7 +87,9 @@ def urdf_with_ros2_control(scene: Scene, namespace: str = "") -> str:
     return ElementTree.tostring(robot, encoding="unicode", xml_declaration=True)
 
 
-def _add_joint(control: ElementTree.Element, scene: Scene, joint: str, position: float, holding: float) -> None:
+def _add_joint(
+    control: ElementTree.Element, scene: Scene, joint: str, position: float, holding: float
+) -> None:
     element = ElementTree.SubElement(control, "joint", name=joint)
     if joint in scene.actuated:
         i = scene.actuated.index(joint)
@@ -100,7 +112,12 @@ def holding_commands(scene: Scene) -> tuple[float, ...]:
     """
     if not scene.actuated:
         return ()
-    efforts = zip(scene.command_units, required_efforts(scene).gravity.tolist(), scene.idle_command, strict=True)
+    efforts = zip(
+        scene.command_units,
+        required_efforts(scene).gravity.tolist(),
+        scene.idle_command,
+        strict=True,
+    )
     return tuple(gravity if unit in _EFFORT_UNITS else idle for unit, gravity, idle in efforts)
 
 
@@ -113,7 +130,9 @@ def command_limits(scene: Scene, i: int) -> tuple[float, ...]:
         speed = scene.hardware.servos[i].max_speed
         return -speed, speed
     if kind == "position":
-        return next(((span.low, span.high) for span in scene.limits if span.joint == joint), (-inf, inf))
+        return next(
+            ((span.low, span.high) for span in scene.limits if span.joint == joint), (-inf, inf)
+        )
     return drive.low, drive.high
 
 
@@ -124,20 +143,35 @@ def controllers_file(scene: Scene) -> str:
         SceneError: the scene has no joint to command, or drives that are commanded differently.
     """
     if not scene.actuated:
-        raise SceneError(f"{scene.name}: no joint of this crane is actuated, so there is nothing to command")
+        raise SceneError(
+            f"{scene.name}: no joint of this crane is actuated, so there is nothing to command"
+        )
     if len(set(scene.commands)) > 1:
-        kinds = ", ".join(f"{joint}: {kind}" for joint, kind in zip(scene.actuated, scene.commands, strict=True))
-        raise SceneError(f"{scene.name}: {kinds}: a controller commands one interface; give all joints the same drive")
-    document = {"/**": {"ros__parameters": {"use_sim_time": True}}}  # also of the interface's own node
-    document |= {f"/**/{name}": {"ros__parameters": values} for name, values in _nodes(scene).items()}
+        kinds = ", ".join(
+            f"{joint}: {kind}" for joint, kind in zip(scene.actuated, scene.commands, strict=True)
+        )
+        raise SceneError(
+            f"{scene.name}: {kinds}: a controller commands one interface; give all joints the same "
+            "drive"
+        )
+    document = {
+        "/**": {"ros__parameters": {"use_sim_time": True}}
+    }  # also of the interface's own node
+    document |= {
+        f"/**/{name}": {"ros__parameters": values} for name, values in _nodes(scene).items()
+    }
     units = ", ".join(scene.command_units)
-    header = _HEADER.format(name=scene.name, joints=", ".join(scene.actuated), units=units, frequency=FREQUENCY)
+    header = _HEADER.format(
+        name=scene.name, joints=", ".join(scene.actuated), units=units, frequency=FREQUENCY
+    )
     return header + yaml.safe_dump(document, sort_keys=False)
 
 
 def _nodes(scene: Scene) -> dict[str, dict[str, Any]]:
     """Return the parameters of controller manager, broadcaster and controllers, by node."""
-    manager: dict[str, Any] = {"update_rate": ceil(1.0 / scene.period - 1e-6)}  # a slower loop would miss periods
+    manager: dict[str, Any] = {
+        "update_rate": ceil(1.0 / scene.period - 1e-6)
+    }  # a slower loop would miss periods
     manager |= {name: {"type": kind} for name, kind in _CONTROLLERS.items()}
     manager[f"{scene.commands[0]}_forwarding_controller"] = {"type": _FORWARDING}
     gains = dict(zip(scene.actuated, joint_gains(scene), strict=True))
@@ -150,7 +184,9 @@ def _nodes(scene: Scene) -> dict[str, dict[str, Any]]:
     forwarding = {"joints": list(scene.actuated), "interface_name": scene.commands[0]}
     return {
         "controller_manager": manager,
-        "joint_state_broadcaster": {"use_local_topics": True},  # else its topic would be read as the plant's
+        "joint_state_broadcaster": {
+            "use_local_topics": True
+        },  # else its topic would be read as the plant's
         "joint_trajectory_controller": trajectory,
         f"{scene.commands[0]}_forwarding_controller": forwarding,
     }

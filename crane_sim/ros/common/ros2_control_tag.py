@@ -42,13 +42,19 @@ def _check_joints(tag: Element, scene: Scene, path: Path) -> None:
     if unknown := [name for name in joints if name not in scene.joint_names]:
         raise SceneError(f"{path}: joint {unknown[0]!r}: possible: {', '.join(scene.joint_names)}")
     if missing := [name for name in scene.actuated if name not in joints]:
-        raise SceneError(f"{path}: joint {missing[0]!r} is not in the tag; the actuated ones are all commanded at once")
+        raise SceneError(
+            f"{path}: joint {missing[0]!r} is not in the tag; the actuated ones are all commanded "
+            "at once"
+        )
     for name, joint in joints.items():
-        _check_commands(joint.findall("command_interface"), kinds.get(name, ""), f"{path}: joint {name!r}")
+        _check_commands(
+            joint.findall("command_interface"), kinds.get(name, ""), f"{path}: joint {name!r}"
+        )
         for state in joint.findall("state_interface"):
             if state.get("name") not in _INTERFACES:
                 raise SceneError(
-                    f"{path}: joint {name!r}: state interface {_quoted_name(state)}: {_possible(_INTERFACES)}"
+                    f"{path}: joint {name!r}: state interface {_quoted_name(state)}: "
+                    f"{_possible(_INTERFACES)}"
                 )
 
 
@@ -58,13 +64,23 @@ def _find_tags(path: Path) -> list[Element]:
         robot = ElementTree.parse(path).getroot()
     except OSError as error:
         raise SceneError(f"{path}: {error.strerror}") from None
-    except (ElementTree.ParseError, LookupError, ValueError) as error:  # the latter two: of an unknown encoding
+    except (
+        ElementTree.ParseError,
+        LookupError,
+        ValueError,
+    ) as error:  # the latter two: of an unknown encoding
         raise SceneError(f"{path}: no XML: {error}") from None
-    tags = [(str(tag.findtext("hardware/plugin", "")).strip(), tag) for tag in robot.findall("ros2_control")]
+    tags = [
+        (str(tag.findtext("hardware/plugin", "")).strip(), tag)
+        for tag in robot.findall("ros2_control")
+    ]
     if found := [tag for plugin, tag in tags if plugin in _PLUGINS]:
         return found
     if not tags:
-        raise SceneError(f"{path}: no <ros2_control> tag in <{robot.tag}>: crane describe --ros2-control writes one")
+        raise SceneError(
+            f"{path}: no <ros2_control> tag in <{robot.tag}>: crane describe --ros2-control writes "
+            "one"
+        )
     raise SceneError(f"{path}: plugin {tags[0][0]!r}: possible: {PLUGIN}")
 
 
@@ -76,19 +92,29 @@ def _check_parameters(tag: Element, path: Path, topics: str) -> None:
     given = _parameters(tag)
     for name, topic in _TOPICS.items():
         if given.get(name) != f"{topics}/{topic}":
-            raise SceneError(f"{path}: {name} {given.get(name, 'missing')!r}: possible: {topics}/{topic}")
+            raise SceneError(
+                f"{path}: {name} {given.get(name, 'missing')!r}: possible: {topics}/{topic}"
+            )
     threshold = _number(given.get(_THRESHOLD, ""))
     if threshold is None or threshold >= 0.0:
         what = given.get(_THRESHOLD, "missing")
-        raise SceneError(f"{path}: {_THRESHOLD} {what!r}: possible: -1; else a command like the state is not sent")
+        raise SceneError(
+            f"{path}: {_THRESHOLD} {what!r}: possible: -1; else a command like the state is not "
+            "sent"
+        )
 
 
 def _check_commands(interfaces: Sequence[Element], kind: str, where: str) -> None:
     """Check the command interfaces of a joint, whose drive takes `kind`; empty: it has none."""
     if unknown := [each for each in interfaces if each.get("name") not in _INTERFACES]:
-        raise SceneError(f"{where}: command interface {_quoted_name(unknown[0])}: {_possible(_INTERFACES)}")
+        raise SceneError(
+            f"{where}: command interface {_quoted_name(unknown[0])}: {_possible(_INTERFACES)}"
+        )
     if not kind and interfaces:
-        raise SceneError(f"{where}: command interface {_quoted_name(interfaces[0])}: nothing drives it; possible: none")
+        raise SceneError(
+            f"{where}: command interface {_quoted_name(interfaces[0])}: nothing drives it; "
+            "possible: none"
+        )
     if kind and [each.get("name") for each in interfaces] != [kind]:
         found = ", ".join(_quoted_name(each) for each in interfaces) or "none"
         raise SceneError(f"{where}: command interface {found}: its drive takes {kind!r} alone")
@@ -96,7 +122,10 @@ def _check_commands(interfaces: Sequence[Element], kind: str, where: str) -> Non
         values = {each.get("name"): str(each.text) for each in interface.findall("param")}
         if _number(values.get("initial_value", "")) is None:
             found = values.get("initial_value", "missing")
-            raise SceneError(f"{where}: initial_value {found!r} of its command: possible: a number, else NaN is sent")
+            raise SceneError(
+                f"{where}: initial_value {found!r} of its command: possible: a number, else NaN is "
+                "sent"
+            )
 
 
 def _quoted_name(interface: Element) -> str:

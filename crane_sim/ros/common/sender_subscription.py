@@ -39,7 +39,11 @@ def publishers(node: Node, topic: str) -> Iterator[Publisher]:
 
 def full_name(info: TopicEndpointInfo) -> str:
     """Return the full name of the node with this end of a topic."""
-    return UNNAMED if info.node_name == _UNKNOWN else f"{info.node_namespace.rstrip('/')}/{info.node_name}"
+    return (
+        UNNAMED
+        if info.node_name == _UNKNOWN
+        else f"{info.node_namespace.rstrip('/')}/{info.node_name}"
+    )
 
 
 class MessageWithSender(NamedTuple):
@@ -51,7 +55,10 @@ class MessageWithSender(NamedTuple):
 
 
 class _Allocator(ctypes.Structure):
-    _fields_ = [(name, ctypes.c_void_p) for name in ("allocate", "deallocate", "reallocate", "zero_allocate", "state")]
+    _fields_ = [
+        (name, ctypes.c_void_p)
+        for name in ("allocate", "deallocate", "reallocate", "zero_allocate", "state")
+    ]
 
 
 class _SerializedMessage(ctypes.Structure):
@@ -87,12 +94,19 @@ class SenderSubscription:
         """Subscribe; arguments: see `Node.create_subscription`."""
         check_for_type_support(kind)  # loads it, too
         with node.handle:
-            self.handle = rclpy_implementation.Subscription(node.handle, kind, topic, qos.get_c_qos_profile())
+            self.handle = rclpy_implementation.Subscription(
+                node.handle, kind, topic, qos.get_c_qos_profile()
+            )
         self.topic: str = self.handle.get_topic_name()
         self._take_message = ctypes.CDLL("librcl.so").rcl_take_serialized_message
         self._pointer = ctypes.c_void_p(self.handle.pointer)
         self._message, self._info = _allocate_message(), _MessageInfo()
-        self._arguments = (self._pointer, ctypes.byref(self._message), ctypes.byref(self._info), None)
+        self._arguments = (
+            self._pointer,
+            ctypes.byref(self._message),
+            ctypes.byref(self._info),
+            None,
+        )
 
     def count_publishers(self) -> int:
         """Return the number of publishers that it is matched with."""
@@ -111,7 +125,9 @@ class SenderSubscription:
         rcl, libc = ctypes.CDLL("librcl.so"), ctypes.CDLL(None)
         # the middleware calls it with the descriptor and the number: no Python runs in its thread
         write = ctypes.cast(libc.eventfd_write, ctypes.c_void_p)
-        rcl.rcl_subscription_set_on_new_message_callback(self._pointer, write, ctypes.c_void_p(arrivals))
+        rcl.rcl_subscription_set_on_new_message_callback(
+            self._pointer, write, ctypes.c_void_p(arrivals)
+        )
         return arrivals
 
 

@@ -1,11 +1,13 @@
 """Serialization of joint states: only the numbers that change in a run are packed and unpacked.
 
-The generated message class takes 11 µs to read a joint state and 5 µs to write one, several times that with cold
-caches, and lockstep does both twice per step. Here a message of the expected layout is packed and unpacked by one
-`struct.Struct` (CDR, little endian, as every ROS 2 middleware sends it); any other is read field by field.
+The generated message class takes 11 µs to read a joint state and 5 µs to write one, several times
+that with cold caches, and lockstep does both twice per step. Here a message of the expected layout
+is packed and unpacked by one `struct.Struct` (CDR, little endian, as every ROS 2 middleware sends
+it); any other is read field by field.
 
-Reading field by field checks every length against the bytes that are there, and raises MalformedMessage: the generated
-classes allocate any encoded length, and a corrupt one may be gigabytes.
+Reading field by field checks every length against the bytes that are there, and raises
+MalformedMessage: the generated classes allocate any encoded length, and a corrupt one may be
+gigabytes.
 """
 
 import struct
@@ -16,7 +18,10 @@ from typing import NamedTuple
 
 from crane_sim.ros.common.messages import NS_PER_S, MalformedMessage
 
-_BYTE_ORDERS = {b"\x00\x00": ">", b"\x00\x01": "<"}  # plain CDR, the only encapsulation that ROS 2 sends
+_BYTE_ORDERS = {
+    b"\x00\x00": ">",
+    b"\x00\x01": "<",
+}  # plain CDR, the only encapsulation that ROS 2 sends
 
 
 class CdrReader:
@@ -57,7 +62,9 @@ class CdrReader:
         return number
 
     def _numbers(self, code: str, size: int, number: int) -> tuple:
-        self._offset += -(self._offset - 4) % size  # alignment counts from the end of the encapsulation
+        self._offset += (
+            -(self._offset - 4) % size
+        )  # alignment counts from the end of the encapsulation
         end = self._offset + size * number
         if end > len(self._data):
             raise MalformedMessage(f"a message of {len(self._data)} bytes that ends too early")
@@ -87,14 +94,19 @@ class DecodedJointState(NamedTuple):
     velocity: tuple[float, ...]
     effort: tuple[float, ...]
 
-    def sort_by_joint(self, names: list[str], *fields: tuple[float, ...]) -> tuple[tuple[float, ...], ...] | None:
+    def sort_by_joint(
+        self, names: list[str], *fields: tuple[float, ...]
+    ) -> tuple[tuple[float, ...], ...] | None:
         """Return `fields` of this state in the order of `names`.
 
-        None where they have other joints or lengths, numbers that are not finite, or a stamp before zero.
+        None where they have other joints or lengths, numbers that are not finite, or a stamp before
+        zero.
         """
         if self.stamp < 0:
             return None
-        for field in fields:  # no comprehension: it costs lockstep half a microsecond at every state
+        for (
+            field
+        ) in fields:  # no comprehension: it costs lockstep half a microsecond at every state
             if len(field) != len(names) or not all(map(isfinite, field)):
                 return None
         if self.names == names:
@@ -149,7 +161,11 @@ class JointStateCodec:
             raise MalformedMessage(_describe_stamp(values[1], values[2]))
         position, velocity, effort = self._spans
         return DecodedJointState(
-            values[1] * NS_PER_S + values[2], self._names, values[position], values[velocity], values[effort]
+            values[1] * NS_PER_S + values[2],
+            self._names,
+            values[position],
+            values[velocity],
+            values[effort],
         )
 
 
@@ -196,7 +212,9 @@ def _decode_any(data: bytes) -> DecodedJointState:
         raise MalformedMessage(_describe_stamp(seconds, rest))
     reader.string()  # frame_id
     names = reader.strings()
-    return DecodedJointState(seconds * NS_PER_S + rest, names, reader.doubles(), reader.doubles(), reader.doubles())
+    return DecodedJointState(
+        seconds * NS_PER_S + rest, names, reader.doubles(), reader.doubles(), reader.doubles()
+    )
 
 
 def decode_array(data: bytes) -> tuple[float, ...]:

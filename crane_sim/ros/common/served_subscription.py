@@ -32,7 +32,9 @@ class ServedSubscription(SenderSubscription):
         self._callback, self._arrivals = callback, self.count_arrivals()
         node.serve(self)
         events = SubscriptionEventCallbacks(incompatible_qos=on_incompatible)
-        for handler in events.create_event_handlers(node.default_callback_group, self.handle, topic):
+        for handler in events.create_event_handlers(
+            node.default_callback_group, self.handle, topic
+        ):
             node.add_waitable(handler)
 
     def fileno(self) -> int:

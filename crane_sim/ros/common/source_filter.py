@@ -8,15 +8,18 @@ from rclpy.node import Node
 from crane_sim.ros.common.sender_subscription import GONE, UNNAMED, publishers
 
 PLANT = "plant"
-"""Name of the node that states, efforts and held commands are of, in the namespace of the nodes that take them."""
-_LOOK_PERIOD = 0.05  # s between two looks at the graph: there may be thousands of messages in a second
+"""Name of the node that states, efforts and held commands are of, in the namespace of the nodes
+that take them."""
+_LOOK_PERIOD = (
+    0.05  # s between two looks at the graph: there may be thousands of messages in a second
+)
 
 
 class SourceFilter:
     """Filter that passes one publisher of the node `source`, and the next when that is gone.
 
-    A publisher is known by its identifier, a node by its name: of two publishers with the source's name the first one
-    is the accepted source as long as it is in the graph.
+    A publisher is known by its identifier, a node by its name: of two publishers with the source's
+    name the first one is the accepted source as long as it is in the graph.
 
     Attributes:
         source: full name of the node whose messages are accepted.
@@ -62,4 +65,6 @@ class SourceFilter:
             return
         self._next_look = now + _LOOK_PERIOD
         found = publishers(self._node, self._topic)
-        self._names = {publisher.gid: publisher.node for publisher in found if publisher.node != UNNAMED}
+        self._names = {
+            publisher.gid: publisher.node for publisher in found if publisher.node != UNNAMED
+        }

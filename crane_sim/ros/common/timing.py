@@ -5,7 +5,9 @@ import sys
 from array import array
 
 _BIN = 1e-6  # s; quantiles are rounded up to it
-_BINS = 100_000  # 0.1 s; a longer duration counts in the last bin, but exactly for the largest value
+_BINS = (
+    100_000  # 0.1 s; a longer duration counts in the last bin, but exactly for the largest value
+)
 _QUANTILES = {"p50": 0.50, "p99": 0.99}
 _PR_SET_TIMERSLACK = 29  # of prctl(2)
 _TOLERATED_SHARE = 0.01  # of the steps: a desktop that does nothing else is late in fewer
@@ -26,7 +28,8 @@ def describe_violation(steps: int, late: int, unanswered: int) -> str:
     Args:
         steps: all of them.
         late: those that had not ended when the next one was due.
-        unanswered: those without a new command since the step before, which a time-out of commands does not explain.
+        unanswered: those without a new command since the step before, which a time-out of commands
+            does not explain.
     """
     if max(late, unanswered) <= _TOLERATED_SHARE * steps:
         return ""
@@ -48,7 +51,9 @@ class DurationHistogram:
 
     def metrics(self) -> dict[str, float]:
         """Return median, 99 % quantile and largest duration, µs: zeros while there is none."""
-        return {name: self._quantile(part) for name, part in _QUANTILES.items()} | {"max": self._largest * 1e6}
+        return {name: self._quantile(part) for name, part in _QUANTILES.items()} | {
+            "max": self._largest * 1e6
+        }
 
     def _quantile(self, part: float) -> float:
         rank, passed = part * self._total, 0
@@ -72,7 +77,9 @@ class StepTiming:
         lateness = now - due
         self._lateness.add(lateness)
         if self._previous is not None:
-            self._period_error.add(abs(lateness - self._previous))  # deadlines are equally far apart
+            self._period_error.add(
+                abs(lateness - self._previous)
+            )  # deadlines are equally far apart
         self._previous = lateness
 
     def pause(self) -> None:
@@ -81,4 +88,7 @@ class StepTiming:
 
     def metrics(self) -> dict[str, dict[str, float]]:
         """Return the entries of a run's summary, µs: lateness, and errors of the periods."""
-        return {"lateness_us": self._lateness.metrics(), "period_error_us": self._period_error.metrics()}
+        return {
+            "lateness_us": self._lateness.metrics(),
+            "period_error_us": self._period_error.metrics(),
+        }

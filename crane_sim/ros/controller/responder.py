@@ -33,13 +33,17 @@ class Responder:
         fault: one line on why it cannot go on, empty while it can.
     """
 
-    def __init__(self, node: ServingNode, scene: Scene, output: OutputTopic, expected_recorders: int) -> None:
+    def __init__(
+        self, node: ServingNode, scene: Scene, output: OutputTopic, expected_recorders: int
+    ) -> None:
         """Subscribe to the states of the scene's joints, still inactive."""
         self.fault, self._scene, self._expected_recorders = "", scene, expected_recorders
         self._active, self._newest = False, b""  # serialized, of those that came while inactive
         self._reader = StateReader(node, scene)
         self._answers = node.create_publisher(*output)
-        self._states = SourceSubscription(node, JointState, "joint_states", self._receive, messages.DEEP_STREAM_QOS)
+        self._states = SourceSubscription(
+            node, JointState, "joint_states", self._receive, messages.DEEP_STREAM_QOS
+        )
 
     def set_active(self, active: bool) -> None:
         """Answer states from now on, beginning with the newest one, or publish nothing."""
@@ -80,7 +84,8 @@ class Responder:
 def serve_responder(host: NodeHost, node: Responder, autostart: bool) -> None:
     """Serve a node until the request to finish; raises Fault when it cannot go on.
 
-    Without `autostart` it is a standby: matched and ready, but it publishes nothing until it is activated.
+    Without `autostart` it is a standby: matched and ready, but it publishes nothing until it is
+    activated.
     """
 
     def set_active(active: bool) -> None:

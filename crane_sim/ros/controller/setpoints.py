@@ -29,7 +29,11 @@ class Setpoints:
     """
 
     def __init__(
-        self, node: ServingNode, names: Sequence[str], lockstep: bool, answer: Callable[[State], None]
+        self,
+        node: ServingNode,
+        names: Sequence[str],
+        lockstep: bool,
+        answer: Callable[[State], None],
     ) -> None:
         """Subscribe to the topic.
 
@@ -46,7 +50,13 @@ class Setpoints:
         self._now = 0  # ns, of the newest state
         self._received = self._late = self._age = self._longest = 0
         self._subscription = SourceSubscription(
-            node, JointTrajectory, "tip_demand", self._on_message, messages.STREAM_QOS, "tracker", standbys=True
+            node,
+            JointTrajectory,
+            "tip_demand",
+            self._on_message,
+            messages.STREAM_QOS,
+            "tracker",
+            standbys=True,
         )
 
     def missing(self) -> str:
@@ -66,7 +76,9 @@ class Setpoints:
     def apply_to(self, outer: OuterLoop, state: State) -> bool:
         """Give the outer loop a state's setpoint; False where the state waits for it."""
         self._now, self._waiting = state.stamp, None
-        stamp, values = self._newest or _Setpoint(state.stamp + 1, ())  # stamps restart: a later one is older
+        stamp, values = self._newest or _Setpoint(
+            state.stamp + 1, ()
+        )  # stamps restart: a later one is older
         if stamp > state.stamp or (self._lockstep and stamp < state.stamp and outer.due(state.t)):
             self._waiting = state
             return False
@@ -86,7 +98,11 @@ class Setpoints:
 
     def metrics(self) -> dict[str, Any]:
         """Return the summary's entries: numbers of setpoints and of late ones, longest hold [s]."""
-        return {"received": self._received, "late": self._late, "longest_hold": self._longest / messages.NS_PER_S}
+        return {
+            "received": self._received,
+            "late": self._late,
+            "longest_hold": self._longest / messages.NS_PER_S,
+        }
 
     def _on_message(self, data: bytes) -> None:
         try:
@@ -95,7 +111,9 @@ class Setpoints:
             self._node.get_logger().warning(f"setpoint {error}: ignored", throttle_duration_sec=1.0)
             return
         if self._newest and setpoint != self._newest and setpoint.stamp <= self._newest.stamp:
-            self._ahead_of_reset = True  # the outer loop has received the state after the reset first
+            self._ahead_of_reset = (
+                True  # the outer loop has received the state after the reset first
+            )
         if setpoint != self._newest:  # else it answers a state that lockstep sent again
             self._newest = setpoint
             self._received += 1
@@ -105,10 +123,23 @@ class Setpoints:
 
     def _read(self, message: JointTrajectory) -> _Setpoint:
         """Return the setpoint in a message; raises MalformedMessage, one line, if it is none."""
-        points, stamp = cast(Sequence[JointTrajectoryPoint], message.points), messages.nanoseconds(message.header.stamp)
-        vectors = [part for point in points for part in (point.positions, point.velocities, point.accelerations)]
+        points, stamp = (
+            cast(Sequence[JointTrajectoryPoint], message.points),
+            messages.nanoseconds(message.header.stamp),
+        )
+        vectors = [
+            part
+            for point in points
+            for part in (point.positions, point.velocities, point.accelerations)
+        ]
         numbers = tuple(number for part in vectors for number in part)
         fits = list(message.joint_names) == self._names and len(points) == 1
-        if not (fits and all(len(part) == len(self._names) for part in vectors) and all(map(isfinite, numbers))):
-            raise MalformedMessage(f"for {list(message.joint_names)} is not one point of numbers for {self._names}")
+        if not (
+            fits
+            and all(len(part) == len(self._names) for part in vectors)
+            and all(map(isfinite, numbers))
+        ):
+            raise MalformedMessage(
+                f"for {list(message.joint_names)} is not one point of numbers for {self._names}"
+            )
         return _Setpoint(stamp, numbers)

@@ -39,14 +39,18 @@ class StateReader:
         try:
             decoded = self._codec.decode(data)
         except ValueError as error:
-            self._node.get_logger().warning(f"joint state that cannot be read: {error}", throttle_duration_sec=1.0)
+            self._node.get_logger().warning(
+                f"joint state that cannot be read: {error}", throttle_duration_sec=1.0
+            )
             return None
         vectors = decoded.sort_by_joint(self._names, decoded.position, decoded.velocity)
         if vectors is None:
             self._warn_of(decoded)
             return None
         q, v = vectors
-        return State(decoded.stamp, (decoded.stamp / self._scene.period_ns - 1.0) * self._scene.period, q, v)
+        return State(
+            decoded.stamp, (decoded.stamp / self._scene.period_ns - 1.0) * self._scene.period, q, v
+        )
 
     def _warn_of(self, decoded: DecodedJointState) -> None:
         line = f"joint state {self._describe_misfit(decoded)}: ignored"
@@ -56,7 +60,11 @@ class StateReader:
         """Return why a message is no state of the scene: its stamp, joints, lengths or numbers."""
         if decoded.stamp < 0:
             return f"with the stamp {decoded.stamp} ns, which is before zero"
-        positions, velocities, joints = len(decoded.position), len(decoded.velocity), len(self._names)
+        positions, velocities, joints = (
+            len(decoded.position),
+            len(decoded.velocity),
+            len(self._names),
+        )
         if positions == velocities == joints and sorted(decoded.names) == sorted(self._names):
             return f"with numbers that are not finite: {[*decoded.position, *decoded.velocity]}"
         numbers = f"{positions} positions and {velocities} velocities"
@@ -68,7 +76,9 @@ class ExecutionTime:
 
     def __init__(self, node: Node) -> None:
         """Create the publisher of diagnostics."""
-        self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", messages.STREAM_QOS)
+        self._diagnostics = node.create_publisher(
+            DiagnosticArray, "/diagnostics", messages.STREAM_QOS
+        )
         self._source = f"{node.get_namespace().strip('/')}/{node.get_name()}"
         self._durations, self._last_published, self._stamp = DurationHistogram(), 0.0, 0
 

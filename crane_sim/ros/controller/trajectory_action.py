@@ -1,10 +1,12 @@
 """The action `joint_trajectory_controller/follow_joint_trajectory` of a law that follows a path.
 
-The path is one of the joints or, for a law whose path is the payload's, of its coordinates in the base frame.
+The path is one of the joints or, for a law whose path is the payload's, of its coordinates in the
+base frame.
 
-A goal's trajectory becomes the law's path, joined to the old one, at the goal's start: at the next state, or at the
-first one that is not before its stamp. What a goal does depends on the states alone, so in lockstep a run with goals
-that come early enough for their stamps is the same every time.
+A goal's trajectory becomes the law's path, joined to the old one, at the goal's start: at the next
+state, or at the first one that is not before its stamp. What a goal does depends on the states
+alone, so in lockstep a run with goals that come early enough for their stamps is the same every
+time.
 """
 
 from collections.abc import Callable
@@ -18,7 +20,11 @@ from rclpy.node import Node
 from trajectory_msgs.msg import JointTrajectoryPoint
 
 from crane_sim.ros.common import messages
-from crane_sim.ros.controller.coordinate_motion import VelocityErrorDifferentiator, coordinate_names, make_motion_reader
+from crane_sim.ros.controller.coordinate_motion import (
+    VelocityErrorDifferentiator,
+    coordinate_names,
+    make_motion_reader,
+)
 from crane_sim.ros.controller.states import State
 from crane_sim.ros.controller.trajectory_goal import Goal, GoalCode, GoalError, read_goal
 from crane_sim.scenes.scene import Scene
@@ -35,7 +41,9 @@ from crane_sim.trajectories.trajectory import Trajectory
 NAME = "joint_trajectory_controller/follow_joint_trajectory"
 _PACKAGE = "control_msgs"
 _FEEDBACK_PERIOD = 0.05  # s of the scene's time
-_LAST_SPINS = 20  # of the executor at the end: each serves one event, such as the completion of a goal
+_LAST_SPINS = (
+    20  # of the executor at the end: each serves one event, such as the completion of a goal
+)
 
 
 class _Accepted(NamedTuple):
@@ -92,7 +100,8 @@ class TrajectoryAction:
     """The goals of the action: one is followed, and a newer one may wait for its start.
 
     Attributes:
-        missing_package: one line on why there is no action although the law follows a trajectory, else empty.
+        missing_package: one line on why there is no action although the law follows a trajectory,
+            else empty.
     """
 
     def __init__(self, node: Node, scene: Scene, law: Any, settings: SimpleNamespace) -> None:
@@ -109,7 +118,10 @@ class TrajectoryAction:
         self._rate = VelocityErrorDifferentiator()
         path = trajectory_of_law(law)
         if path is not None:
-            self._names, self._measure = coordinate_names(path, scene), make_motion_reader(path, scene)
+            self._names, self._measure = (
+                coordinate_names(path, scene),
+                make_motion_reader(path, scene),
+            )
             self._find_action()
 
     def set_active(self, active: bool) -> None:
@@ -118,11 +130,15 @@ class TrajectoryAction:
         if not active:
             self._end_all("the controller is inactive")
         elif self._server is None and self._action is not None:
-            self._server = DeferredServer(self._node, self._action, NAME, self._answer_goal, self._on_accepted)
+            self._server = DeferredServer(
+                self._node, self._action, NAME, self._answer_goal, self._on_accepted
+            )
 
     def apply_to(self, law: Any, state: State) -> Any:
         """Return the law that answers a new state, with the path of a new goal or of a stop."""
-        path = trajectory_of_law(law) if self._server is not None else None  # a walk through the law, of each state
+        path = (
+            trajectory_of_law(law) if self._server is not None else None
+        )  # a walk through the law, of each state
         if path is None:
             return law
         self._now = state.t
@@ -132,7 +148,11 @@ class TrajectoryAction:
             self._stops = True
         if self._stops:
             self._stops, path = False, trajectory_of_law(law)
-            law = with_trajectory(law, stop_trajectory(path, state.t, self._settings.stop_time)) if path else law
+            law = (
+                with_trajectory(law, stop_trajectory(path, state.t, self._settings.stop_time))
+                if path
+                else law
+            )
         return law
 
     def abort_replaced(self, law: Any) -> None:
@@ -147,10 +167,14 @@ class TrajectoryAction:
         """End the goals that are to be cancelled; the joints stop from the next state on."""
         if self._followed and self._followed.handle.is_cancel_requested:
             handle, self._followed, self._stops = self._followed.handle, None, True
-            self._complete(handle, handle.canceled, GoalCode.SUCCESSFUL, "cancelled: the joints come to rest")
+            self._complete(
+                handle, handle.canceled, GoalCode.SUCCESSFUL, "cancelled: the joints come to rest"
+            )
         if self._pending and self._pending.handle.is_cancel_requested:
             handle, self._pending = self._pending.handle, None
-            self._complete(handle, handle.canceled, GoalCode.SUCCESSFUL, "cancelled before its start")
+            self._complete(
+                handle, handle.canceled, GoalCode.SUCCESSFUL, "cancelled before its start"
+            )
 
     def reset(self) -> None:
         """End the followed goal: the run begins anew. One that waits for its start waits on."""
@@ -192,7 +216,9 @@ class TrajectoryAction:
 
     def _is_due(self, t: float) -> bool:
         pending = self._pending
-        return pending is not None and (pending.goal.immediate or pending.goal.waypoints.start <= t + MIN_INTERVAL)
+        return pending is not None and (
+            pending.goal.immediate or pending.goal.waypoints.start <= t + MIN_INTERVAL
+        )
 
     def _begin(self, law: Any, path: Trajectory, state: State) -> Any:
         """Return the law on the path of the waiting goal; unchanged where that is too late."""
@@ -208,7 +234,10 @@ class TrajectoryAction:
         if self._followed:
             self._preempt(self._followed.handle)
         self._rate = VelocityErrorDifferentiator()
-        self._stops, self._followed = False, _Followed(handle, goal, new, to_piecewise_polynomial(new), state.stamp)
+        self._stops, self._followed = (
+            False,
+            _Followed(handle, goal, new, to_piecewise_polynomial(new), state.stamp),
+        )
         return with_trajectory(law, new)
 
     def _follow(self, followed: _Followed, state: State) -> bool:
@@ -216,16 +245,24 @@ class TrajectoryAction:
 
         A goal ends at its end, or as soon as a joint is out of its tolerances.
         """
-        handle, goal, ended = followed.handle, followed.goal, state.t > followed.goal.end - MIN_INTERVAL
+        handle, goal, ended = (
+            followed.handle,
+            followed.goal,
+            state.t > followed.goal.end - MIN_INTERVAL,
+        )
         due = (state.stamp - followed.first_stamp) // self._scene.period_ns % self._every == 0
         if not (due or ended or goal.on_the_way.limited or goal.at_the_end.limited):
             return False
-        desired = np.concatenate([evaluate(followed.polynomials, np.array([state.t]), k) for k in range(2)])
+        desired = np.concatenate(
+            [evaluate(followed.polynomials, np.array([state.t]), k) for k in range(2)]
+        )
         actual = self._measure(state)
         if due:
             self._publish_feedback(followed, state, desired, actual)
         tolerances, error = goal.at_the_end if ended else goal.on_the_way, desired - actual
-        violation = tolerances.describe_violation(self._names, np.vstack([error, self._rate.update(state, error[1])]))
+        violation = tolerances.describe_violation(
+            self._names, np.vstack([error, self._rate.update(state, error[1])])
+        )
         if not violation and ended:
             self._followed = None
             self._complete(handle, handle.succeed, GoalCode.SUCCESSFUL, "the joints are there")
@@ -236,11 +273,17 @@ class TrajectoryAction:
             return True
         return False
 
-    def _publish_feedback(self, followed: _Followed, state: State, desired: Array, actual: Array) -> None:
+    def _publish_feedback(
+        self, followed: _Followed, state: State, desired: Array, actual: Array
+    ) -> None:
         feedback = self._action.Feedback(joint_names=list(self._names))
         messages.set_stamp(feedback.header.stamp, state.stamp)
         elapsed = round((state.t - followed.goal.waypoints.start) * messages.NS_PER_S)
-        for point, rows in ((feedback.desired, desired), (feedback.actual, actual), (feedback.error, desired - actual)):
+        for point, rows in (
+            (feedback.desired, desired),
+            (feedback.actual, actual),
+            (feedback.error, desired - actual),
+        ):
             _fill_point(point, rows, max(elapsed, 0))
         followed.handle.publish_feedback(feedback)
 
@@ -258,7 +301,9 @@ class TrajectoryAction:
             handle, self._pending = self._pending.handle, None
             self._complete(handle, handle.abort, GoalCode.INVALID_GOAL, why)
 
-    def _complete(self, handle: ServerGoalHandle, change: Callable[[], None], code: GoalCode, line: str) -> None:
+    def _complete(
+        self, handle: ServerGoalHandle, change: Callable[[], None], code: GoalCode, line: str
+    ) -> None:
         """End a goal by a change of its state, with its result."""
         assert self._server is not None
         change()

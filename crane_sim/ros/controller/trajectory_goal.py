@@ -91,26 +91,40 @@ def waypoints_of(message: JointTrajectory, now: float, period: float, period_ns:
             "positions": tuple(point.positions),
             "velocities": tuple(point.velocities),
             "accelerations": tuple(point.accelerations),
-            "time_from_start": point.time_from_start.sec + point.time_from_start.nanosec / messages.NS_PER_S,
+            "time_from_start": point.time_from_start.sec
+            + point.time_from_start.nanosec / messages.NS_PER_S,
         }
         for point in message.points
     ]
     start = (stamp / period_ns - 1.0) * period if stamp else now
-    return _FORM.validate_python({"joint_names": message.joint_names, "points": points, "start": start})
+    return _FORM.validate_python(
+        {"joint_names": message.joint_names, "points": points, "start": start}
+    )
 
 
-def read_goal(request: Any, names: Sequence[str], now: float, period: float, period_ns: int) -> Goal:
+def read_goal(
+    request: Any, names: Sequence[str], now: float, period: float, period_ns: int
+) -> Goal:
     """Return the goal of a request for the joints, or coordinates, `names` (n,) at time `now` [s].
 
     Raises:
         GoalError: it cannot be followed.
     """
     trajectory = request.trajectory
-    if request.multi_dof_trajectory.points or request.component_path_tolerance or request.component_goal_tolerance:
-        raise GoalError(GoalCode.INVALID_GOAL, "joints with several degrees of freedom: the crane has none")
+    if (
+        request.multi_dof_trajectory.points
+        or request.component_path_tolerance
+        or request.component_goal_tolerance
+    ):
+        raise GoalError(
+            GoalCode.INVALID_GOAL, "joints with several degrees of freedom: the crane has none"
+        )
     if sorted(trajectory.joint_names) != sorted(names):
         given = ", ".join(trajectory.joint_names) or "none"
-        raise GoalError(GoalCode.INVALID_JOINTS, f"joint_names = {given}: must be {', '.join(names)}, in any order")
+        raise GoalError(
+            GoalCode.INVALID_JOINTS,
+            f"joint_names = {given}: must be {', '.join(names)}, in any order",
+        )
     try:
         waypoints = waypoints_of(trajectory, now, period, period_ns)
     except ValidationError as error:
@@ -119,7 +133,10 @@ def read_goal(request: Any, names: Sequence[str], now: float, period: float, per
         raise GoalError(GoalCode.INVALID_GOAL, str(error)) from None
     if error := waypoints.describe_mismatch() or waypoints.describe_end_velocity():
         raise GoalError(GoalCode.INVALID_GOAL, error)
-    immediate, leeway = not messages.nanoseconds(trajectory.header.stamp), request.goal_time_tolerance
+    immediate, leeway = (
+        not messages.nanoseconds(trajectory.header.stamp),
+        request.goal_time_tolerance,
+    )
     on_the_way = _tolerances("path_tolerance", request.path_tolerance, names)
     at_the_end = _tolerances("goal_tolerance", request.goal_tolerance, names)
     seconds = leeway.sec + leeway.nanosec / messages.NS_PER_S
@@ -136,7 +153,9 @@ def _tolerances(key: str, given: Iterable[Any], names: Sequence[str]) -> Toleran
         if tolerance.name not in limits:
             line = f"{key}: {tolerance.name!r} is no joint of the trajectory: {', '.join(names)}"
             raise GoalError(GoalCode.INVALID_JOINTS, line)
-        of_name = [_limit(f"{key}: {tolerance.name}: {kind}", getattr(tolerance, kind)) for kind in _KINDS]
+        of_name = [
+            _limit(f"{key}: {tolerance.name}: {kind}", getattr(tolerance, kind)) for kind in _KINDS
+        ]
         limits[tolerance.name] = of_name[0], of_name[1], of_name[2]
     return Tolerances(*zip(*limits.values(), strict=True))
 

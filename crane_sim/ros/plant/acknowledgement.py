@@ -6,16 +6,19 @@ from math import inf
 class AcknowledgementMonitor:
     """Monitor that distinguishes the owner's missing acknowledgement from another subscriber's.
 
-    The middleware reports only whether all subscribers have acknowledged the newest state. An owner that answers states
-    has them: where acknowledgements were missing for longer than the lease while answers came, another subscriber's
-    were. Then the owner's own are unknown, and it counts as alive as long as it is in the graph.
+    The middleware reports only whether all subscribers have acknowledged the newest state. An owner
+    that answers states has them: where acknowledgements were missing for longer than the lease
+    while answers came, another subscriber's were. Then the owner's own are unknown, and it counts
+    as alive as long as it is in the graph.
     """
 
     def __init__(self, lease: float) -> None:
         """Create it without an observation; `lease` [s]: that of the commands."""
         self._lease = lease
         self._acknowledged = False
-        self._last_complete = self._last_update = -inf  # s, when all had acknowledged, and of the last observation
+        self._last_complete = (
+            self._last_update
+        ) = -inf  # s, when all had acknowledged, and of the last observation
 
     def update(self, acknowledged: bool, now: float) -> None:
         """Record whether all acknowledged the newest state at `now` [s]; old records expire."""

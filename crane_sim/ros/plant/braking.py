@@ -9,14 +9,19 @@ from crane_sim.ros.plant.scheduler import BLOCK, Scheduler
 from crane_sim.ros.plant.simulation_run import SimulationRun
 
 _BRAKING_LIMIT = 30.0  # simulated s after which a crane that still moves is no longer braked
-_PEER_TIMEOUT = 30.0  # s of wall time in a row for which the run waits for a crane on the same clock
+_PEER_TIMEOUT = (
+    30.0  # s of wall time in a row for which the run waits for a crane on the same clock
+)
 _POLL = 0.02  # s of wall time between two polls of services and pipes
 
 
-def brake_to_rest(host: NodeHost, simulation: SimulationRun, scheduler: Scheduler, period: float) -> None:
+def brake_to_rest(
+    host: NodeHost, simulation: SimulationRun, scheduler: Scheduler, period: float
+) -> None:
     """Brake, at a step per `period` [s] of wall time, or at full speed (0); sets the `failure`.
 
-    Cranes on the same clock stay in sync, as with `scheduler`, but only up to a time-out: the run is to end.
+    Cranes on the same clock stay in sync, as with `scheduler`, but only up to a time-out: the run
+    is to end.
     """
     plant = simulation.plant
     last = plant.k + ceil(_BRAKING_LIMIT / simulation.scene.period)
@@ -34,7 +39,9 @@ def brake_to_rest(host: NodeHost, simulation: SimulationRun, scheduler: Schedule
             simulation.heartbeat()
             continue
         simulation.step(effort)
-        if not period:  # at the pace of the wall clock a recorder keeps up, and must not delay the brakes
+        if (
+            not period
+        ):  # at the pace of the wall clock a recorder keeps up, and must not delay the brakes
             simulation.throttle_for_recorder(BLOCK, partial(_is_interrupted, host))
         due = max(due + period, time.monotonic())
         if due >= next_poll:
@@ -42,7 +49,9 @@ def brake_to_rest(host: NodeHost, simulation: SimulationRun, scheduler: Schedule
             host.spin(0.0)
             simulation.heartbeat()
         time.sleep(max(due - time.monotonic(), 0.0))
-    simulation.failure = _describe_end(host.brake_reason, simulation.failure, plant.at_rest or plant.k < last)
+    simulation.failure = _describe_end(
+        host.brake_reason, simulation.failure, plant.at_rest or plant.k < last
+    )
 
 
 def _describe_end(reason: str, failure: str, in_time: bool) -> str:

@@ -6,11 +6,12 @@
 | HELD | HELD | refused | FREE | LAPSED |
 | LAPSED | HELD | HELD, by it | FREE | |
 
-An exclusive lease, that of lockstep, lapses only for another publisher of the owner's node, its standby; any other one
-waits until the owner has left the graph: on a busy machine an owner that answers may be silent for longer than any
-lease, and messages of a flood push its answers out of the middleware's queues. Where the commander is known, publishers
-of other nodes never own the crane: one that answers once and then no more would hold up the run for good.
-"""
+An exclusive lease, that of lockstep, lapses only for another publisher of the owner's node, its
+standby; any other one waits until the owner has left the graph: on a busy machine an owner that
+answers may be silent for longer than any lease, and messages of a flood push its answers out of the
+middleware's queues. Where the commander is known, publishers of other nodes never own the crane:
+one that answers once and then no more would hold up the run for good.
+"""  # noqa: E501
 
 import re
 import time
@@ -46,7 +47,8 @@ class CommandLease:
 
     Attributes:
         owner: empty while there is none.
-        suspended: returns whether the lease cannot lapse now: the owner has a reason to send no command.
+        suspended: returns whether the lease cannot lapse now: the owner has a reason to send no
+            command.
     """
 
     def __init__(self, duration: float, suspended: Callable[[], bool]) -> None:
@@ -74,7 +76,9 @@ class CommandTopic(NamedTuple):
     """A topic of commands."""
 
     kind: Any  # message class
-    on_message: Callable[[bytes], bool]  # takes a serialized message; returns whether it was a valid command
+    on_message: Callable[
+        [bytes], bool
+    ]  # takes a serialized message; returns whether it was a valid command
 
 
 class CommandArbiter:
@@ -100,22 +104,31 @@ class CommandArbiter:
             simulation: counts refusals, and publishes warnings of them.
             topics: by name; an invalid command makes no publisher the owner.
             lease: on the crane.
-            exclusive: the lease of an owner in the graph lapses only for publishers of its own node.
-            commander: the only node, in this one's namespace, that may own the crane, beside its numbered standbys;
-                empty: any node may.
+            exclusive: the lease of an owner in the graph lapses only for publishers of its own
+                node.
+            commander: the only node, in this one's namespace, that may own the crane, beside its
+                numbered standbys; empty: any node may.
         """
         self._host, self._node, self._simulation, self._topics = host, host.node, simulation, topics
         self._lease, self._exclusive, self.contested = lease, exclusive, False
         namespace = self._node.get_namespace().rstrip("/") if commander else ""
         self._commander = f"{namespace}/{commander}" if commander else ""
-        self._commanders = re.compile(rf"{re.escape(self._commander)}(_\d+)?" if commander else ".*")
+        self._commanders = re.compile(
+            rf"{re.escape(self._commander)}(_\d+)?" if commander else ".*"
+        )
         self._subscriptions: dict[str, ServedSubscription] = {
             name: host.subscribe_with_sender(
-                topic.kind, name, partial(self._on_messages, name), _QOS, partial(self._on_incompatible, name)
+                topic.kind,
+                name,
+                partial(self._on_messages, name),
+                _QOS,
+                partial(self._on_incompatible, name),
             )
             for name, topic in topics.items()
         }
-        self._refused: dict[bytes, float] = {}  # publishers refused lately, and the last instant [s]
+        self._refused: dict[
+            bytes, float
+        ] = {}  # publishers refused lately, and the last instant [s]
         self._warning = ""  # of them
         self._names: dict[bytes, str] = {}  # of the nodes of publishers, at the last update
         self._last_update = 0.0  # s
@@ -165,7 +178,9 @@ class CommandArbiter:
         self.contested = self._count_publishers() > 1
         if self.contested and self._lease.suspended():
             self._lease.hold(self._lease.owner, now)
-        self._refused = {sender: last for sender, last in self._refused.items() if now - last < _WARNING_TIME}
+        self._refused = {
+            sender: last for sender, last in self._refused.items() if now - last < _WARNING_TIME
+        }
         self._update_warning()
 
     def _on_messages(self, topic: str, taken: Sequence[MessageWithSender]) -> None:
@@ -199,7 +214,9 @@ class CommandArbiter:
     def _on_incompatible(self, topic: str, event: Any) -> None:
         """Say which publisher is not matched, and why: it would be waited for."""
         name = self._subscriptions[topic].topic
-        unmatched = sorted({each.node for each in publishers(self._node, name) if not each.reliable})
+        unmatched = sorted(
+            {each.node for each in publishers(self._node, name) if not each.reliable}
+        )
         whose = f" of {' and '.join(unmatched)}" if unmatched else ""
         why = messages.describe_policy(event.last_policy_kind)
         self._host.notify(f"a publisher{whose} of {name} is not matched: {why}")
@@ -224,7 +241,9 @@ class CommandArbiter:
         if self._refused:
             refused = {self._names.get(sender, GONE) for sender in self._refused}
             owner = self._names.get(self._lease.owner, self._commander or GONE)
-            self._warning = f"command of {' and '.join(sorted(refused))} refused: {owner} owns the crane"
+            self._warning = (
+                f"command of {' and '.join(sorted(refused))} refused: {owner} owns the crane"
+            )
             if {UNNAMED, GONE}.isdisjoint(refused | {owner}):
                 self._host.notify(self._warning)
         self._simulation.warn(self._warning if self._refused else "", "commander")

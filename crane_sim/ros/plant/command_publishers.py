@@ -28,13 +28,16 @@ class AcceptedCommands:
 class HeldCommands:
     """Commands (nu,) of the periods, stamped like the state at each start; NaN while brakes act.
 
-    A run can be repeated from them to the last bit: late commands, time-outs and emergency stops are visible, since it
-    is the command that the drives followed; a recorder need not know whose commands the plant takes.
+    A run can be repeated from them to the last bit: late commands, time-outs and emergency stops
+    are visible, since it is the command that the drives followed; a recorder need not know whose
+    commands the plant takes.
     """
 
     def __init__(self, node: Node, scene: Scene) -> None:
         """Create the publisher."""
-        self._publisher = node.create_publisher(JointState, "held_command", messages.DEEP_STREAM_QOS)
+        self._publisher = node.create_publisher(
+            JointState, "held_command", messages.DEEP_STREAM_QOS
+        )
         self._codec, self._braked = CommandCodec(scene), (nan,) * len(scene.actuated)
         self._subscribed = False
 

@@ -1,9 +1,10 @@
 """The parts of a crane as entities of simulation_interfaces: its URDF's frames with the payload.
 
-No message types. Filters of names are POSIX extended regular expressions, as simulation_interfaces requires, by the C
-library: Python's `re` has another syntax, and may take exponential time. Intervals {m,n}, back-references and many +
-are refused: the C library repeats what they apply to, and a short expression, such as (((a+)+)+)+, can take all memory;
-(((a|b|…)+)+)+ takes a time that grows with the third power of the number of alternatives.
+No message types. Filters of names are POSIX extended regular expressions, as simulation_interfaces
+requires, by the C library: Python's `re` has another syntax, and may take exponential time.
+Intervals {m,n}, back-references and many + are refused: the C library repeats what they apply to,
+and a short expression, such as (((a+)+)+)+, can take all memory; (((a|b|…)+)+)+ takes a time that
+grows with the third power of the number of alternatives.
 """
 
 import ctypes
@@ -12,7 +13,12 @@ from collections.abc import Collection, Sequence
 from enum import IntEnum
 
 from crane_sim.description import urdf
-from crane_sim.description.frame_motion import FrameAcceleration, FrameMotion, frame_accelerations, frame_motions
+from crane_sim.description.frame_motion import (
+    FrameAcceleration,
+    FrameMotion,
+    frame_accelerations,
+    frame_motions,
+)
 from crane_sim.description.transforms import PAYLOAD, TransformTree
 from crane_sim.ros.plant.standard_operations import Code, Outcome
 from crane_sim.simulation.plant import Plant
@@ -52,7 +58,9 @@ class Entities:
         Accelerations of joints are means over the last period.
         """
         plant, period = self._plant, self._plant.scene.period
-        mean = [(now - before) / period for now, before in zip(plant.v, plant.rates_before, strict=True)]
+        mean = [
+            (now - before) / period for now, before in zip(plant.v, plant.rates_before, strict=True)
+        ]
         found = frame_accelerations(plant.scene, self._tree, plant.t, plant.q, plant.v, mean)
         return {self._prefix + frame: acceleration for frame, acceleration in found.items()}
 
@@ -70,7 +78,9 @@ class Entities:
         Raises:
             ValueError: it is no expression; the message is one line.
         """
-        chosen = [name for name in self.names if not categories or self.category(name) in categories]
+        chosen = [
+            name for name in self.names if not categories or self.category(name) in categories
+        ]
         return filter_names(expression, chosen) if expression else chosen
 
 
@@ -80,7 +90,11 @@ def filter_names(expression: str, names: Sequence[str]) -> list[str]:
     Raises:
         ValueError: it is not a valid expression, or too costly; the message is one line.
     """
-    if len(expression) > _LONGEST or expression.count("+") > _MOST_PLUS or _COSTLY.search(expression):
+    if (
+        len(expression) > _LONGEST
+        or expression.count("+") > _MOST_PLUS
+        or _COSTLY.search(expression)
+    ):
         most = f"more than {_MOST_PLUS} + and more than {_LONGEST} characters"
         raise ValueError(f"filter: intervals, references back, {most} are not possible")
     library, compiled = ctypes.CDLL(None), ctypes.create_string_buffer(_SIZE)

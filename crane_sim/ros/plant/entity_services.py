@@ -20,10 +20,15 @@ _OK = Outcome(Code.OK)
 class EntityServices:
     """Services `get_entities`, `get_entity_state`, `get_entities_states` and `get_entity_info`."""
 
-    def __init__(self, node: Node, package: str, entities: Entities, stamp: Callable[[], int]) -> None:
+    def __init__(
+        self, node: Node, package: str, entities: Entities, stamp: Callable[[], int]
+    ) -> None:
         """Offer them, of a package of messages; `stamp` returns that of the newest state [ns]."""
         self._entities, self._stamp = entities, stamp
-        kinds, self._state = import_module(f"{package}.srv"), import_module(f"{package}.msg").EntityState
+        kinds, self._state = (
+            import_module(f"{package}.srv"),
+            import_module(f"{package}.msg").EntityState,
+        )
         node.create_service(kinds.GetEntities, "get_entities", self._list)
         node.create_service(kinds.GetEntityState, "get_entity_state", self._get_state)
         node.create_service(kinds.GetEntitiesStates, "get_entities_states", self._get_states)
@@ -36,7 +41,9 @@ class EntityServices:
     def _get_states(self, request: Any, response: Any) -> Any:
         outcome, names = self._select(request.filters)
         response.entities = names
-        response.states = _states(self._entities, names, [self._state() for _ in names], self._stamp())
+        response.states = _states(
+            self._entities, names, [self._state() for _ in names], self._stamp()
+        )
         return write_outcome(response, outcome)
 
     def _get_state(self, request: Any, response: Any) -> Any:
@@ -49,13 +56,18 @@ class EntityServices:
         if request.entity not in self._entities.names:
             return write_outcome(response, self._entities.not_found(request.entity))
         category = self._entities.category(request.entity)
-        response.info.category.category, response.info.description = int(category), _DESCRIPTIONS[category]
+        response.info.category.category, response.info.description = (
+            int(category),
+            _DESCRIPTIONS[category],
+        )
         return write_outcome(response, _OK)
 
     def _select(self, filters: Any) -> tuple[Outcome, list[str]]:
         """Return how the selection ends, and the names of the entities that pass."""
         if filters.tags.tags or filters.bounds.type:
-            return Outcome(Code.FEATURE_UNSUPPORTED, "filters: possible: filter, categories; not tags, bounds"), []
+            return Outcome(
+                Code.FEATURE_UNSUPPORTED, "filters: possible: filter, categories; not tags, bounds"
+            ), []
         categories = [category.category for category in filters.categories]
         try:
             return _OK, self._entities.select(filters.filter, categories)

@@ -30,7 +30,9 @@ class InstrumentTopic(StatePublisher):
         """Publish what `measure` makes of a plant: messages with a header."""
         super().__init__(publisher)
         self._sampling, self._measure = sampling, measure
-        self._samples: deque[tuple[int, Any]] = deque()  # periods in which they were taken, and messages
+        self._samples: deque[tuple[int, Any]] = (
+            deque()
+        )  # periods in which they were taken, and messages
         self._last = -1  # period of the last sample
         self._period = 0  # of the last call
 
@@ -59,12 +61,16 @@ def imu_topic(node: Node, prefix: str, imu: Imu) -> InstrumentTopic:
         set_vector(message.angular_velocity, sample.angular_velocity)
         message.linear_acceleration_covariance = _covariance(imu.acceleration[0])
         message.angular_velocity_covariance = _covariance(imu.angular_velocity[0])
-        message.orientation_covariance = _UNAVAILABLE if imu.orientation is None else _covariance(imu.orientation)
+        message.orientation_covariance = (
+            _UNAVAILABLE if imu.orientation is None else _covariance(imu.orientation)
+        )
         if sample.rotation is not None:
             set_quaternion(message.orientation, quaternion_of(sample.rotation))
         return message
 
-    return InstrumentTopic(node.create_publisher(ImuMessage, "base/imu", messages.STREAM_QOS), imu.sampling, measure)
+    return InstrumentTopic(
+        node.create_publisher(ImuMessage, "base/imu", messages.STREAM_QOS), imu.sampling, measure
+    )
 
 
 def camera_topic(node: Node, prefix: str, camera: Camera) -> InstrumentTopic:
@@ -73,7 +79,9 @@ def camera_topic(node: Node, prefix: str, camera: Camera) -> InstrumentTopic:
     def measure(plant: Plant) -> PoseStamped:
         message = PoseStamped()
         message.header.frame_id = prefix + BASE
-        set_vector(message.pose.position, measure_payload(plant.scene, camera, plant.k, plant.payload))
+        set_vector(
+            message.pose.position, measure_payload(plant.scene, camera, plant.k, plant.payload)
+        )
         return message
 
     publisher = node.create_publisher(PoseStamped, "camera/payload_pose", messages.STREAM_QOS)

@@ -1,12 +1,14 @@
 """Lockstep: every step waits for the controller's answer.
 
-Where commands are stamped with ROS time the clock leads: state k is published and acknowledged, then /clock reads the
-time of state k + 1 less a lag, and the command with this time answers state k. Nodes that use that time run in
-lockstep. A state that is sent again needs a later time: the message of the first one may have been lost.
+Where commands are stamped with ROS time the clock leads: state k is published and acknowledged,
+then /clock reads the time of state k + 1 less a lag, and the command with this time answers state
+k. Nodes that use that time run in lockstep. A state that is sent again needs a later time: the
+message of the first one may have been lost.
 
-Before the run the clock stands one period earlier: ros2_control's loop waits for the first clock message, then for a
-whole period, and only then begins. For a loop that is restarted during the run the clock advances by periods while the
-state does not, until a command arrives, and stays ahead of the states by these periods.
+Before the run the clock stands one period earlier: ros2_control's loop waits for the first clock
+message, then for a whole period, and only then begins. For a loop that is restarted during the run
+the clock advances by periods while the state does not, until a command arrives, and stays ahead of
+the states by these periods.
 """
 
 import time
@@ -26,11 +28,15 @@ from crane_sim.ros.plant.peers import ClockPeers
 from crane_sim.ros.plant.scheduler import Scheduler
 from crane_sim.ros.plant.simulation_run import SimulationRun
 
-_RESEND = 0.05  # s between two messages of the same state while the run waits, or there are several publishers
-_RESEND_TO_PEERS = 0.5  # s between two messages of the same state while another crane on the same clock is behind
+# s between two messages of the same state while the run waits, or there are several publishers
+_RESEND = 0.05
+_RESEND_TO_PEERS = (
+    0.5  # s between two messages of the same state while another crane on the same clock is behind
+)
 _CHECK_PERIOD = 0.005  # s between two looks at what need not be done after every command
 _ACKNOWLEDGEMENT = 0.001  # s of a wait for acknowledgements, in which no callbacks are served
-_STANDING = 0.35  # s for which a leading clock stands, published ten times a second, once all peers are connected
+# s for which a leading clock stands, published ten times a second, once all peers are connected
+_STANDING = 0.35
 _BLOCK = 4000  # steps between two waits for a recorder: under half the depth of the streams
 
 
@@ -40,12 +46,16 @@ class Lockstep(Scheduler):
     Wall time has no effect.
     """
 
-    def __init__(self, host: NodeHost, simulation: SimulationRun, settings: SimpleNamespace) -> None:
+    def __init__(
+        self, host: NodeHost, simulation: SimulationRun, settings: SimpleNamespace
+    ) -> None:
         """Subscribe to `joint_commands`."""
         super().__init__(host, simulation)
         self._settings, self._codec = settings, CommandCodec(simulation.scene)
         self._peers = ClockPeers(host, settings.beside)
-        self._effort: tuple[float, ...] | None = None  # that answers the present state, until the step is taken
+        self._effort: tuple[float, ...] | None = (
+            None  # that answers the present state, until the step is taken
+        )
         self._first_sent = self._last_sent = 0.0  # s, when the present state was published
         self._next_check = 0.0  # s, when progress is checked again
         self._runs = False  # a command that comes before or after the run moves nothing
@@ -97,7 +107,9 @@ class Lockstep(Scheduler):
         while obstacle := self._obstacle():
             if time.monotonic() > deadline:
                 return obstacle
-            if time.monotonic() - self._last_sent > _RESEND:  # a subscriber may have been matched since
+            if (
+                time.monotonic() - self._last_sent > _RESEND
+            ):  # a subscriber may have been matched since
                 self._resend()
             self._advance_clock_if_due()
             self._commands.update()
@@ -123,9 +135,13 @@ class Lockstep(Scheduler):
             return False  # the answer to the final state moves nothing
         validator = simulation.validator
         ahead = self._ahead_before, self._ahead
-        possible = lockstep_range(self._settings.command_stamps, simulation.stamp, simulation.scene.period_ns, ahead)
+        possible = lockstep_range(
+            self._settings.command_stamps, simulation.stamp, simulation.scene.period_ns, ahead
+        )
         command = validator.decode(self._codec.decode, data)
-        effort = command and validator.validate(command.stamp, command.names, self._codec.values(command), possible)
+        effort = command and validator.validate(
+            command.stamp, command.names, self._codec.values(command), possible
+        )
         if effort is None:
             return False
         if self._accepted:
@@ -154,7 +170,12 @@ class Lockstep(Scheduler):
 
     def _step_if_possible(self) -> None:
         """Take the commanded step, unless paused or while a crane on the same clock is behind."""
-        if self._effort is not None and self._runs and not self._simulation.paused and not self._obstacle():
+        if (
+            self._effort is not None
+            and self._runs
+            and not self._simulation.paused
+            and not self._obstacle()
+        ):
             self._step()
 
     def _obstacle(self) -> str:
@@ -177,7 +198,11 @@ class Lockstep(Scheduler):
         timeout = self._settings.step_timeout
         if self._effort is not None:  # a crane that is behind may have missed this one's state
             return inf if self._simulation.paused else _RESEND_TO_PEERS
-        return min(_RESEND, timeout) if self._simulation.waiting or self._commands.contested else timeout
+        return (
+            min(_RESEND, timeout)
+            if self._simulation.waiting or self._commands.contested
+            else timeout
+        )
 
     def _report_waiting(self) -> None:
         """Report that no command came within the time-out; not in a pause, when none is needed."""
@@ -187,7 +212,9 @@ class Lockstep(Scheduler):
         if not settled and time.monotonic() - self._first_sent >= limit:
             refusal = simulation.validator.last_refusal or "none"
             state = simulation.plant.k + 1
-            simulation.set_waiting(f"no valid command for state {state} within {limit:g} s; last refusal: {refusal}")
+            simulation.set_waiting(
+                f"no valid command for state {state} within {limit:g} s; last refusal: {refusal}"
+            )
 
     def _resend(self) -> None:
         self._simulation.publish_state()

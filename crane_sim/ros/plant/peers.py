@@ -32,7 +32,10 @@ class ClockPeers:
         self._stamps = dict.fromkeys(names, 0)  # ns
         self._subscriptions = {
             name: host.subscribe_with_sender(
-                JointState, f"/{name}/joint_states", partial(self._on_states, name), messages.DEEP_STREAM_QOS
+                JointState,
+                f"/{name}/joint_states",
+                partial(self._on_states, name),
+                messages.DEEP_STREAM_QOS,
             )
             for name in names
         }

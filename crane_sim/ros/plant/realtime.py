@@ -8,7 +8,11 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
 from crane_sim.ros.common import messages
-from crane_sim.ros.common.choices import COMMAND_TIMEOUT_ACTIONS, CommandStamps, CommandTimeoutAction
+from crane_sim.ros.common.choices import (
+    COMMAND_TIMEOUT_ACTIONS,
+    CommandStamps,
+    CommandTimeoutAction,
+)
 from crane_sim.ros.common.command_codec import CommandCodec
 from crane_sim.ros.common.command_stamps import realtime_range
 from crane_sim.ros.common.node_host import NodeHost
@@ -62,7 +66,9 @@ class Watchdog:
 class Realtime(Scheduler):
     """Scheduler that steps at absolute wall-clock deadlines with the newest valid command held."""
 
-    def __init__(self, host: NodeHost, simulation: SimulationRun, settings: SimpleNamespace) -> None:
+    def __init__(
+        self, host: NodeHost, simulation: SimulationRun, settings: SimpleNamespace
+    ) -> None:
         """Subscribe to `joint_commands`, and to an array topic unless drives differ.
 
         A scene without commands has neither.
@@ -70,18 +76,29 @@ class Realtime(Scheduler):
         super().__init__(host, simulation)
         self._settings = settings
         self._idle = simulation.scene.idle_command
-        self._held, self._answered = self._idle, False  # the newest command, and whether it came after the last step
+        self._held, self._answered = (
+            self._idle,
+            False,
+        )  # the newest command, and whether it came after the last step
         self._period = simulation.scene.period / settings.rate  # s of wall time
         self._watchdog = Watchdog(settings.command_timeout, self._period)
         self._timed_out, self._command_timeouts = False, 0
-        self._steps, self._unanswered_steps = 0, 0  # all, and those without a new command before a time-out
+        self._steps, self._unanswered_steps = (
+            0,
+            0,
+        )  # all, and those without a new command before a time-out
         self._due = 0.0  # s of the monotonic clock, of the next step
         self._timing = StepTiming()
         self._codec = CommandCodec(simulation.scene)
         topics = {"joint_commands": CommandTopic(JointState, self._on_command)}
         if self._codec.kind:
-            topics[f"{self._codec.kind}_controller/commands"] = CommandTopic(Float64MultiArray, self._on_array)
-        sampled, lease = simulation.scene.sampled, CommandLease(settings.command_lease, lambda: simulation.paused)
+            topics[f"{self._codec.kind}_controller/commands"] = CommandTopic(
+                Float64MultiArray, self._on_array
+            )
+        sampled, lease = (
+            simulation.scene.sampled,
+            CommandLease(settings.command_lease, lambda: simulation.paused),
+        )
         self._commands = CommandArbiter(host, simulation, topics, lease) if sampled else None
         self._accepted = AcceptedCommands(host.node, self._codec) if sampled else None
 
@@ -119,7 +136,8 @@ class Realtime(Scheduler):
     def step_once(self) -> str:
         """See `Scheduler`; the controller has a period to answer, then the last command holds.
 
-        The wait for an answer counts towards the time-out, as in the run; after the time-out there is none.
+        The wait for an answer counts towards the time-out, as in the run; after the time-out there
+        is none.
         """
         if self._commands:
             self._watchdog.skip()
@@ -145,9 +163,15 @@ class Realtime(Scheduler):
         counts = {"silences": self._command_timeouts}
         if self._commands:
             counts["unanswered_steps"] = self._unanswered_steps
-        unanswered = 0 if self._settings.commanded else self._unanswered_steps  # a node of the user's may be slower
+        unanswered = (
+            0 if self._settings.commanded else self._unanswered_steps
+        )  # a node of the user's may be slower
         violation = describe_violation(self._steps, self._simulation.deadline_misses, unanswered)
-        return self._timing.metrics() | counts | ({"real_time_violation": violation} if violation else {})
+        return (
+            self._timing.metrics()
+            | counts
+            | ({"real_time_violation": violation} if violation else {})
+        )
 
     def _serve_until_due(self) -> None:
         self._host.spin(0.0)
@@ -169,7 +193,9 @@ class Realtime(Scheduler):
         for _ in range(_BATCH):
             if not commands.take_one():
                 break
-        while not (self._answered or self._timed_out or time.monotonic() >= deadline or self._should_stop()):
+        while not (
+            self._answered or self._timed_out or time.monotonic() >= deadline or self._should_stop()
+        ):
             if not commands.take_one():
                 time.sleep(_STEP_POLL)
 
@@ -197,27 +223,42 @@ class Realtime(Scheduler):
         self._command_timeouts += timed_out
         self._simulation.brake(timed_out and action == CommandTimeoutAction.BRAKE, "time-out")
         self._simulation.warn(
-            f"no valid command for {timeout:g} s: {COMMAND_TIMEOUT_ACTIONS[action]}" if timed_out else "", "commands"
+            f"no valid command for {timeout:g} s: {COMMAND_TIMEOUT_ACTIONS[action]}"
+            if timed_out
+            else "",
+            "commands",
         )
 
     def _on_command(self, data: bytes) -> bool:
         simulation = self._simulation
         validator, self.commands_have_come = simulation.validator, True
-        command = validator.decode(self._codec.decode, data) if simulation.stamp and simulation.running else None
+        command = (
+            validator.decode(self._codec.decode, data)
+            if simulation.stamp and simulation.running
+            else None
+        )
         if command is None:
             return False
         policy, now = self._settings.command_stamps, simulation.stamp
         real = self._watchdog.timeout * messages.NS_PER_S
         timeouts = round(real * self._settings.rate), round(real)
         possible = realtime_range(policy, command.stamp, now, time.time_ns(), timeouts)
-        effort = validator.validate(command.stamp, command.names, self._codec.values(command), possible)
+        effort = validator.validate(
+            command.stamp, command.names, self._codec.values(command), possible
+        )
         return self._hold(command.stamp if policy == CommandStamps.STATE else now, effort)
 
     def _on_array(self, data: bytes) -> bool:
         simulation = self._simulation
         validator, self.commands_have_come = simulation.validator, True
-        efforts = validator.decode(decode_array, data) if simulation.stamp and simulation.running else None
-        return efforts is not None and self._hold(simulation.stamp, validator.validate_array(efforts))
+        efforts = (
+            validator.decode(decode_array, data)
+            if simulation.stamp and simulation.running
+            else None
+        )
+        return efforts is not None and self._hold(
+            simulation.stamp, validator.validate_array(efforts)
+        )
 
     def _hold(self, stamp: int, effort: tuple[float, ...] | None) -> bool:
         """Hold an accepted command that answers the state at a stamp [ns]; publish it."""

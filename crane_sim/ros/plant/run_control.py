@@ -19,10 +19,19 @@ class RunControl:
     USER = "user"
 
     def __init__(
-        self, host: NodeHost, simulation: SimulationRun, scheduler: Scheduler, settings: SimpleNamespace
+        self,
+        host: NodeHost,
+        simulation: SimulationRun,
+        scheduler: Scheduler,
+        settings: SimpleNamespace,
     ) -> None:
         """Control a run; `settings` holds the current values of the node's parameters."""
-        self._host, self._simulation, self._scheduler, self._settings = host, simulation, scheduler, settings
+        self._host, self._simulation, self._scheduler, self._settings = (
+            host,
+            simulation,
+            scheduler,
+            settings,
+        )
 
     @property
     def paused(self) -> bool:
@@ -69,7 +78,9 @@ class RunControl:
         if not why_not:
             settings = self._settings
             try:
-                self._simulation.restart(settings.reset_positions or None, settings.reset_velocities or None)
+                self._simulation.restart(
+                    settings.reset_positions or None, settings.reset_velocities or None
+                )
                 self._scheduler.reset()
             except ValueError as error:
                 return str(error)
@@ -105,7 +116,9 @@ class RunControl:
         return "" if self._simulation.running else "the run is over"
 
     def _why_not_paused(self) -> str:
-        return "" if self._simulation.paused else self.why_waiting() or "the simulation is not paused"
+        return (
+            "" if self._simulation.paused else self.why_waiting() or "the simulation is not paused"
+        )
 
     def _take_step(self) -> str:
         if should_stop(self._host) or not self._simulation.running:

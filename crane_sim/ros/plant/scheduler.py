@@ -6,7 +6,8 @@ from crane_sim.ros.common.node_host import NodeHost
 from crane_sim.ros.plant.simulation_run import SimulationRun
 
 BLOCK = 500
-"""Unanswered steps between two waits for a recorder: what the smallest usual socket buffer holds."""
+"""Unanswered steps between two waits for a recorder: what the smallest usual socket buffer
+holds."""
 _POLL_STEPS = 100  # open-loop steps between two polls of services and pipes
 
 

@@ -14,8 +14,8 @@ from crane_sim.simulation.plant import Plant
 def offer_services(node: Node, control: RunControl, settings: SimpleNamespace) -> None:
     """Offer `~/set_pause`, `~/set_brakes`, `~/step_simulation` and `~/reset_simulation`.
 
-    The parameters `step_count`, `reset_positions` and `reset_velocities`, whose current values are in `settings`, fix
-    the number of steps and the state after a reset.
+    The parameters `step_count`, `reset_positions` and `reset_velocities`, whose current values are
+    in `settings`, fix the number of steps and the state after a reset.
     """
 
     def set_pause(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
@@ -26,8 +26,12 @@ def offer_services(node: Node, control: RunControl, settings: SimpleNamespace) -
         return response
 
     node.create_service(SetBool, "~/set_pause", set_pause)
-    node.create_service(SetBool, "~/set_brakes", _answer(lambda request: control.set_brakes(request.data)))
-    node.create_service(Trigger, "~/step_simulation", _answer(lambda _: control.take_steps(settings.step_count)))
+    node.create_service(
+        SetBool, "~/set_brakes", _answer(lambda request: control.set_brakes(request.data))
+    )
+    node.create_service(
+        Trigger, "~/step_simulation", _answer(lambda _: control.take_steps(settings.step_count))
+    )
     node.create_service(Trigger, "~/reset_simulation", _answer(lambda _: control.reset()))
 
 
@@ -43,7 +47,9 @@ def offer_faults(node: Node, plant: Plant) -> None:
         def set_fault(request: Any, response: Any, name: str = name) -> Any:
             plant.set_fault(name, request.data)
             response.success = True
-            response.message = f"{name} is {'on' if request.data else 'off'} from t = {plant.t:g} s on"
+            response.message = (
+                f"{name} is {'on' if request.data else 'off'} from t = {plant.t:g} s on"
+            )
             return response
 
         node.create_service(SetBool, f"~/faults/{name}", set_fault)

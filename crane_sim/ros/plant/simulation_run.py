@@ -28,13 +28,15 @@ class SimulationRun:
     Attributes:
         validator: of the run's commands.
         stamp: of the newest published state, ns; 0 before the run begins.
-        waiting: why no step is taken although the run is not paused: no command arrives; one line, or empty.
+        waiting: why no step is taken although the run is not paused: no command arrives; one line,
+            or empty.
         ending: why the run is on its way to its end, one line, or empty.
         failure: why the run cannot go on, one line, or empty.
         deadline_misses: real-time steps that came too late.
         steps_before_reset: taken before the last reset.
         remarks: further entries of the diagnostics.
-        refused_messages: number of commands refused since another publisher owns the crane, by topic and node.
+        refused_messages: number of commands refused since another publisher owns the crane, by
+            topic and node.
     """
 
     def __init__(
@@ -54,12 +56,18 @@ class SimulationRun:
         Args:
             scene, plant, topics, pipes: what runs, and where it is published and reported.
             largest: bounds (nu,) of efforts, N m or N.
-            clock_leads: the scheduler publishes the clock, by `advance_clock`, before the state of that time.
+            clock_leads: the scheduler publishes the clock, by `advance_clock`, before the state of
+                that time.
             further: what is published of every state besides.
             held_commands: publisher of the command of each period, where they are published.
             notify: is called with a line for the terminal.
         """
-        self.scene, self.plant, self._largest, self._clock_leads = scene, plant, largest, clock_leads
+        self.scene, self.plant, self._largest, self._clock_leads = (
+            scene,
+            plant,
+            largest,
+            clock_leads,
+        )
         self._further, self.remarks, self._notify = further, dict[str, object](), notify
         self.refused_messages, self._refusals_described = Counter[str](), False
         self.validator = CommandValidator(scene.actuated, largest, scene.joint_names)
@@ -134,7 +142,9 @@ class SimulationRun:
         self.plant.reset(q, v)
         self.steps_before_reset += steps
         self.plant.braking, self._last_command = bool(self._brakes), self.scene.idle_command
-        self.validator = CommandValidator(self.scene.actuated, self._largest, self.scene.joint_names)
+        self.validator = CommandValidator(
+            self.scene.actuated, self._largest, self.scene.joint_names
+        )
         self.deadline_misses = 0
         self.start()
 
@@ -167,7 +177,9 @@ class SimulationRun:
             self.failure = str(error)
             return
         self.publish_state()
-        if self._held_commands and command is not None:  # before the effort, which completes a recorder's step
+        if (
+            self._held_commands and command is not None
+        ):  # before the effort, which completes a recorder's step
             self._held_commands.publish(stamp, command, braking)
         if self._topics.effort_subscribed:
             self._topics.publish_effort(stamp, self.plant.applied)
@@ -246,7 +258,12 @@ class SimulationRun:
         """Return the run's summary, without the recorder's entries."""
         wall = self._end_time - self._start_time if self._start_time else 0.0
         steps = self.plant.k
-        head = {"scene": self.scene.name, "law": self.scene.law_name, "mode": mode, "seed": self.scene.seed}
+        head = {
+            "scene": self.scene.name,
+            "law": self.scene.law_name,
+            "mode": mode,
+            "seed": self.scene.seed,
+        }
         speed = {
             "wall_time": wall,
             "compile_time": compile_time(),
@@ -279,7 +296,9 @@ class SimulationRun:
 
     def _publish_mode(self) -> None:
         stands = self.paused or self.waiting
-        self._topics.publish_simulation_state(SimulationState.PAUSED if stands else SimulationState.PLAYING)
+        self._topics.publish_simulation_state(
+            SimulationState.PAUSED if stands else SimulationState.PLAYING
+        )
         self._pipes.report("active", active=not self.paused)
 
     def _publish_diagnostics(self, now: float) -> None:
@@ -290,7 +309,9 @@ class SimulationRun:
         physics = self.plant.summary()
         return {
             "step": self.plant.k,
-            "real_time_factor": self.plant.k * self.scene.period / max(now - self._start_time, 1e-9),
+            "real_time_factor": self.plant.k
+            * self.scene.period
+            / max(now - self._start_time, 1e-9),
             "deadline_misses": self.deadline_misses,
             "saturated_steps": physics["saturated_steps"],
             "min_rope_tension": physics["min_rope_tension"],

@@ -51,13 +51,16 @@ _RESET = 3  # the bits SCOPE_TIME and SCOPE_STATE of ResetSimulation.srv
 class StandardOperations:
     """The operations behind the standard services.
 
-    Stopped is paused at the start, before any step: the run then begins with the next one, or when it is played.
+    Stopped is paused at the start, before any step: the run then begins with the next one, or when
+    it is played.
     """
 
     def __init__(self, control: RunControl) -> None:
         """Control a run."""
         self._control = control
-        self._stopped_at = 0  # steps taken in all when it was stopped; a run that begins paused is stopped
+        self._stopped_at = (
+            0  # steps taken in all when it was stopped; a run that begins paused is stopped
+        )
 
     def state(self) -> SimulationState:
         """Return the state of the simulation; a run that waits for a command is playing."""
@@ -68,7 +71,11 @@ class StandardOperations:
             return SimulationState.QUITTING
         if not control.paused:
             return SimulationState.PLAYING
-        return SimulationState.STOPPED if control.steps_in_all == self._stopped_at else SimulationState.PAUSED
+        return (
+            SimulationState.STOPPED
+            if control.steps_in_all == self._stopped_at
+            else SimulationState.PAUSED
+        )
 
     def set_state(self, target: int) -> Outcome:
         """Stop, play, pause or end the simulation."""
@@ -77,19 +84,25 @@ class StandardOperations:
             return Outcome(Code.OK)
         if target not in (SimulationState.STOPPED, SimulationState.PLAYING, SimulationState.PAUSED):
             return Outcome(
-                Code.FEATURE_UNSUPPORTED, f"state {target}: possible: 0 stopped, 1 playing, 2 paused, 3 quitting"
+                Code.FEATURE_UNSUPPORTED,
+                f"state {target}: possible: 0 stopped, 1 playing, 2 paused, 3 quitting",
             )
         if why_not := self._control.why_not_running():
             return Outcome(Code.INCORRECT_STATE, why_not)
         if target == self.state():
-            return Outcome(Code.ALREADY_IN_TARGET_STATE, f"the simulation is {SimulationState(target).name.lower()}")
+            return Outcome(
+                Code.ALREADY_IN_TARGET_STATE,
+                f"the simulation is {SimulationState(target).name.lower()}",
+            )
         failure = self._control.set_paused(target != SimulationState.PLAYING)
         if target == SimulationState.STOPPED:
             failure = failure or self._control.reset()
         stopped = target == SimulationState.STOPPED and not failure
         self._stopped_at = self._control.steps_in_all if stopped else _NEVER
         return (
-            Outcome(Code.STATE_TRANSITION_ERROR, failure) if failure else Outcome(Code.OK, self._control.why_waiting())
+            Outcome(Code.STATE_TRANSITION_ERROR, failure)
+            if failure
+            else Outcome(Code.OK, self._control.why_waiting())
         )
 
     def step(self, number: int) -> Outcome:
@@ -99,7 +112,10 @@ class StandardOperations:
     def reset(self, scope: int) -> Outcome:
         """Return to the start; 0 is every scope, and nothing is ever spawned."""
         if scope and scope & _RESET != _RESET:
-            return Outcome(Code.FEATURE_UNSUPPORTED, f"scope {scope}: time and state are reset together: 0, 3 or 255")
+            return Outcome(
+                Code.FEATURE_UNSUPPORTED,
+                f"scope {scope}: time and state are reset together: 0, 3 or 255",
+            )
         return _outcome(self._control.reset())
 
 

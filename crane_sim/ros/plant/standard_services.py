@@ -15,11 +15,20 @@ from crane_sim.ros.plant.entities import Entities
 from crane_sim.ros.plant.entity_services import EntityServices
 from crane_sim.ros.plant.run_control import RunControl
 from crane_sim.ros.plant.simulation_run import SimulationRun
-from crane_sim.ros.plant.standard_operations import Code, Feature, Outcome, StandardOperations, write_outcome
+from crane_sim.ros.plant.standard_operations import (
+    Code,
+    Feature,
+    Outcome,
+    StandardOperations,
+    write_outcome,
+)
 
 _PACKAGE = "simulation_interfaces"
 _FRAMES = "frames of a crane have no extent; the description has drawings"
-_MOVES = "frames of a crane move by its equations; reset_positions of ~/reset_simulation puts the joints anywhere"
+_MOVES = (
+    "frames of a crane move by its equations; reset_positions of ~/reset_simulation puts the "
+    "joints anywhere"
+)
 _CRANE = "entities are the frames of the crane, no more and no fewer"
 _SCENE = "the world is the scene that the plant was started with"
 _POSES = "a scene has no named poses"
@@ -96,7 +105,9 @@ class StandardServices:
         self._operations = operations
         self._stepping = False  # by the action
         kinds, actions = import_module(f"{_PACKAGE}.srv"), import_module(f"{_PACKAGE}.action")
-        node.create_service(kinds.GetSimulatorFeatures, "get_simulator_features", self._get_features)
+        node.create_service(
+            kinds.GetSimulatorFeatures, "get_simulator_features", self._get_features
+        )
         node.create_service(kinds.GetSimulationState, "get_simulation_state", self._get_state)
         node.create_service(kinds.SetSimulationState, "set_simulation_state", self._set_state)
         node.create_service(kinds.StepSimulation, "step_simulation", self._step)
@@ -113,7 +124,9 @@ class StandardServices:
 
     def _get_features(self, _: Any, response: Any) -> Any:
         response.features.features = list(map(int, Feature))
-        response.features.custom_info = "time and state are reset together; names of topics and services: docs/ros.md"
+        response.features.custom_info = (
+            "time and state are reset together; names of topics and services: docs/ros.md"
+        )
         return response
 
     def _get_state(self, _: Any, response: Any) -> Any:
@@ -159,7 +172,9 @@ class StandardServices:
                 outcome = self._operations.step(1)
             if outcome.code != Code.OK or goal.is_cancel_requested:
                 break
-            goal.publish_feedback(self._action.Feedback(completed_steps=done, remaining_steps=number - done))
+            goal.publish_feedback(
+                self._action.Feedback(completed_steps=done, remaining_steps=number - done)
+            )
             await _NextSpin()
         return outcome
 

@@ -28,7 +28,8 @@ class PlantTopics:
 
     Attributes:
         publishing: durations of the calls that hand joint states to the middleware.
-        clock_subscribed, effort_subscribed, payload_subscribed, truth_subscribed: the topic had subscribers at the last
+        clock_subscribed, effort_subscribed, payload_subscribed, truth_subscribed: the topic had
+        subscribers at the last
             update.
     """
 
@@ -49,20 +50,34 @@ class PlantTopics:
         self._states = node.create_publisher(
             JointState, "joint_states", messages.DEEP_STREAM_QOS, event_callbacks=events
         )
-        self._truth = node.create_publisher(JointState, "true_states", messages.DEEP_STREAM_QOS) if sensed else None
-        self._efforts = node.create_publisher(JointState, "applied_effort", messages.DEEP_STREAM_QOS)
+        self._truth = (
+            node.create_publisher(JointState, "true_states", messages.DEEP_STREAM_QOS)
+            if sensed
+            else None
+        )
+        self._efforts = node.create_publisher(
+            JointState, "applied_effort", messages.DEEP_STREAM_QOS
+        )
         self._clock = node.create_publisher(Clock, "/clock", messages.CLOCK_QOS) if clock else None
         self._pose = node.create_publisher(PoseStamped, "payload_pose", messages.SENSOR_QOS)
         self._description = node.create_publisher(String, "robot_description", messages.LATCHED_QOS)
-        self._simulation_state = node.create_publisher(UInt8, "simulation_state", messages.LATCHED_QOS)
-        self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", messages.STREAM_QOS)
+        self._simulation_state = node.create_publisher(
+            UInt8, "simulation_state", messages.LATCHED_QOS
+        )
+        self._diagnostics = node.create_publisher(
+            DiagnosticArray, "/diagnostics", messages.STREAM_QOS
+        )
         self._node, self._source = node, f"{node.get_namespace().strip('/')}/plant"
         self._state_codec = JointStateCodec(joints, STATE)
-        self._applied_indices = [actuated.index(joint) if joint in actuated else -1 for joint in joints]
+        self._applied_indices = [
+            actuated.index(joint) if joint in actuated else -1 for joint in joints
+        ]
         self._effort_codec = JointStateCodec(actuated, EFFORT)
         self._clock_message, self._payload = Clock(), PoseStamped()
         self._payload.header.frame_id = "world"
-        self.clock_subscribed = self.effort_subscribed = self.payload_subscribed = self.truth_subscribed = False
+        self.clock_subscribed = self.effort_subscribed = self.payload_subscribed = (
+            self.truth_subscribed
+        ) = False
         self._state_subscribers = 0
         self.publishing = DurationHistogram()
 
@@ -70,10 +85,13 @@ class PlantTopics:
         why = messages.describe_policy(event.last_policy_kind)
         notify(f"a subscriber of {self._states.topic_name} is not matched: {why}")
 
-    def publish_state(self, stamp: int, q: Sequence[float], v: Sequence[float], applied: tuple[float, ...]) -> None:
+    def publish_state(
+        self, stamp: int, q: Sequence[float], v: Sequence[float], applied: tuple[float, ...]
+    ) -> None:
         """Publish the joint state; first of all in a step, since the controller waits for it.
 
-        Its efforts are those `applied` (nu,) at the start of the period before it, and zero of other joints.
+        Its efforts are those `applied` (nu,) at the start of the period before it, and zero of
+        other joints.
         """
         message = self._encode_state(stamp, q, v, applied)
         start = time.perf_counter()
@@ -91,7 +109,9 @@ class PlantTopics:
         """Publish the effort applied from `stamp` on, after limits and faults."""
         self._efforts.publish(self._effort_codec.encode(stamp, effort))
 
-    def _encode_state(self, stamp: int, q: Sequence[float], v: Sequence[float], applied: tuple[float, ...]) -> bytes:
+    def _encode_state(
+        self, stamp: int, q: Sequence[float], v: Sequence[float], applied: tuple[float, ...]
+    ) -> bytes:
         padded = (*applied, 0.0)
         return self._state_codec.encode(stamp, q, v, [padded[i] for i in self._applied_indices])
 
@@ -101,7 +121,9 @@ class PlantTopics:
             messages.set_stamp(self._clock_message.clock, stamp)
             self._clock.publish(self._clock_message)
 
-    def publish_payload(self, stamp: int, position: Sequence[float], orientation: Sequence[float]) -> None:
+    def publish_payload(
+        self, stamp: int, position: Sequence[float], orientation: Sequence[float]
+    ) -> None:
         """Publish the payload's position, m, and orientation, x, y, z, w, in the world frame."""
         messages.set_stamp(self._payload.header.stamp, stamp)
         set_vector(self._payload.pose.position, position)
@@ -132,13 +154,20 @@ class PlantTopics:
         self.effort_subscribed = self._efforts.get_subscription_count() > 0
         self.payload_subscribed = self._pose.get_subscription_count() > 0
         self.truth_subscribed = self._truth is not None and self._truth.get_subscription_count() > 0
-        before, self._state_subscribers = self._state_subscribers, self._states.get_subscription_count()
+        before, self._state_subscribers = (
+            self._state_subscribers,
+            self._states.get_subscription_count(),
+        )
         return self._state_subscribers > before
 
     def missing(self, state_subscribers: int, effort_subscribers: int) -> str:
         """Return one line on the subscribers still missing, empty when all are matched."""
         truth = [(self._truth, effort_subscribers)] if self._truth else []
-        for publisher, number in ((self._states, state_subscribers), (self._efforts, effort_subscribers), *truth):
+        for publisher, number in (
+            (self._states, state_subscribers),
+            (self._efforts, effort_subscribers),
+            *truth,
+        ):
             if (matched := publisher.get_subscription_count()) < number:
                 return f"{number - matched} more subscriber(s) of {publisher.topic_name}"
         return ""
@@ -153,7 +182,9 @@ class PlantTopics:
         topic = self._states.topic_name
         if self._node.count_publishers(topic) < 2:
             return ""
-        names = sorted(publisher.node for publisher in publishers(self._node, topic) if publisher.reliable)
+        names = sorted(
+            publisher.node for publisher in publishers(self._node, topic) if publisher.reliable
+        )
         return f"{topic} has {len(names)} publishers: {', '.join(names)}"
 
     def all_acknowledged(self, timeout: float = 0.0) -> bool:
@@ -166,7 +197,8 @@ class PlantTopics:
     def flush(self, should_stop: Callable[[], bool] = lambda: False) -> None:
         """Wait until every matched subscriber has acknowledged all, or until `should_stop`.
 
-        The wait ends with the liveliness lease of the middleware, after which a dead subscriber is removed.
+        The wait ends with the liveliness lease of the middleware, after which a dead subscriber is
+        removed.
         """
         deadline = time.monotonic() + messages.LIVELINESS_LEASE
         for publisher in filter(None, (self._states, self._truth, self._efforts)):

@@ -1,8 +1,8 @@
 """The topics `/tf` and `/tf_static`: the frames of the crane, where tf2_msgs is installed.
 
-They are those of robot_state_publisher, and `world` to `base_link` where the base moves, and the turn of a load that
-rotates: neither is a joint of the URDF. Beside a robot_state_publisher the parameter `publish_tf` is `base`, since one
-frame has one publisher.
+They are those of robot_state_publisher, and `world` to `base_link` where the base moves, and the
+turn of a load that rotates: neither is a joint of the URDF. Beside a robot_state_publisher the
+parameter `publish_tf` is `base`, since one frame has one publisher.
 """
 
 from collections.abc import Sequence
@@ -57,7 +57,9 @@ class TransformTopics(StatePublisher):
 
     def _stamped(self, stamp: int, transform: Transform) -> TransformStamped:
         message = TransformStamped(child_frame_id=self._prefix + transform.child)
-        message.header.frame_id = transform.parent if transform.parent == WORLD else self._prefix + transform.parent
+        message.header.frame_id = (
+            transform.parent if transform.parent == WORLD else self._prefix + transform.parent
+        )
         messages.set_stamp(message.header.stamp, stamp)
         set_vector(message.transform.translation, transform.translation)
         set_quaternion(message.transform.rotation, transform.rotation)

@@ -32,7 +32,9 @@ TOPICS = (
     "simulation_state",
     "/diagnostics",
 )
-_LARGEST_REFERENCE = 1e9  # m or rad: beyond it is no crane's, and soon no picture's single precision
+_LARGEST_REFERENCE = (
+    1e9  # m or rad: beyond it is no crane's, and soon no picture's single precision
+)
 STATE_NAMES = tuple(state.name.lower() for state in SimulationState)
 
 
@@ -46,11 +48,22 @@ class MessageDecoder:
     def __init__(self, scene: "Scene", recorder: "Recorder", source: str = "") -> None:
         """Create a decoder for a scene's joints; `source` is the plant's name in diagnostics."""
         self._source, self.refused = source, Counter[str]()
-        self._refused, self._last_diagnostics_stamp = 0, 0  # commands refused up to the newest diagnostics [ns]
-        self._recorder, self._scene, self._quitting, self._has_held_commands = recorder, scene, False, False
+        self._refused, self._last_diagnostics_stamp = (
+            0,
+            0,
+        )  # commands refused up to the newest diagnostics [ns]
+        self._recorder, self._scene, self._quitting, self._has_held_commands = (
+            recorder,
+            scene,
+            False,
+            False,
+        )
         self._joints, self._actuated = list(scene.joint_names), list(scene.actuated)
         self._state_codec = JointStateCodec(scene.joint_names, STATE)
-        self._effort_codec, self._command_codec = JointStateCodec(scene.actuated, EFFORT), CommandCodec(scene)
+        self._effort_codec, self._command_codec = (
+            JointStateCodec(scene.actuated, EFFORT),
+            CommandCodec(scene),
+        )
         self._validator = CommandValidator(
             scene.actuated, largest_efforts(scene), scene.joint_names
         )  # as the plant's own
@@ -68,7 +81,9 @@ class MessageDecoder:
             "simulation_state": self._on_simulation_state,
             "/diagnostics": self._on_diagnostics,
         }
-        return {topic: partial(self._read, topic, callback) for topic, callback in callbacks.items()}
+        return {
+            topic: partial(self._read, topic, callback) for topic, callback in callbacks.items()
+        }
 
     def _read(self, topic: str, callback: Callable[[bytes], bool], data: bytes) -> None:
         """Pass a message on, and count it where it does not fit: a topic may carry anything."""
@@ -85,7 +100,9 @@ class MessageDecoder:
     def _on_true_state(self, data: bytes) -> bool:
         return self._add_motion(self._recorder.add_true_state, data)
 
-    def _add_motion(self, add: Callable[[int, Sequence[float], Sequence[float]], None], data: bytes) -> bool:
+    def _add_motion(
+        self, add: Callable[[int, Sequence[float], Sequence[float]], None], data: bytes
+    ) -> bool:
         """Add the state in a message, unless it lacks joints or numbers."""
         state = self._state_codec.decode(data)
         vectors = state.sort_by_joint(self._joints, state.position, state.velocity)
@@ -120,7 +137,11 @@ class MessageDecoder:
         """Add what the drives were given, none in braking; it precedes the accepted command."""
         decoded = self._command_codec.decode(data)
         values = self._command_codec.values(decoded)
-        brakes = decoded.names == self._actuated and len(values) == len(self._actuated) and all(map(isnan, values))
+        brakes = (
+            decoded.names == self._actuated
+            and len(values) == len(self._actuated)
+            and all(map(isnan, values))
+        )
         command = None if brakes else self._validator.match_joints(decoded.names, values)
         fits = decoded.stamp > 0 and (brakes or command is not None)
         if fits:
@@ -146,8 +167,12 @@ class MessageDecoder:
         state = messages.decode_simulation_state(data)
         if state is None:
             return False
-        self._quitting = state == SimulationState.QUITTING or (self._quitting and state == SimulationState.STOPPED)
-        self._recorder.add_simulation_state(STATE_NAMES[state] if state < len(STATE_NAMES) else str(state))
+        self._quitting = state == SimulationState.QUITTING or (
+            self._quitting and state == SimulationState.STOPPED
+        )
+        self._recorder.add_simulation_state(
+            STATE_NAMES[state] if state < len(STATE_NAMES) else str(state)
+        )
         return True
 
     def _on_diagnostics(self, data: bytes) -> bool:
@@ -162,8 +187,15 @@ class MessageDecoder:
     def _add_diagnostics(self, stamp: int, values: Mapping[str, str]) -> None:
         """Add diagnostics to the timelines of controller, emergency stop and commands."""
         add = self._recorder.add_timeline_state
-        add(states.CONTROLLER, "answers", stamp, "silent" if "warning: commands" in values else "answers")
-        add(states.STOP, "released", stamp, "pressed" if "warning: brakes" in values else "released")
+        add(
+            states.CONTROLLER,
+            "answers",
+            stamp,
+            "silent" if "warning: commands" in values else "answers",
+        )
+        add(
+            states.STOP, "released", stamp, "pressed" if "warning: brakes" in values else "released"
+        )
         if stamp < self._last_diagnostics_stamp:  # the plant was reset, and counts anew
             self._refused, self._last_diagnostics_stamp = 0, 0
         counts = [count for key, count in values.items() if key.startswith("refused: ")]
@@ -176,7 +208,9 @@ class MessageDecoder:
         )
         self._refused, self._last_diagnostics_stamp = refused, stamp
 
-    def _sort_by_joint(self, names: Sequence[str], values: Sequence[float]) -> tuple[float, ...] | None:
+    def _sort_by_joint(
+        self, names: Sequence[str], values: Sequence[float]
+    ) -> tuple[float, ...] | None:
         """Return one value per actuated joint, or None where names are missing or unknown."""
         by_name = dict(zip(names, values, strict=False))
         if by_name.keys() != set(self._scene.actuated):

@@ -43,16 +43,26 @@ class Outputs:
         resume_after: stamp [ns] after which each file begins.
     """
 
-    def __init__(self, node: Node, scene: "Scene", settings: SimpleNamespace, resume: ResumeState) -> None:
+    def __init__(
+        self, node: Node, scene: "Scene", settings: SimpleNamespace, resume: ResumeState
+    ) -> None:
         """Open the files; raises Fault where one cannot be written."""
         self._node = node
         self._bag = bag = _open_bag(node, scene, settings, resume)
         self.recorder = _open_recorder(scene, settings, bag, resume)
         self.files: list[Bag | Recorder] = [output for output in (bag, self.recorder) if output]
-        self._decoder = MessageDecoder(scene, self.recorder, source_of(node)) if self.recorder else None
+        self._decoder = (
+            MessageDecoder(scene, self.recorder, source_of(node)) if self.recorder else None
+        )
         receivers = [bag, self._decoder]
-        self.callbacks: list[dict[str, Callable[[bytes], None]]] = [each.callbacks() for each in receivers if each]
-        steps = [step for step, output in ((resume.last_bag_step, bag), (resume.after, self.recorder)) if output]
+        self.callbacks: list[dict[str, Callable[[bytes], None]]] = [
+            each.callbacks() for each in receivers if each
+        ]
+        steps = [
+            step
+            for step, output in ((resume.last_bag_step, bag), (resume.after, self.recorder))
+            if output
+        ]
         self.resume_after = [step * scene.period_ns for step in steps]
 
     def report_resets(self, report: Callable[[], object]) -> None:
@@ -65,16 +75,26 @@ class Outputs:
 
         The counts are of steps, lost commands and resets.
         """
-        step, recorded = (self.recorder.last_step, self.recorder.recorded) if self.recorder else (0, 0)
+        step, recorded = (
+            (self.recorder.last_step, self.recorder.recorded) if self.recorder else (0, 0)
+        )
         lost_commands = self.recorder.lost_commands if self.recorder else 0
-        last_bag_step, resets = self._bag.last_step if self._bag else 0, max(output.resets for output in self.files)
+        last_bag_step, resets = (
+            self._bag.last_step if self._bag else 0,
+            max(output.resets for output in self.files),
+        )
         counts = {"recorded": recorded, "lost_commands": lost_commands, "resets": resets}
         return {"step": step, "last_bag_step": last_bag_step} | counts
 
     def misfits(self) -> Counter[str]:
         """Return the number of messages that no recording can have, by topic."""
         refused = self._decoder.refused if self._decoder else Counter[str]()
-        return Counter({f"{self._node.resolve_topic_name(topic)}, malformed": n for topic, n in refused.items()})
+        return Counter(
+            {
+                f"{self._node.resolve_topic_name(topic)}, malformed": n
+                for topic, n in refused.items()
+            }
+        )
 
     def save(self) -> None:
         """Write all that is buffered: no more messages are coming."""
@@ -84,7 +104,8 @@ class Outputs:
     def finish(self, summary: dict[str, Any], until: float) -> dict[str, Any]:
         """Complete the files one after the other, return what they add to the summary together.
 
-        Optional work is left out where it would not be done by `until` [s], an instant of the monotonic clock.
+        Optional work is left out where it would not be done by `until` [s], an instant of the
+        monotonic clock.
         """
         added = self._bag.finish(summary) if self._bag else {}
         if not self.recorder:
@@ -99,14 +120,21 @@ def read_resume_state(document: str) -> ResumeState:
     return ResumeState(**json.loads(document)) if document else ResumeState()
 
 
-def _open_bag(node: Node, scene: "Scene", settings: SimpleNamespace, resume: ResumeState) -> "Bag | None":
+def _open_bag(
+    node: Node, scene: "Scene", settings: SimpleNamespace, resume: ResumeState
+) -> "Bag | None":
     if not settings.mcap:
         return None
     from crane_sim.recording.mcap.bag import Bag  # needs rosbags, which is optional
 
     try:
-        path, properties = part_of(settings.mcap, resume.number), text_properties(layout_of_scene(scene, ""))
-        return Bag(path, topics(node), scene.period_ns, resume.last_bag_step, resume.resets, properties)
+        path, properties = (
+            part_of(settings.mcap, resume.number),
+            text_properties(layout_of_scene(scene, "")),
+        )
+        return Bag(
+            path, topics(node), scene.period_ns, resume.last_bag_step, resume.resets, properties
+        )
     except OSError as error:
         raise Fault(f"{settings.mcap}: {error.strerror}") from error
 
@@ -121,12 +149,19 @@ def _open_recorder(
     from crane_sim.recording.rerun.repair import EarlierFiles
 
     parts = tuple(existing_parts(settings.path, resume.number - 1, resume.since))
-    previous = EarlierFiles(resume.after, resume.recorded, parts, resume.resets, resume.lost_commands)
+    previous = EarlierFiles(
+        resume.after, resume.recorded, parts, resume.resets, resume.lost_commands
+    )
     complete_file = Path(settings.path) if resume.number > 1 else None
     port = settings.live_port or None
     try:
         return Recorder(
-            scene, part_of(settings.path, resume.number), port, settings.recording_id, complete_file, previous
+            scene,
+            part_of(settings.path, resume.number),
+            port,
+            settings.recording_id,
+            complete_file,
+            previous,
         )
     except RecordingError as error:
         if bag:

@@ -11,18 +11,30 @@ from typing import NamedTuple
 from crane_sim.recording.mcap.topic import stamp_of
 
 SECONDS = 10.0  # more than a recorder, on a busy machine, has received and not yet written
-_STAMPED = ("joint_states", "true_states", "applied_effort", "joint_commands", "accepted_command", "held_command")
+_STAMPED = (
+    "joint_states",
+    "true_states",
+    "applied_effort",
+    "joint_commands",
+    "accepted_command",
+    "held_command",
+)
 _LATCHED = ("robot_description", "simulation_state", "/tf_static")  # valid until the next one comes
 _LASTING = ("joint_trajectory", *_LATCHED)  # the same, the first one until the plant is reset
 _BY_CONTENT = "/tf_static"  # several broadcasters latch different transforms there
 _BROADCASTERS = 100  # different messages of that topic that are kept, the newest ones
-_FOLLOWING = ("/clock", "/tf", "/diagnostics")  # of the present state; not replayed, newer ones follow
+_FOLLOWING = (
+    "/clock",
+    "/tf",
+    "/diagnostics",
+)  # of the present state; not replayed, newer ones follow
 
 
 class _Message(NamedTuple):
     received: float  # s of the monotonic clock
     resets: int  # resets of the plant before it
-    state: int  # ns, stamp of the newest state before it: a sample of an instrument may be stamped earlier
+    # ns, stamp of the newest state before it: a sample of an instrument may be stamped earlier
+    state: int
     name: str  # of its topic
     data: bytes
 
@@ -43,16 +55,20 @@ class ReplayBuffer:
         return {name: partial(self._on_message, name) for name in self._names}
 
     def replay_to(
-        self, outputs: Sequence[Mapping[str, Callable[[bytes], None]]], after: Sequence[int], resets: int = 0
+        self,
+        outputs: Sequence[Mapping[str, Callable[[bytes], None]]],
+        after: Sequence[int],
+        resets: int = 0,
     ) -> None:
         """Replay the buffered messages, and pass all later ones on.
 
         Args:
             outputs: callbacks of a message per topic, for each output.
-            after: stamp [ns] for each output, up to which it has been recorded: buffered messages of states and
-                commands are replayed where they have a later one, others where the newest state had. 0: all are.
-            resets: number of resets of the plant before the steps of these stamps: messages before the last
-                one are not replayed, those after it all are.
+            after: stamp [ns] for each output, up to which it has been recorded: buffered messages
+                of states and commands are replayed where they have a later one, others where the
+                newest state had. 0: all are.
+            resets: number of resets of the plant before the steps of these stamps: messages before
+                the last one are not replayed, those after it all are.
         """
         self._outputs, resets = list(outputs), min(resets, self._resets)
         while self._newest and self._newest[0].resets < resets:

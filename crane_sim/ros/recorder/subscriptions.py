@@ -1,7 +1,8 @@
 """Polled subscriptions of a recorder: one for each topic of a run, with serialized messages.
 
-An executor wakes up for every message. A recorder is in no hurry, and on a busy machine each of its wake-ups takes a
-core from the plant or the controller: here messages wait in the middleware until they are polled.
+An executor wakes up for every message. A recorder is in no hurry, and on a busy machine each of its
+wake-ups takes a core from the plant or the controller: here messages wait in the middleware until
+they are polled.
 """
 
 import time
@@ -38,8 +39,12 @@ _LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 class _Source(NamedTuple):
     kind: Any  # message class
     qos: QoSProfile
-    publisher: str = PLANT  # name of the node whose messages are taken; empty: those of all nodes are
-    shared: bool = False  # other nodes' are taken as well, unless they have the publisher's name in them
+    publisher: str = (
+        PLANT  # name of the node whose messages are taken; empty: those of all nodes are
+    )
+    shared: bool = (
+        False  # other nodes' are taken as well, unless they have the publisher's name in them
+    )
 
 
 class _Message(NamedTuple):
@@ -64,8 +69,12 @@ _SOURCES = {
     "/diagnostics": _Source(DiagnosticArray, _STREAM, shared=True),
 }
 if TFMessage is not None:
-    _SOURCES |= {"/tf": _Source(TFMessage, _STREAM, ""), "/tf_static": _Source(TFMessage, _LATCHED, "")}
-_SOURCES |= {  # last: a plant that has discovered these, for which it waits, has discovered all before them
+    _SOURCES |= {
+        "/tf": _Source(TFMessage, _STREAM, ""),
+        "/tf_static": _Source(TFMessage, _LATCHED, ""),
+    }
+# last: a plant that has discovered these, for which it waits, has discovered all before them
+_SOURCES |= {
     "joint_states": _Source(JointState, _STREAM),
     "true_states": _Source(JointState, _STREAM),
     "applied_effort": _Source(JointState, _STREAM),
@@ -77,7 +86,9 @@ _time_sent = attrgetter("sent")
 
 def topics(node: Node) -> dict[str, Topic]:
     """Return the description of every topic for a bag, by the name without the namespace."""
-    return {name: _topic(node.resolve_topic_name(name), source) for name, source in _SOURCES.items()}
+    return {
+        name: _topic(node.resolve_topic_name(name), source) for name, source in _SOURCES.items()
+    }
 
 
 class RecorderSubscriptions:
@@ -102,9 +113,12 @@ class RecorderSubscriptions:
     def dispatch(self) -> None:
         """Dispatch the messages that had come by the last call, in the order of sending.
 
-        Later ones stay pending: a message that was sent before them may still be on its way on another topic.
+        Later ones stay pending: a message that was sent before them may still be on its way on
+        another topic.
         """
-        self._pending += [message for each in self._subscriptions.values() for message in each.take_all()]
+        self._pending += [
+            message for each in self._subscriptions.values() for message in each.take_all()
+        ]
         self._pending.sort(key=_time_sent)
         count = bisect_right(self._pending, self._newest, key=_time_sent)
         complete, self._pending = self._pending[:count], self._pending[count:]
@@ -147,15 +161,25 @@ class PolledSubscription:
         self._subscription = SenderSubscription(node, source.kind, name, source.qos)
         self.topic = self._subscription.topic
         standbys = source.publisher != PLANT  # the other nodes may be replaced in the run
-        self._filter = SourceFilter(node, self.topic, source.publisher, standbys) if source.publisher else None
-        own = self._filter.source.strip("/").encode() + b"\0" if self._filter and source.shared else b""
+        self._filter = (
+            SourceFilter(node, self.topic, source.publisher, standbys) if source.publisher else None
+        )
+        own = (
+            self._filter.source.strip("/").encode() + b"\0"
+            if self._filter and source.shared
+            else b""
+        )
         self._claim = len(own).to_bytes(4, "little") + own if own else b""  # a string of CDR, whole
-        self._unknown = deque[tuple[float, MessageWithSender]](maxlen=_DEPTH)  # received before their nodes' names
+        self._unknown = deque[tuple[float, MessageWithSender]](
+            maxlen=_DEPTH
+        )  # received before their nodes' names
         self._misfits = Counter[str]()
 
     def missing(self) -> str:
         """Return a line where the publisher is missing or not known by its name yet; else empty."""
-        there = self._subscription.count_publishers() and (self._filter is None or self._filter.has_source)
+        there = self._subscription.count_publishers() and (
+            self._filter is None or self._filter.has_source
+        )
         return "" if there else f"a publisher of {self.topic}"
 
     def refused(self) -> Counter[str]:
@@ -200,7 +224,8 @@ def _topic(name: str, source: _Source) -> Topic:
     return Topic(
         name=name,
         kind=f"{package}/msg/{source.kind.__name__}",
-        stamped=source.kind is Clock or (not shared and "header" in source.kind.get_fields_and_field_types()),
+        stamped=source.kind is Clock
+        or (not shared and "header" in source.kind.get_fields_and_field_types()),
         latched=source.qos.durability == DurabilityPolicy.TRANSIENT_LOCAL,
         reliable=source.qos.reliability == ReliabilityPolicy.RELIABLE,
         shared=shared,

@@ -15,7 +15,11 @@ from crane_sim.scenes.schema.motors import reflected_inertia
 def has_strength(friction: Mapping[str, Friction], lugre: Mapping[str, LuGre]) -> bool:
     """Return whether any friction has some strength; errors are those of `check_friction`."""
     groups = {"friction": friction, "lugre": lugre}
-    return any(check_friction(f"{key}.{name}", part) for key, group in groups.items() for name, part in group.items())
+    return any(
+        check_friction(f"{key}.{name}", part)
+        for key, group in groups.items()
+        for name, part in group.items()
+    )
 
 
 def with_friction_and_motors(structure: Any, file: Any, joints: Sequence[str]) -> Support:
@@ -27,7 +31,8 @@ def with_friction_and_motors(structure: Any, file: Any, joints: Sequence[str]) -
         joints: of the support.
 
     Raises:
-        SceneError: a joint is locked, its motor stands on a mast that bends, or its friction or motor is given twice.
+        SceneError: a joint is locked, its motor stands on a mast that bends, or its friction or
+            motor is given twice.
     """
     for name in (name for name in joints if file.is_locked(name)):
         _check_locked(name, file)
@@ -36,14 +41,17 @@ def with_friction_and_motors(structure: Any, file: Any, joints: Sequence[str]) -
     if isinstance(structure, SwayingTower) and any(motors):
         name = joints[next(i for i, inertia in enumerate(motors) if inertia)]
         raise SceneError(
-            f"flexibility.mast: stands beside actuators.{name}.motor.inertia, which would turn with the mast, too; "
+            f"flexibility.mast: stands beside actuators.{name}.motor.inertia, which would turn "
+            "with the mast, too; "
             "leave out one of both"
         )
     support = Support(structure)
     bending = own_count(support) - len(joints)
     return support._replace(
         motors=(*motors, *(0.0,) * bending) if any(motors) else None,
-        frictions=(*frictions, *(None,) * bending) if any(part is not None for part in frictions) else None,
+        frictions=(*frictions, *(None,) * bending)
+        if any(part is not None for part in frictions)
+        else None,
     )
 
 
@@ -51,9 +59,14 @@ def _check_locked(name: str, file: Any) -> None:
     """Reject friction, play and motors of a joint that is locked."""
     for key in ("friction", "lugre", "backlash"):
         if name in getattr(file, key):
-            raise SceneError(f"{key}.{name}: belongs to a joint that a drive moves, {name}.drive is 'locked'")
+            raise SceneError(
+                f"{key}.{name}: belongs to a joint that a drive moves, {name}.drive is 'locked'"
+            )
     if reflected_inertia(file, name) > 0.0:
-        raise SceneError(f"actuators.{name}.motor.inertia: belongs to a joint that it moves, {name}.drive is 'locked'")
+        raise SceneError(
+            f"actuators.{name}.motor.inertia: belongs to a joint that it moves, {name}.drive is "
+            "'locked'"
+        )
 
 
 def _friction_of(name: str, file: Any) -> Friction | LuGre | None:
@@ -61,12 +74,17 @@ def _friction_of(name: str, file: Any) -> Friction | LuGre | None:
     by_events, by_bristles = file.friction.get(name), file.lugre.get(name)
     if by_events is not None and by_bristles is not None:
         raise SceneError(f"lugre.{name}: stands beside friction.{name}; a joint has one of the two")
-    return check_friction(f"friction.{name}", by_events) or check_friction(f"lugre.{name}", by_bristles)
+    return check_friction(f"friction.{name}", by_events) or check_friction(
+        f"lugre.{name}", by_bristles
+    )
 
 
 def _motor_of(name: str, file: Any) -> float:
     """Return the inertia [kg or kg m²] that a joint's motor reflects to it."""
     inertia = reflected_inertia(file, name)
     if inertia > 0.0 and name in file.backlash:
-        raise SceneError(f"actuators.{name}.motor.inertia: stands beside backlash.{name}; give its drives the inertia")
+        raise SceneError(
+            f"actuators.{name}.motor.inertia: stands beside backlash.{name}; give its drives the "
+            "inertia"
+        )
     return inertia

@@ -10,7 +10,10 @@ from crane_sim.files.types import NonNegative, Positive, Real
 from crane_sim.scenes.schema.groups import BY_SPEED, Group, Profile
 from crane_sim.trajectories.profiles import Shape
 
-SMALLEST, LARGEST = 1e-12, 1e12  # of masses, lengths, stiffness: products of several stay numbers of the machine
+SMALLEST, LARGEST = (
+    1e-12,
+    1e12,
+)  # of masses, lengths, stiffness: products of several stay numbers of the machine
 
 
 def _check_size(value: float) -> float:
@@ -29,11 +32,15 @@ class AxisGroup(Group):
 
     drive: AxisDrive = "force"  # by a force, which needs a `mass`; by a given `motion`;
     # or not at all
-    mass: SizeOrZero | None = None  # kg, of a drive by force; of a bridge: without its trolley; 0 in all, above rigid
-    # links, is taken as 1e-10 of the payload's mass (`rounded`): what hangs below a massless trolley falls freely until
-    # it is below it, and bounces
+    mass: SizeOrZero | None = (
+        None  # kg, of a drive by force; of a bridge: without its trolley; 0 in all, above rigid
+    )
+    # links, is taken as 1e-10 of the payload's mass (`rounded`): what hangs below a massless
+    # trolley falls freely until it is below it, and bounces
     motion: Profile = None  # m, position over time, of a prescribed drive
-    limits: tuple[Real, Real] | None = None  # m, ends of the rail; a run ends where one is reached; left out: none
+    limits: tuple[Real, Real] | None = (
+        None  # m, ends of the rail; a run ends where one is reached; left out: none
+    )
 
 
 def start_of(shape: Shape) -> tuple[float, float]:
@@ -42,7 +49,9 @@ def start_of(shape: Shape) -> tuple[float, float]:
     piece = max(0, int(np.searchsorted(motion.starts, 0.0, side="right")) - 1)
     polynomial, s = np.polynomial.Polynomial(motion.coefficients[piece]), -motion.starts[piece]
     rate = motion.amplitude * motion.frequency * np.cos(motion.phase)
-    return float(polynomial(s) + motion.amplitude * np.sin(motion.phase)), float(polynomial.deriv()(s) + rate)
+    return float(polynomial(s) + motion.amplitude * np.sin(motion.phase)), float(
+        polynomial.deriv()(s) + rate
+    )
 
 
 def check_shape(name: str, shape: Shape | None, drive: str) -> None:
@@ -57,7 +66,10 @@ def check_mass(name: str, group: AxisGroup, carried: bool) -> None:
     """Raise SceneError when nothing moves an axis's mass; carried: a force moves it across."""
     if group.mass is not None and group.drive != "force" and not carried:
         drive = group.drive
-        raise SceneError(f"{name}.mass = {group.mass}: nothing moves it; it belongs to a drive by force, not {drive!r}")
+        raise SceneError(
+            f"{name}.mass = {group.mass}: nothing moves it; it belongs to a drive by force, not "
+            f"{drive!r}"
+        )
 
 
 def check_finite(name: str, shape: Any) -> None:

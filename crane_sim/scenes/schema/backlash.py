@@ -17,16 +17,20 @@ MAX_DRIVES = 16
 class Drive(Group):
     """A drive with its own inertia that moves a joint through play and an elastic shaft.
 
-    All is reflected to the joint: of a motor behind the ratio n the inertia is n² times its own, the play that of motor
-    shaft, gear and wheel together.
+    All is reflected to the joint: of a motor behind the ratio n the inertia is n² times its own,
+    the play that of motor shaft, gear and wheel together.
     """
 
-    inertia: Positive  # effort's unit s²/joint's unit, of motor and gear: kg, or kg m² of a joint that turns
+    # effort's unit s²/joint's unit, of motor and gear: kg, or kg m² of a joint that turns
+    inertia: Positive
     play: Positive  # joint's unit, from one flank to the other
     stiffness: Positive  # effort's unit/joint's unit, of shaft and gear in contact
     damping: NonNegative = 0.0  # effort's unit s/joint's unit, of the same
-    share: Positive = 1.0  # -, of the joint's effort, in proportion to the shares of its other drives
-    offset: Real = 0.0  # joint's unit, of the drive from the middle of its play at t = 0; it moves with the joint then
+    share: Positive = (
+        1.0  # -, of the joint's effort, in proportion to the shares of its other drives
+    )
+    # joint's unit, of the drive from the middle of its play at t = 0; it moves with the joint then
+    offset: Real = 0.0
 
 
 JointDrives = Annotated[tuple[Drive, ...], Field(min_length=1, max_length=MAX_DRIVES)]
@@ -73,8 +77,9 @@ def drives_at_start(backlash: Backlash, joints: Sequence[Any], q: Any, v: Any) -
 def shaft_frequency(backlash: Backlash) -> float:
     """Return a bound [rad/s] of the frequencies and decay rates of drives, 0 without any.
 
-    ω² ≤ max(k / m) + Σ k / M of the shafts k and drives m of a joint with the inertia M; a joint counts as no lighter
-    than its heaviest drive. Where the shafts' damping c is strong, motions decay at up to max(c / m) + Σ c / M.
+    ω² ≤ max(k / m) + Σ k / M of the shafts k and drives m of a joint with the inertia M; a joint
+    counts as no lighter than its heaviest drive. Where the shafts' damping c is strong, motions
+    decay at up to max(c / m) + Σ c / M.
     """
     rates = [0.0]
     for drives in backlash.values():
@@ -107,5 +112,8 @@ def add_backlash(support: Support, backlash: Backlash, joints: Sequence[str]) ->
     for i, name in enumerate(joints):
         own = backlash.get(name, ())
         total = sum(drive.share for drive in own)
-        rows[i] = tuple(drives_with_play.Drive(d.inertia, d.share / total, d.play, d.stiffness, d.damping) for d in own)
+        rows[i] = tuple(
+            drives_with_play.Drive(d.inertia, d.share / total, d.play, d.stiffness, d.damping)
+            for d in own
+        )
     return support._replace(drives=tuple(rows))

@@ -18,7 +18,14 @@ from crane_sim.files.types import (
 )
 from crane_sim.scenes.schema.groups import Group
 from crane_sim.scenes.schema.recorded_motion import peak_notes, spline_base
-from crane_sim.trajectories.base_motion import AXES, AnyBase, Base, MountedBase, SplineBase, rotations
+from crane_sim.trajectories.base_motion import (
+    AXES,
+    AnyBase,
+    Base,
+    MountedBase,
+    SplineBase,
+    rotations,
+)
 from crane_sim.trajectories.waves import (
     BREAKING_STEEPNESS,
     ResponseAmplitudeOperator,
@@ -98,7 +105,9 @@ class Answer(Group):
     """Response of a motion of the vessel to waves, by frequency; a number is a constant one."""
 
     frequencies: Annotated[tuple[NotNegative, ...], Field(min_length=1)]  # rad/s, increasing
-    amplitudes: Annotated[tuple[NotNegative, ...], Field(min_length=1)]  # -, metres per metre of wave; of roll, pitch,
+    amplitudes: Annotated[
+        tuple[NotNegative, ...], Field(min_length=1)
+    ]  # -, metres per metre of wave; of roll, pitch,
     # yaw rad per metre
     phases: tuple[Turn, ...] | None = None  # rad, by which the motion leads the wave; left out: 0
 
@@ -113,8 +122,13 @@ class Answer(Group):
         where = f"base_motion.sea.response.{name}"
         for column, values in (("amplitudes", self.amplitudes), ("phases", phases)):
             if len(values) != count:
-                raise SceneError(f"{where}.{column}: has {len(values)} values, frequencies has {count}")
-        if any(later <= sooner for sooner, later in zip(self.frequencies, self.frequencies[1:], strict=False)):
+                raise SceneError(
+                    f"{where}.{column}: has {len(values)} values, frequencies has {count}"
+                )
+        if any(
+            later <= sooner
+            for sooner, later in zip(self.frequencies, self.frequencies[1:], strict=False)
+        ):
             raise SceneError(f"{where}.frequencies = {list(self.frequencies)}: must increase")
         return ResponseAmplitudeOperator(self.frequencies, self.amplitudes, phases)
 
@@ -142,14 +156,24 @@ class SeaGroup(Group):
     """A sea and the vessel's response; without a response the base heaves with the water."""
 
     spectrum: Literal["jonswap", "pierson_moskowitz"] = "jonswap"  # shape of the spectrum
-    significant_height: NotNegative  # m, of the waves, from trough to crest; refused above a seventh of the length of
-    # a wave of the peak period, where waves break; a warning above 1/15 (up to 8 s) to 1/25 (from 15 s on) of it
-    peak_period: Annotated[Positive, Field(ge=1.0 / LARGEST, le=LARGEST)]  # s, of the waves that have the most energy
-    gamma: Annotated[Real, Field(ge=1.0, le=10.0)] | None = None  # -, peak enhancement of `jonswap`; left out: 3.3
-    components: Annotated[int, BeforeValidator(reject_bool), Field(ge=1, le=MAX_SINUSOIDS)] = 60  # -, number of
+    # m, of the waves, from trough to crest; refused above a seventh of the length of
+    significant_height: NotNegative
+    # a wave of the peak period, where waves break; a warning above 1/15 (up to 8 s) to 1/25 (from
+    # 15 s on) of it
+    peak_period: Annotated[
+        Positive, Field(ge=1.0 / LARGEST, le=LARGEST)
+    ]  # s, of the waves that have the most energy
+    gamma: Annotated[Real, Field(ge=1.0, le=10.0)] | None = (
+        None  # -, peak enhancement of `jonswap`; left out: 3.3
+    )
+    components: Annotated[int, BeforeValidator(reject_bool), Field(ge=1, le=MAX_SINUSOIDS)] = (
+        60  # -, number of
+    )
     # sinusoids, of equal energy, at frequencies drawn at random
     seed: Seed | None = None  # -, of these; left out: the scene's own
-    response: Answers | None = None  # how each axis answers a metre of wave; left out: the base heaves as the water
+    response: Answers | None = (
+        None  # how each axis answers a metre of wave; left out: the base heaves as the water
+    )
     # does
 
     def motions(self, seed: int) -> dict[str, SineSum]:
@@ -160,11 +184,15 @@ class SeaGroup(Group):
         """
         waves = self.waves(seed)
         response = (
-            Answers(heave=Answer(frequencies=(0.0,), amplitudes=(1.0,))) if self.response is None else self.response
+            Answers(heave=Answer(frequencies=(0.0,), amplitudes=(1.0,)))
+            if self.response is None
+            else self.response
         )
         curves = {name: getattr(response, name) for name in AXES}
         return {
-            name: apply_response(waves, answer.table(name)) for name, answer in curves.items() if answer is not None
+            name: apply_response(waves, answer.table(name))
+            for name, answer in curves.items()
+            if answer is not None
         }
 
     def waves(self, seed: int) -> SineSum:
@@ -179,13 +207,20 @@ class SeaGroup(Group):
         """
         peaked = self.spectrum == "jonswap"
         if self.gamma is not None and not peaked:
-            raise SceneError(f"base_motion.sea.gamma = {self.gamma}: belongs to jonswap, here it is {self.spectrum}")
-        sea = Sea(self.significant_height, self.peak_period, 1.0 if not peaked else self.gamma or PEAKED)
+            raise SceneError(
+                f"base_motion.sea.gamma = {self.gamma}: belongs to jonswap, here it is "
+                f"{self.spectrum}"
+            )
+        sea = Sea(
+            self.significant_height, self.peak_period, 1.0 if not peaked else self.gamma or PEAKED
+        )
         if steepness(sea) > BREAKING_STEEPNESS:
             most = sea.significant_height * BREAKING_STEEPNESS / steepness(sea)
             raise SceneError(
-                f"base_motion.sea.significant_height = {sea.significant_height:g}: such waves break; at a peak period "
-                f"of {sea.peak_period:g} s at most {most:.3g} m are possible, a seventh of the wave's length"
+                f"base_motion.sea.significant_height = {sea.significant_height:g}: such waves "
+                "break; at a peak period "
+                f"of {sea.peak_period:g} s at most {most:.3g} m are possible, a seventh of the "
+                "wave's length"
             )
         return sea
 
@@ -205,8 +240,8 @@ class SeaGroup(Group):
 class Mount(Group):
     """The place of the base on the vessel, in the vessel's axes: turned by roll, pitch, yaw.
 
-    The lever arm adds to the motion: at r from the vessel's reference point the acceleration is a + α × r +
-    ω × (ω × r).
+    The lever arm adds to the motion: at r from the vessel's reference point the acceleration is a +
+    α × r + ω × (ω × r).
     """
 
     position: tuple[Amount, Amount, Amount] = (0.0, 0.0, 0.0)  # m, of the base's origin, from the
@@ -224,8 +259,8 @@ class Mount(Group):
 class BaseMotion(Group):
     """Motion of the base in the world: sinusoids of its axes, a sea, both together, or a file.
 
-    Joints stay relative to the base. An axis takes one sinusoid or a list of them. Cranes in the plane take surge,
-    heave and pitch.
+    Joints stay relative to the base. An axis takes one sinusoid or a list of them. Cranes in the
+    plane take surge, heave and pitch.
     """
 
     surge: Sways = ()  # m, along x
@@ -235,14 +270,21 @@ class BaseMotion(Group):
     pitch: Rolls = ()  # rad, about y
     yaw: Yaws = ()  # rad, about z
     sea: SeaGroup | None = None  # a sea and how the vessel answers it, on top
-    file: str | None = None  # CSV with the columns `time` and any of the six, [m] and [rad], in place of all other
-    # keys; degrees are columns `roll_deg`, `pitch_deg`, `yaw_deg`, and radians of any size `roll_rad` and so on; a
-    # quintic spline through the rows; the summary has the largest accelerations that it means, and warns of more than
-    # 4.9 m/s² or 0.5 rad/s²
-    cut_off: Positive | None = None  # Hz, of a low pass that the file's rows go through first, to free them of noise:
+    file: str | None = (
+        None  # CSV with the columns `time` and any of the six, [m] and [rad], in place of all other
+    )
+    # keys; degrees are columns `roll_deg`, `pitch_deg`, `yaw_deg`, and radians of any size
+    # `roll_rad` and so on; a quintic spline through the rows; the summary has the largest
+    # accelerations that it means, and warns of more than 4.9 m/s² or 0.5 rad/s²
+    cut_off: Positive | None = (
+        None  # Hz, of a low pass that the file's rows go through first, to free them of noise:
+    )
     # of a frequency f, 1 / (1 + (f / cut_off)⁴) is left, in phase; left out: the rows as they are
 
-    mount: Mount | None = None  # where the crane stands on the vessel whose motion this is; left out: at its reference
+    mount: Mount | None = (
+        # where the crane stands on the vessel whose motion this is; left out: at its reference
+        None
+    )
     # point, in its axes
 
     def base(self, seed: int, duration: float) -> AnyBase:
@@ -259,10 +301,16 @@ class BaseMotion(Group):
         if self.file is not None:
             others = [name for name in (*AXES, "sea") if getattr(self, name)]
             if others:
-                raise SceneError(f"base_motion.{others[0]}: the file gives the whole motion; leave out one of the two")
+                raise SceneError(
+                    f"base_motion.{others[0]}: the file gives the whole motion; leave out one of "
+                    "the two"
+                )
             return spline_base(self.file, duration, self.cut_off)
         if self.cut_off is not None:
-            raise SceneError(f"base_motion.cut_off = {self.cut_off:g}: smooths the rows of a file, and there is none")
+            raise SceneError(
+                f"base_motion.cut_off = {self.cut_off:g}: smooths the rows of a file, and there is "
+                "none"
+            )
         return self._sum(self.sea.motions(seed) if self.sea is not None else {})
 
     def notes(self, base: Any, duration: float) -> dict[str, Any]:

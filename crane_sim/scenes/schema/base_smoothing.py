@@ -6,26 +6,37 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
-MAX_ROWS = 5000  # in a period of the cut-off: beyond, the equations lose more digits than a record has
+MAX_ROWS = (
+    5000  # in a period of the cut-off: beyond, the equations lose more digits than a record has
+)
 
 
 def smooth(times: Array, values: Array, cut_off: float) -> Array:
     """Return rows (n, m) at times (n,) [s], even or not, after a low pass that shifts no phase.
 
-    Of a sinusoid of frequency f, 1 / (1 + (f / cut_off)⁴) is left: half of it at the cut-off [Hz], -6 dB. The rows are
-    those of the smoothing spline s, which minimises, over their time, ∫ (row - s)² dt + (2 pi cut_off)⁻⁴ ∫ s''² dt
-    (Reinsch, Numer. Math. 10, 1967). At the ends s'' = 0: a straight line stays as it is.
+    Of a sinusoid of frequency f, 1 / (1 + (f / cut_off)⁴) is left: half of it at the cut-off [Hz],
+    -6 dB. The rows are those of the smoothing spline s, which minimises, over their time, ∫ (row -
+    s)² dt + (2 pi cut_off)⁻⁴ ∫ s''² dt (Reinsch, Numer. Math. 10, 1967). At the ends s'' = 0: a
+    straight line stays as it is.
 
     Raises:
         ValueError: the times are too uneven for the equations to be solved in doubles.
     """
-    from scipy.linalg import solveh_banded  # here: few scenes have a file, and it takes long to import
+    from scipy.linalg import (
+        solveh_banded,
+    )  # here: few scenes have a file, and it takes long to import
 
     spans, stiffness = np.diff(times), (2.0 * pi * cut_off) ** -4
-    weights = 0.5 * (np.append(spans, 0.0) + np.append(0.0, spans))  # s, the time that a row stands for
-    slopes = np.stack([1.0 / spans[:-1], -1.0 / spans[:-1] - 1.0 / spans[1:], 1.0 / spans[1:]])  # columns of Q
+    weights = 0.5 * (
+        np.append(spans, 0.0) + np.append(0.0, spans)
+    )  # s, the time that a row stands for
+    slopes = np.stack(
+        [1.0 / spans[:-1], -1.0 / spans[:-1] - 1.0 / spans[1:], 1.0 / spans[1:]]
+    )  # columns of Q
     try:
-        curvatures = solveh_banded(_matrix(spans, weights, slopes, stiffness), np.diff(np.diff(values.T) / spans).T)
+        curvatures = solveh_banded(
+            _matrix(spans, weights, slopes, stiffness), np.diff(np.diff(values.T) / spans).T
+        )
     except np.linalg.LinAlgError:
         raise ValueError("its rows are too uneven for a low pass of this cut-off") from None
     moved = np.zeros_like(values)

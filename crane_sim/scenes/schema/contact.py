@@ -42,20 +42,32 @@ Points = Annotated[tuple[Vector, ...], Field(min_length=1, max_length=100)]
 class ContactGroup(Group):
     """Contact of the load with the ground or a deck, a plane horizontal in the base's axes."""
 
-    kind: Literal["rigid", "compliant"] = "rigid"  # points that do not enter the surface, or on springs and dampers
+    kind: Literal["rigid", "compliant"] = (
+        "rigid"  # points that do not enter the surface, or on springs and dampers
+    )
     points: Points  # m, points of the load that may touch,
     # from the spreader's origin, in its axes; no three of them in a line
     height: Real  # m, of the surface above the base's origin
-    motion: DeckMotion | None = None  # of the surface; left out: it rests on the base, and moves with it
+    motion: DeckMotion | None = (
+        None  # of the surface; left out: it rests on the base, and moves with it
+    )
     friction: NonNegative = 0.0  # -, coefficient of Coulomb friction
-    slip_velocity: Speed = 1e-3  # m/s, below which friction falls off with the slip; a load on three or more rigid
+    slip_velocity: Speed = (
+        1e-3  # m/s, below which friction falls off with the slip; a load on three or more rigid
+    )
     # points sticks there if friction can hold it
-    restitution: Fraction | None = None  # -, of impacts of `rigid`, ratio of the impulses of expansion and compression;
+    restitution: Fraction | None = (
+        None  # -, of impacts of `rigid`, ratio of the impulses of expansion and compression;
+    )
     # left out: 0
-    rest_velocity: Speed | None = None  # m/s, of `rigid`: an approach that is no faster has no restitution; left out:
+    rest_velocity: Speed | None = (
+        None  # m/s, of `rigid`: an approach that is no faster has no restitution; left out:
+    )
     # 0.01
     stiffness: NonNegative | None = None  # N/m, of each point of `compliant`; 0 is no contact
-    damping: NonNegative | None = None  # s/m, of `compliant`: N = stiffness × depth × (1 + damping × rate of depth);
+    damping: NonNegative | None = (
+        None  # s/m, of `compliant`: N = stiffness × depth × (1 + damping × rate of depth);
+    )
     # left out: 0
 
     def model(self, load: RigidLoad, q: Any) -> RigidContact | CompliantContact | None:
@@ -64,7 +76,8 @@ class ContactGroup(Group):
         q is its position and attitude.
 
         Raises:
-            SceneError: a key belongs to the other kind, points are in a line, or one begins below a rigid surface.
+            SceneError: a key belongs to the other kind, points are in a line, or one begins below a
+                rigid surface.
         """
         self._check_kind()
         points = np.array(self.points, dtype=float) + np.array(load.attachment)
@@ -82,7 +95,9 @@ class ContactGroup(Group):
         other = "compliant" if self.kind == "rigid" else "rigid"
         for key in OWN_KEYS[other]:
             if getattr(self, key) is not None:
-                raise SceneError(f"contact.{key}: belongs to contact.kind: {other}, here it is {self.kind}")
+                raise SceneError(
+                    f"contact.{key}: belongs to contact.kind: {other}, here it is {self.kind}"
+                )
         if self.kind == "compliant" and self.stiffness is None:
             raise SceneError("contact.stiffness: is missing; a compliant contact needs it")
 
@@ -93,7 +108,8 @@ class ContactGroup(Group):
         gaps = z + points @ row - self.height - raised
         if gaps.min() < -NEAR:
             raise SceneError(
-                f"contact.height = {self.height:g}: at t = 0 point {int(gaps.argmin()) + 1} is {-gaps.min():.4g} m "
+                f"contact.height = {self.height:g}: at t = 0 point {int(gaps.argmin()) + 1} is "
+                f"{-gaps.min():.4g} m "
                 "below the surface; lower it, or raise the load"
             )
 
@@ -107,7 +123,9 @@ def check_points(key: str, points: Any) -> None:
             along = points[i] - points[k]
             if np.linalg.norm(along) <= near:
                 raise SceneError(f"{key}: {k + 1} and {i + 1} are the same; each may stand once")
-            away = np.linalg.norm(np.cross(points[:k] - points[k], along), axis=1) / np.linalg.norm(along)
+            away = np.linalg.norm(np.cross(points[:k] - points[k], along), axis=1) / np.linalg.norm(
+                along
+            )
             if len(away) and away.min() <= near:
                 three = f"{int(away.argmin()) + 1}, {k + 1} and {i + 1}"
                 raise SceneError(f"{key}: {three} are in a line; leave out the middle one")

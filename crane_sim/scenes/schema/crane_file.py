@@ -11,7 +11,12 @@ from crane_sim.files.types import NonNegative
 from crane_sim.models.effects import PayloadDrag, PayloadForce
 from crane_sim.models.supports.support import Support
 from crane_sim.models.wind_load import AnyWindage
-from crane_sim.scenes.schema.backlash import drive_names, drive_units, drives_at_start, shaft_frequency
+from crane_sim.scenes.schema.backlash import (
+    drive_names,
+    drive_units,
+    drives_at_start,
+    shaft_frequency,
+)
 from crane_sim.scenes.schema.exchange import ExchangeEvent, windages_of
 from crane_sim.scenes.schema.friction_checks import friction_rate
 from crane_sim.scenes.schema.groups import PayloadForceGroup
@@ -28,7 +33,8 @@ from crane_sim.trajectories.inputs import Inputs
 class CraneFile(SupportGroups, SceneFile):
     """The groups of all such cranes; `registry.file_of` joins them to those of support and load.
 
-    Joints are the support's, those of what hangs, what bends, and drives that have play, in this order.
+    Joints are the support's, those of what hangs, what bends, and drives that have play, in this
+    order.
     """
 
     gravity: NonNegative = 9.81  # m/s², acceleration of free fall
@@ -97,7 +103,10 @@ class CraneFile(SupportGroups, SceneFile):
         """Return the tip's pose at positions q of the support, bent by the first payload."""
         if q is None:
             return tip_of(self._structure, (*self.own_start[0], *self._bent))
-        return tip_of(self._structure, (*q, *self.deflections(self._structure, q, self.gravity, self.hung_mass)))
+        return tip_of(
+            self._structure,
+            (*q, *self.deflections(self._structure, q, self.gravity, self.hung_mass)),
+        )
 
     @cached_property
     def small_motions(self) -> SmallMotions:
@@ -111,7 +120,12 @@ class CraneFile(SupportGroups, SceneFile):
     @property
     def joint_names(self) -> tuple[str, ...]:
         """Names of the joints (nq,)."""
-        return (*self.support_joints, *self.hanging_joints, *self.modes, *drive_names(self.play, self.joints))
+        return (
+            *self.support_joints,
+            *self.hanging_joints,
+            *self.modes,
+            *drive_names(self.play, self.joints),
+        )
 
     @property
     def joint_units(self) -> tuple[str, ...]:
@@ -156,13 +170,16 @@ class CraneFile(SupportGroups, SceneFile):
         """Target of the actuated joints (nu,), in the file also of a rope of constant length.
 
         Raises:
-            SceneError: it has another number of values, or the length of rope or falls is not greater than 0.
+            SceneError: it has another number of values, or the length of rope or falls is not
+                greater than 0.
         """
         names = (*(joint.name for joint in self.driven_joints), *self.winch)
         target = target_of(getattr(self, "reference", None), names)
         if target is not None and self.winch and not target[-1] > 0.0:
             i = len(target) - 1
-            raise SceneError(f"reference.q[{i}] = {target[i]:g}: is a length, must be greater than 0")
+            raise SceneError(
+                f"reference.q[{i}] = {target[i]:g}: is a length, must be greater than 0"
+            )
         return None if target is None else target[: len(self.actuated)]
 
     @property
@@ -181,7 +198,9 @@ class CraneFile(SupportGroups, SceneFile):
 
     def requirements(self) -> MethodRequirements:
         """Return the scene's requirements on its method."""
-        return MethodRequirements(self.stiffest() or None, 0.0, self.is_elastic, self.is_smooth, self.duration)
+        return MethodRequirements(
+            self.stiffest() or None, 0.0, self.is_elastic, self.is_smooth, self.duration
+        )
 
     is_elastic: ClassVar = False  # whether springs carry the load
 
@@ -219,11 +238,15 @@ class CraneFile(SupportGroups, SceneFile):
         if inputs is None:
             return tuple(
                 q if unit == joint.unit else 0.0
-                for joint, q, unit in zip(self.joints, self.own_start[0], self.effort_units, strict=False)
+                for joint, q, unit in zip(
+                    self.joints, self.own_start[0], self.effort_units, strict=False
+                )
             ) + (0.0,) * len(self.winch_units)
         for name in inputs.model_fields_set:
             if name not in self.actuated or self.is_locked(name):
-                raise SceneError(f"inputs.{name}: drives nothing, {self.why_still(name)}; leave it out")
+                raise SceneError(
+                    f"inputs.{name}: drives nothing, {self.why_still(name)}; leave it out"
+                )
         return Inputs(tuple(getattr(inputs, name) for name in self.actuated))
 
     def rest_at(self, target: tuple[float, ...]) -> tuple[float, ...]:

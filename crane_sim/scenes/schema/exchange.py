@@ -30,7 +30,9 @@ class ExchangeEvent(Group):
     """Time of a pick-up or release, and how what is picked up moves before."""
 
     at: NonNegative  # s, when it happens
-    velocity: Velocity | None = None  # m/s, of what is taken up just before, relative to the base and in its axes,
+    velocity: Velocity | None = (
+        None  # m/s, of what is taken up just before, relative to the base and in its axes,
+    )
     # without turning; `hook`: it moves with the payload, and nothing jumps; left out: it rests
 
     @property
@@ -70,10 +72,12 @@ def exchange_of(
 
     Args:
         payload, events: groups of the file.
-        ground: velocity (3,) [m/s] at a time of what waits to be taken up, where an event does not say it.
+        ground: velocity (3,) [m/s] at a time of what waits to be taken up, where an event does not
+            say it.
 
     Raises:
-        SceneError: there is no such load, no body is the difference of two, or a key contradicts another one.
+        SceneError: there is no such load, no body is the difference of two, or a key contradicts
+            another one.
     """
     first, order = payload.load(), order_of(events)
     if not events:
@@ -85,7 +89,8 @@ def exchange_of(
     if any(load.windage is not None for load in loads):
         first = first._replace(windage=windages[0])
     moves = [
-        _velocity(f"events[{i}]", events[i], a, b, ground) for i, a, b in zip(order, loads, loads[1:], strict=False)
+        _velocity(f"events[{i}]", events[i], a, b, ground)
+        for i, a, b in zip(order, loads, loads[1:], strict=False)
     ]
     exchange = Exchange(
         times=np.array([events[i].at for i in order]),
@@ -109,7 +114,9 @@ def _columns(load: PointLoad | RigidLoad) -> Any:
     return np.concatenate([np.ravel(part) for part in (*load[1:4], load.pressure_centre)])
 
 
-def _load_after(key: str, event: ExchangeEvent, before: PointLoad | RigidLoad) -> PointLoad | RigidLoad:
+def _load_after(
+    key: str, event: ExchangeEvent, before: PointLoad | RigidLoad
+) -> PointLoad | RigidLoad:
     """Return the load after an event, checked against the one before."""
     try:
         after = event.payload.load()
@@ -118,15 +125,19 @@ def _load_after(key: str, event: ExchangeEvent, before: PointLoad | RigidLoad) -
     if type(after) is not type(before):
         word = "is missing" if isinstance(before, RigidLoad) else "is given"
         raise SceneError(
-            f"{key}.set.payload.inertia: {word}; the payloads of a run are all point masses, or all bodies with inertia"
+            f"{key}.set.payload.inertia: {word}; the payloads of a run are all point masses, or "
+            "all bodies with inertia"
         )
     if abs(after.mass - before.mass) <= ROUNDING * before.mass:
         raise SceneError(
-            f"{key}.set.payload.mass = {after.mass:g}: must be another one; a payload in place of another one is two "
+            f"{key}.set.payload.mass = {after.mass:g}: must be another one; a payload in place of "
+            "another one is two "
             "events: let go, taken up"
         )
     if isinstance(after, RigidLoad) and isinstance(before, RigidLoad):
-        _check_difference(f"{key}.set.payload.inertia", *sorted((before, after), key=lambda load: load.mass))
+        _check_difference(
+            f"{key}.set.payload.inertia", *sorted((before, after), key=lambda load: load.mass)
+        )
     return after
 
 
@@ -138,7 +149,9 @@ def _check_difference(key: str, less: RigidLoad, more: RigidLoad) -> None:
         moments.append(load.mass * r)
         tensors.append(np.array(load.inertia) + load.mass * (r @ r * np.eye(3) - np.outer(r, r)))
     centre, scale = (moments[1] - moments[0]) / mass, float(np.trace(tensors[1]))
-    tensor = tensors[1] - tensors[0] - mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+    tensor = (
+        tensors[1] - tensors[0] - mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+    )
     low, middle, high = np.linalg.eigvalsh(tensor)
     if low < -ROUNDING * scale or high > low + middle + ROUNDING * scale:
         raise SceneError(
@@ -147,10 +160,14 @@ def _check_difference(key: str, less: RigidLoad, more: RigidLoad) -> None:
         )
 
 
-def _velocity(key: str, event: ExchangeEvent, before: Any, after: Any, ground: Any) -> Vector | None:
+def _velocity(
+    key: str, event: ExchangeEvent, before: Any, after: Any, ground: Any
+) -> Vector | None:
     """Return the velocity of what is taken up, None where nothing jumps."""
     if after.mass < before.mass:
         if event.velocity is not None:
-            raise SceneError(f"{key}.velocity: belongs to what is taken up; what is let go keeps its velocity")
+            raise SceneError(
+                f"{key}.velocity: belongs to what is taken up; what is let go keeps its velocity"
+            )
         return None
     return None if event.velocity == "hook" else event.velocity or ground(event.at)

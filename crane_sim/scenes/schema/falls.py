@@ -22,13 +22,18 @@ CLOSE = 1e-12  # m, between ends at the same place
 class FallsGroup(Group):
     """Elastic falls, each from a point of the support's tip to one of the spreader; they only pull.
 
-    The upper ends are those of a trolley, or of a head that stays level below a boom: they slew, but do not luff.
+    The upper ends are those of a trolley, or of a head that stays level below a boom: they slew,
+    but do not luff.
     """
 
-    top: Ends  # m, upper ends, from the tip, in axes that slew with the support: x outwards along jib or boom, z up; of
+    # m, upper ends, from the tip, in axes that slew with the support: x outwards along jib or boom,
+    # z up; of
+    top: Ends
     # trolley and suspension point those of the base
     bottom: Ends  # m, lower ends, from the spreader's origin, in its axes
-    offsets: tuple[Real, ...] | None = None  # m, added to the length of each fall: what skews, trims or lists the load
+    offsets: tuple[Real, ...] | None = (
+        None  # m, added to the length of each fall: what skews, trims or lists the load
+    )
     axial_stiffness: Positive  # N, E A of one rope
     parts: Annotated[int, BeforeValidator(reject_bool), Field(ge=1, le=100)] = (
         1  # -, of the rope in one fall, which share its tension
@@ -36,7 +41,7 @@ class FallsGroup(Group):
     relaxation: NonNegative = 0.0  # s, damping: T = (E A / L) (e + relaxation × rate of e)
 
     def falls(self, length: float, load: RigidLoad) -> Falls:
-        """Return the falls of an unstretched length [m], ends from the load's centre of mass.
+        """Return the falls of an unstretched length [m], lower ends from the load's centre.
 
         Raises:
             SceneError: numbers of falls disagree, or offsets leave a fall no length.
@@ -49,8 +54,18 @@ class FallsGroup(Group):
         if not length + min(offsets) > 0.0:
             raise SceneError(f"falls.offsets = {list(offsets)}: leave no length of {length:g} m")
         bottom = np.array(self.bottom, dtype=float) + np.array(load.attachment)
-        stiffness, relaxation = np.full(n, self.axial_stiffness * self.parts), np.full(n, self.relaxation)
-        return Falls(np.array(self.top, dtype=float), bottom, length, np.array(offsets), stiffness, relaxation)
+        stiffness, relaxation = (
+            np.full(n, self.axial_stiffness * self.parts),
+            np.full(n, self.relaxation),
+        )
+        return Falls(
+            np.array(self.top, dtype=float),
+            bottom,
+            length,
+            np.array(offsets),
+            stiffness,
+            relaxation,
+        )
 
 
 class FallsStart(NamedTuple):
@@ -78,28 +93,39 @@ def check_ends(falls: Falls, start: FallsStart) -> None:
     i = int(distances.argmin())
     if distances[i] < CLOSE:
         raise SceneError(
-            f"falls.top[{i}] = {falls.top[i].tolist()}: at t = 0 both ends of this fall are at the same place; lower "
+            f"falls.top[{i}] = {falls.top[i].tolist()}: at t = 0 both ends of this fall are at the "
+            "same place; lower "
             "the load, or take another end"
         )
 
 
 def stiffest_frequency(
-    falls: Falls, load: RigidLoad, mobility: tuple[Any, float | None], start: FallsStart, contact: Any
+    falls: Falls,
+    load: RigidLoad,
+    mobility: tuple[Any, float | None],
+    start: FallsStart,
+    contact: Any,
 ) -> float:
     """Return the largest frequency or decay rate [rad/s] of the load on its falls and contact.
 
     Args:
         falls, load: parameters; the falls' length is that at t = 0.
-        mobility: (of the tip (4, 4), x, y, z [1/kg] and yaw [1/(kg m²)]; mass [kg] that moves with the length, None
-            where what the falls pull does not move it).
+        mobility: (of the tip (4, 4), x, y, z [1/kg] and yaw [1/(kg m²)]; mass [kg] that moves with
+            the length, None where what the falls pull does not move it).
         start: where their ends are.
         contact: of the load, None without.
     """
     over, arms, apart = _spread(falls, start)
-    n, rotation = apart / np.maximum(np.linalg.norm(apart, axis=1), CLOSE)[:, None], rotation_matrix(start.load[3:])
+    n, rotation = (
+        apart / np.maximum(np.linalg.norm(apart, axis=1), CLOSE)[:, None],
+        rotation_matrix(start.load[3:]),
+    )
     yawing = np.cross(over, n)[:, 2:]
     rows = [np.hstack([n, np.cross(arms, n) @ rotation, n, yawing, np.ones((len(n), 1))])]
-    springs, relaxations = [falls.axial_stiffness / (falls.length + falls.offset)], [falls.relaxation]
+    springs, relaxations = (
+        [falls.axial_stiffness / (falls.length + falls.offset)],
+        [falls.relaxation],
+    )
     if isinstance(contact, CompliantContact):
         levers = contact.points @ rotation.T
         up = np.tile([0.0, 0.0, 1.0], (len(levers), 1))
@@ -109,7 +135,10 @@ def stiffest_frequency(
     weighted = np.vstack(rows) * np.sqrt(np.concatenate(springs))[:, None]
     inverse = np.zeros((11, 11))
     inverse[:3, :3], inverse[3:6, 3:6] = np.eye(3) / load.mass, np.array(load.inverse_inertia)
-    inverse[6:10, 6:10], inverse[10, 10] = mobility[0], 1.0 / mobility[1] if mobility[1] is not None else 0.0
+    inverse[6:10, 6:10], inverse[10, 10] = (
+        mobility[0],
+        1.0 / mobility[1] if mobility[1] is not None else 0.0,
+    )
     damped = weighted * np.sqrt(np.concatenate(relaxations))[:, None]
     return max(_largest_eigenvalue(weighted, inverse) ** 0.5, _largest_eigenvalue(damped, inverse))
 

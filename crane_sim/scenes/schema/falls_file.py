@@ -38,10 +38,15 @@ PLACE = ("payload_x", "payload_y", "payload_z")
 class LoadStart(Group):
     """The load at t = 0; one whose position is left out hangs at rest below the tip."""
 
-    skew: Angle | None = None  # rad, angle about the vertical, from the support's axes, at which the load is held until
+    skew: Angle | None = (
+        # rad, angle about the vertical, from the support's axes, at which the load is held until
+        None
+    )
     # t = 0
     position: Vector | None = None  # m, of the load's centre of mass, with `orientation`
-    orientation: Quaternion | None = None  # -, unit quaternion (w, x, y, z) from the load's axes to the base's
+    orientation: Quaternion | None = (
+        None  # -, unit quaternion (w, x, y, z) from the load's axes to the base's
+    )
     velocity: Vector = (0.0, 0.0, 0.0)  # m/s, of the load's centre of mass
     angular_velocity: Vector = (0.0, 0.0, 0.0)  # rad/s, of the load, in its own axes
 
@@ -70,7 +75,9 @@ class FallsFile(CraneFile):
     """A load on elastic falls of fixed length."""
 
     falls: FallsGroup  # the ropes
-    contact: ContactGroup | None = None  # what the load can be set down on; left out: nothing is below it
+    contact: ContactGroup | None = (
+        None  # what the load can be set down on; left out: nothing is below it
+    )
     events: tuple[SpreaderEvent, ...] = ()  # exchanges of the payload at given times
 
     is_elastic: ClassVar = True
@@ -116,10 +123,14 @@ class FallsFile(CraneFile):
         start = self._start
         if start.position is not None:
             if start.skew is not None:
-                raise SceneError("initial.skew: not with initial.position; give initial.orientation instead")
+                raise SceneError(
+                    "initial.skew: not with initial.position; give initial.orientation instead"
+                )
             return (*start.position, *attitude_of(start.orientation))
         if start.orientation is not None:
-            raise SceneError("initial.orientation: needs initial.position; initial.skew turns a load at rest")
+            raise SceneError(
+                "initial.orientation: needs initial.position; initial.skew turns a load at rest"
+            )
         return self._rest_pose(self.own_start[0], self.length_start[0], start.skew)
 
     def _rest_pose(self, q: Any, length: float, skew: float | None) -> tuple[float, ...]:
@@ -133,7 +144,12 @@ class FallsFile(CraneFile):
         place, (w, a, b, c) = load_at_rest(falls, self._load, self.gravity, skew, near)
         (dx, dy, dz), (s, k) = place.tolist(), (sin(yaw), cos(yaw))
         half_s, half_c = sin(0.5 * yaw), cos(0.5 * yaw)
-        turned = half_c * w - half_s * c, half_c * a - half_s * b, half_c * b + half_s * a, half_c * c + half_s * w
+        turned = (
+            half_c * w - half_s * c,
+            half_c * a - half_s * b,
+            half_c * b + half_s * a,
+            half_c * c + half_s * w,
+        )
         return x + k * dx - s * dy, y + s * dx + k * dy, z + dz, *map(float, turned)
 
     def _given_posture(self, length: float) -> Any:
@@ -142,7 +158,9 @@ class FallsFile(CraneFile):
         s, c = sin(yaw), cos(yaw)
         x, y, z = np.array(self._load_q[:3]) - tip
         lowered = z - (length - self.length_start[0])
-        return *(c * x + s * y, c * y - s * x, lowered), *product(quaternion([0.0, 0.0, -yaw]), self._load_q[3:])
+        return *(c * x + s * y, c * y - s * x, lowered), *product(
+            quaternion([0.0, 0.0, -yaw]), self._load_q[3:]
+        )
 
     @property
     def rope_length(self) -> float:
@@ -179,15 +197,22 @@ class FallsFile(CraneFile):
 
     def stiffest(self) -> float:
         """Return the largest frequency or decay rate [rad/s] of load, support and winch."""
-        contact, loads = self._contact(), [self._load, *(event.payload.load() for event in self.events)]
+        contact, loads = (
+            self._contact(),
+            [self._load, *(event.payload.load() for event in self.events)],
+        )
         mobility, length = (self.small_motions.tip_mobility, self.wound_mass), self.length_start[0]
         frequency = max(
             stiffest_frequency(self.falls.falls(length, load), load, mobility, self._ends, contact)
             for load in loads
             if isinstance(load, RigidLoad)
         )
-        if contact is not None:  # slip decays at this rate where it is slower than the slip velocity
-            frequency = max(frequency, self.gravity * contact.surface.friction / contact.surface.slip_velocity)
+        if (
+            contact is not None
+        ):  # slip decays at this rate where it is slower than the slip velocity
+            frequency = max(
+                frequency, self.gravity * contact.surface.friction / contact.surface.slip_velocity
+            )
         return max(frequency, self.support_rate())
 
     def model(self) -> FallsCrane:
@@ -222,7 +247,9 @@ class FallsFile(CraneFile):
 
     def _stops(self, limits: tuple[float, float] | None) -> Stops:
         low, high = limits or (0.0, inf)
-        least = MIN_LENGTH - min(self.falls.offsets or (0.0,))  # of the common length: no fall may lose its own
+        least = MIN_LENGTH - min(
+            self.falls.offsets or (0.0,)
+        )  # of the common length: no fall may lose its own
         return Stops(max(low, least), high, LOOKAHEAD_TIME if low <= least else 0.0)
 
 
@@ -268,5 +295,10 @@ class HoistedFile(FallsFile):
         """
         springs = getattr(self, "springs", None)
         if springs is not None and springs.rope is not None:
-            raise SceneError("springs.rope: belongs to one rope and a point mass, here is falls; leave out one of both")
-        return self._falls_crane(self.hoist.model(self._ropes, self.length_start[0]), self.hoist.range)
+            raise SceneError(
+                "springs.rope: belongs to one rope and a point mass, here is falls; leave out one "
+                "of both"
+            )
+        return self._falls_crane(
+            self.hoist.model(self._ropes, self.length_start[0]), self.hoist.range
+        )

@@ -29,15 +29,26 @@ class Hoist(Group):
     """The winch, which drives the length of all falls."""
 
     drive: WinchDrive = "rate"  # what its input is: an effort on the falls' common length [N],
-    # positive pays out; the torque of the drum of `reeving` [N m], positive pays out; or by `rate` the length's
-    # acceleration [m/s²], with `time_constant` its velocity [m/s]
-    mass: Positive | None = None  # kg, of a `force` drive: inertia of drum and motor over the square of the drum's
-    # radius, times the square of rope paid out per length of the falls; left out with `reeving`, which has it
-    time_constant: Positive | None = None  # s, of a `rate` drive: its input is then the velocity [m/s], followed with
+    # positive pays out; the torque of the drum of `reeving` [N m], positive pays out; or by `rate`
+    # the length's acceleration [m/s²], with `time_constant` its velocity [m/s]
+    mass: Positive | None = (
+        None  # kg, of a `force` drive: inertia of drum and motor over the square of the drum's
+    )
+    # radius, times the square of rope paid out per length of the falls; left out with `reeving`,
+    # which has it
+    time_constant: Positive | None = (
+        None  # s, of a `rate` drive: its input is then the velocity [m/s], followed with
+    )
     # this lag; left out: the acceleration
-    limits: LengthRange | None = None  # m, of the falls' unstretched length; a run ends where one is reached
-    reeving: ReevingGroup | None = None  # sheaves of each fall and the drum of all; left out: the winch has its `mass`
-    friction: Friction | None = None  # N, of a winch driven by force or torque, in terms of the length
+    limits: LengthRange | None = (
+        None  # m, of the falls' unstretched length; a run ends where one is reached
+    )
+    reeving: ReevingGroup | None = (
+        None  # sheaves of each fall and the drum of all; left out: the winch has its `mass`
+    )
+    friction: Friction | None = (
+        None  # N, of a winch driven by force or torque, in terms of the length
+    )
 
     @property
     def effort_unit(self) -> str:
@@ -80,7 +91,9 @@ class Hoist(Group):
         self._check_drive()
         if self.reeving is not None:
             self._check_reeving(self.reeving, ropes, length)
-        reeving = self.reeving.model(0.0, "hoist", ropes.number) if self.reeving is not None else None
+        reeving = (
+            self.reeving.model(0.0, "hoist", ropes.number) if self.reeving is not None else None
+        )
         if self.drive == "rate":
             return MotionHoist(self.time_constant, reeving)
         friction = check_friction("hoist.friction", self.friction)
@@ -98,30 +111,48 @@ class Hoist(Group):
             if self.mass is not None:
                 raise SceneError("hoist.mass: only a force drive has one, this drive is 'rate'")
             if self.friction is not None:
-                raise SceneError("hoist.friction: belongs to a winch driven by force or torque, this drive is 'rate'")
+                raise SceneError(
+                    "hoist.friction: belongs to a winch driven by force or torque, this drive is "
+                    "'rate'"
+                )
             return
         if self.time_constant is not None:
-            raise SceneError(f"hoist.time_constant: only a rate drive has one, this drive is {drive!r}")
+            raise SceneError(
+                f"hoist.time_constant: only a rate drive has one, this drive is {drive!r}"
+            )
         if drive == "torque" and (self.reeving is None or self.reeving.drum is None):
-            raise SceneError("hoist.drive = 'torque': is that of a drum; give hoist.reeving.drum, or take 'force'")
+            raise SceneError(
+                "hoist.drive = 'torque': is that of a drum; give hoist.reeving.drum, or take "
+                "'force'"
+            )
         if self.mass is None and self.reeving is None:
-            raise SceneError("hoist.mass: is missing; a force drive needs it, or a hoist.reeving with a drum")
+            raise SceneError(
+                "hoist.mass: is missing; a force drive needs it, or a hoist.reeving with a drum"
+            )
         if self.mass is not None and self.reeving is not None:
-            raise SceneError("hoist.mass: is what hoist.reeving says of sheaves and drum; leave out one of the two")
+            raise SceneError(
+                "hoist.mass: is what hoist.reeving says of sheaves and drum; leave out one of the "
+                "two"
+            )
 
     def _check_reeving(self, reeving: ReevingGroup, ropes: Ropes, length: float) -> None:
         """Raise SceneError for a reeving that does not fit the falls or lacks inertia."""
         if reeving.falls != ropes.parts:
             raise SceneError(
-                f"hoist.reeving.falls = {reeving.falls}: each fall has falls.parts = {ropes.parts} parts of rope; "
+                f"hoist.reeving.falls = {reeving.falls}: each fall has falls.parts = {ropes.parts} "
+                "parts of rope; "
                 "make them equal"
             )
         if reeving.mass_per_length is not None:
-            raise SceneError("hoist.reeving.mass_per_length: the rope of elastic falls weighs nothing; leave it out")
+            raise SceneError(
+                "hoist.reeving.mass_per_length: the rope of elastic falls weighs nothing; leave it "
+                "out"
+            )
         low, high = self.limits or (MIN_LENGTH, length)
         reeving.check(low, high, "hoist")
         if self.drive != "rate" and not reeving.least_mass(ropes.number) > 0.0:
             raise SceneError(
-                f"hoist.reeving.drum.inertia: is missing; elastic falls would turn a winch driven by {self.drive!r} "
+                "hoist.reeving.drum.inertia: is missing; elastic falls would turn a winch driven "
+                f"by {self.drive!r} "
                 "without inertia at once"
             )

@@ -20,9 +20,13 @@ def check_friction(name: str, friction: Kind | None) -> Kind | None:
         return None
     for key in ("coulomb", "static", "viscous"):
         if getattr(friction, key) > MAX_FRICTION:
-            raise SceneError(f"{name}.{key} = {getattr(friction, key)}: must be at most {MAX_FRICTION:g}")
+            raise SceneError(
+                f"{name}.{key} = {getattr(friction, key)}: must be at most {MAX_FRICTION:g}"
+            )
     if friction.static < friction.coulomb:
-        raise SceneError(f"{name}.static = {friction.static}: must be at least coulomb = {friction.coulomb}")
+        raise SceneError(
+            f"{name}.static = {friction.static}: must be at least coulomb = {friction.coulomb}"
+        )
     return friction if friction.static > 0.0 or friction.viscous > 0.0 else None
 
 
@@ -35,4 +39,7 @@ def friction_rate(friction: Friction | LuGre | None, inertia: float) -> float:
         return 0.0
     if isinstance(friction, Friction):
         return steepest_slope(friction) / inertia
-    return max((friction.stiffness / inertia) ** 0.5, (friction.damping + steepest_slope(friction)) / inertia)
+    return max(
+        (friction.stiffness / inertia) ** 0.5,
+        (friction.damping + steepest_slope(friction)) / inertia,
+    )

@@ -104,20 +104,33 @@ class TaggedUnion:
         return group
 
 
-def tagged_union_validator(key: str, choices: dict[str, Any], optional: bool = False) -> BeforeValidator:
+def tagged_union_validator(
+    key: str, choices: dict[str, Any], optional: bool = False
+) -> BeforeValidator:
     """Return a validator that reads `{key: name, ...}` as the NamedTuple `choices[name]`."""
     return BeforeValidator(TaggedUnion(key, choices, optional))
 
 
 _FRICTION = {"quadratic": QuadraticFriction, "linear": LinearFriction, "paper": PaperFriction}
 Friction = Annotated[Any, tagged_union_validator("model", _FRICTION, optional=True)]
-_METHODS = {"auto": Auto, "dop853": DOP853, "dopri5": DOPRI5, "rk4": RK4, "rk8": RK8, "gauss": Gauss}
+_METHODS = {
+    "auto": Auto,
+    "dop853": DOP853,
+    "dopri5": DOPRI5,
+    "rk4": RK4,
+    "rk8": RK8,
+    "gauss": Gauss,
+}
 _METHODS |= {"gauss16": Gauss16, "rodas": Rodas, "leapfrog": Leapfrog}
 Method = Annotated[Any, tagged_union_validator("method", _METHODS)]
 Channel = Annotated[
-    Any, tagged_union_validator("kind", {"constant": Constant, "sine": Sine, "table": Table, "polynomial": Polynomial})
+    Any,
+    tagged_union_validator(
+        "kind", {"constant": Constant, "sine": Sine, "table": Table, "polynomial": Polynomial}
+    ),
 ]
-"""An open-loop input, of a joint or a component of a force: a function of time of one of these kinds."""
+"""An open-loop input, of a joint or a component of a force: a function of time of one of these
+kinds."""
 
 
 class InlineUnion(NamedTuple):
@@ -150,14 +163,21 @@ def _period(value: Any) -> Any:
     try:
         return type_adapter(_Period).validate_python(value)
     except ValidationError:
-        raise ValueError("a period is a number of seconds, at least 1e-6, or 'continuous'") from None
+        raise ValueError(
+            "a period is a number of seconds, at least 1e-6, or 'continuous'"
+        ) from None
 
 
 Profile = Annotated[
     Any,
     tagged_union_validator(
         "kind",
-        {"smooth": SmoothMotion, "sine": SineMotion, "polynomial": PolynomialMotion, "table": SplineMotion},
+        {
+            "smooth": SmoothMotion,
+            "sine": SineMotion,
+            "polynomial": PolynomialMotion,
+            "table": SplineMotion,
+        },
         optional=True,
     ),
 ]
@@ -168,6 +188,10 @@ class Control(Group):
 
     model_config = ConfigDict(extra="allow", allow_inf_nan=False, frozen=True, defer_build=True)
     law: str  # its name: one of those below, or one that another package has installed
-    period: Annotated[Any, BeforeValidator(_period)] = 0.01  # s, between commands; or `continuous`: the law is
+    period: Annotated[Any, BeforeValidator(_period)] = (
+        0.01  # s, between commands; or `continuous`: the law is
+    )
     # evaluated inside the equations
-    nominal: dict[str, Any] = {}  # the law's nominal model, as groups of a scene file that are merged over the scene
+    nominal: dict[
+        str, Any
+    ] = {}  # the law's nominal model, as groups of a scene file that are merged over the scene

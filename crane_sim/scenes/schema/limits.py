@@ -14,4 +14,6 @@ class TravelLimits(NamedTuple):
 
 def limits_of(*joints: tuple[str, str, tuple[float, float] | None]) -> tuple[TravelLimits, ...]:
     """Return the limits of those joints, given as (joint, key, limits or None), that have some."""
-    return tuple(TravelLimits(joint, key, *limits) for joint, key, limits in joints if limits is not None)
+    return tuple(
+        TravelLimits(joint, key, *limits) for joint, key, limits in joints if limits is not None
+    )

@@ -12,7 +12,13 @@ from crane_sim.models.stops import Stops
 from crane_sim.models.suspended.crane import SuspendedCrane
 from crane_sim.models.suspended.torsion import Torsion
 from crane_sim.scenes.schema.groups import Group
-from crane_sim.scenes.schema.rigging import ATTITUDE, UNIT_TOLERANCE, RiggingStart, Vector, link_names
+from crane_sim.scenes.schema.rigging import (
+    ATTITUDE,
+    UNIT_TOLERANCE,
+    RiggingStart,
+    Vector,
+    link_names,
+)
 from crane_sim.scenes.schema.rope_file import RiggedFile
 from crane_sim.scenes.schema.suspension import TipStart
 
@@ -21,8 +27,12 @@ class FixedRope(Group):
     """The rope, which stays as long as it is."""
 
     length: Positive  # m, from the suspension point to the payload
-    slack: Literal["allow", "stop"] = "allow"  # stop: a run ends where the rope, or a further link, would push
-    torsion: Torsion | None = None  # what resists a twist between point and payload; left out: the payload turns freely
+    slack: Literal["allow", "stop"] = (
+        "allow"  # stop: a run ends where the rope, or a further link, would push
+    )
+    torsion: Torsion | None = (
+        None  # what resists a twist between point and payload; left out: the payload turns freely
+    )
 
 
 class LineStart(TipStart):

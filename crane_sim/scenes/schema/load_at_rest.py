@@ -1,12 +1,14 @@
 """Where a rigid load hangs at rest on elastic falls: a minimum of its potential.
 
-A posture y is (x, y, z, roll, pitch, yaw), its attitude Rz(yaw) Ry(pitch) Rx(roll) of a load that is either level at
-zero angles or, once it is steep, stands on end: roll and yaw of a steep one turn it about nearly the same axis.
+A posture y is (x, y, z, roll, pitch, yaw), its attitude Rz(yaw) Ry(pitch) Rx(roll) of a load that
+is either level at zero angles or, once it is steep, stands on end: roll and yaw of a steep one turn
+it about nearly the same axis.
 
-Newton's method goes to any stationary point, or nowhere where falls go slack. So first steps descend: by the absolute
-curvatures of the potential, within a radius in which they predict its change (Dauphin et al., NIPS 2014), on soft falls
-first, whose potential is no narrow valley, and then on stiffer ones. Where the potential's last digits are reached,
-Newton's method goes on with the forces.
+Newton's method goes to any stationary point, or nowhere where falls go slack. So first steps
+descend: by the absolute curvatures of the potential, within a radius in which they predict its
+change (Dauphin et al., NIPS 2014), on soft falls first, whose potential is no narrow valley, and
+then on stiffer ones. Where the potential's last digits are reached, Newton's method goes on with
+the forces.
 """
 
 from math import cos, sin
@@ -23,15 +25,17 @@ DESCENTS, TRIALS = 200, 50
 CLOSE, DECIMALS = 1e-12, 10
 """Relative residual at rest, and the decimals [m, rad] of the result.
 
-Rounded so that a run begins with the same bits on every machine: LAPACK's last digits differ by processor.
+Rounded so that a run begins with the same bits on every machine: LAPACK's last digits differ by
+processor.
 """
 SOFT, STIFFER = 100.0, 10.0
-"""Axial stiffness of the softest falls over the load's weight, and the step from one stiffness to the next."""
+"""Axial stiffness of the softest falls over the load's weight, and the step from one stiffness to
+the next."""
 FLATTEST, ROUNDING = 1e-6, 1e-14
 """Least curvature that counts: over the load's weight [1/m], and relative to the largest one."""
 STATIONARY, UNSTABLE, ASIDE = 1e-6, 1e-3, 1e-3
-"""Length [m] of a step at a stationary point, negative curvature [1/m] of a saddle over the load's weight, and the step
-[m] away from it."""
+"""Length [m] of a step at a stationary point, negative curvature [1/m] of a saddle over the load's
+weight, and the step [m] away from it."""
 STEEP = 1.0  # rad, of a pitch
 LEVEL, ON_END = np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.5**0.5, 0.0, 0.5**0.5, 0.0])
 """Attitudes of a load at zero angles."""
@@ -56,7 +60,9 @@ class _Forces(NamedTuple):
 
 
 @np.errstate(all="ignore")  # the largest numbers overflow
-def load_at_rest(falls: Falls, load: RigidLoad, gravity: float, yaw: float | None, near: Any = None) -> Any:
+def load_at_rest(
+    falls: Falls, load: RigidLoad, gravity: float, yaw: float | None, near: Any = None
+) -> Any:
     """Return the load's place (x, y, z) [m] and attitude (w, x, y, z) at rest.
 
     Both are in the axes of the tip, the place is that of the load's centre, from the tip.
@@ -65,7 +71,8 @@ def load_at_rest(falls: Falls, load: RigidLoad, gravity: float, yaw: float | Non
         falls, load: the parameters; the falls' length is their unstretched one.
         gravity: m/s².
         yaw: angle [rad] about the vertical at which the load is held; None: it hangs free.
-        near: place and attitude (7,) from which the search begins; None: level, and as deep as the falls are long.
+        near: place and attitude (7,) from which the search begins; None: level, and as deep as the
+            falls are long.
 
     Raises:
         SceneError: no position of rest was found.
@@ -73,12 +80,18 @@ def load_at_rest(falls: Falls, load: RigidLoad, gravity: float, yaw: float | Non
     hanging = _Hanging(falls, load.mass * gravity, 5 if yaw is not None else 6)
     y = np.full(6, np.nan)
     if near is not None:
-        hanging, y = _search(hanging, np.array([*near[:3], *_angles(rotation_matrix(near[3:]))]), 1.0)
+        hanging, y = _search(
+            hanging, np.array([*near[:3], *_angles(rotation_matrix(near[3:]))]), 1.0
+        )
     if not np.isfinite(y).all():
         softness = max(1.0, float(falls.axial_stiffness.max()) / (SOFT * load.mass * gravity))
-        hanging, y = _search(hanging._replace(falls=falls, zero=LEVEL), _level(falls, yaw or 0.0), softness)
+        hanging, y = _search(
+            hanging._replace(falls=falls, zero=LEVEL), _level(falls, yaw or 0.0), softness
+        )
     if not np.isfinite(y).all():
-        raise SceneError("falls: no position of rest was found; give initial.position and initial.orientation")
+        raise SceneError(
+            "falls: no position of rest was found; give initial.position and initial.orientation"
+        )
     y = np.round(y, DECIMALS) + 0.0  # no negative zero
     turned = quaternion(y[3:])
     return y[:3], turned if hanging.zero is LEVEL else product(turned, hanging.zero)
@@ -96,7 +109,9 @@ def _search(hanging: _Hanging, y: Any, softness: float) -> tuple[_Hanging, Any]:
 
 def _level(falls: Falls, yaw: float) -> Any:
     """Return the posture of a level load below the upper ends, as deep as the falls are long."""
-    depth = falls.length + float(np.mean(falls.offset) - np.mean(falls.top[:, 2]) + np.mean(falls.bottom[:, 2]))
+    depth = falls.length + float(
+        np.mean(falls.offset) - np.mean(falls.top[:, 2]) + np.mean(falls.bottom[:, 2])
+    )
     aside = (falls.top - falls.bottom).mean(axis=0)
     return np.array([aside[0], aside[1], -depth, 0.0, 0.0, yaw])
 
@@ -108,12 +123,17 @@ def _with_stiffness(hanging: _Hanging, stiffness: Any) -> _Hanging:
 def _descend(hanging: _Hanging, y: Any) -> tuple[_Hanging, Any]:
     """Return (the load, its posture) after steps down until the potential is at rounding."""
     radius, lever = 0.5, np.sqrt(np.mean(np.sum(hanging.falls.bottom**2, axis=1))) or 1.0
-    scale = np.array([1.0, 1.0, 1.0, lever, lever, lever])[: hanging.free]  # m: angles as displacements at the ends
+    scale = np.array([1.0, 1.0, 1.0, lever, lever, lever])[
+        : hanging.free
+    ]  # m: angles as displacements at the ends
     for _ in range(DESCENTS):
         if hanging.free == 6 and abs(y[4]) > STEEP:
             hanging, y = _stand_on_end(hanging, y)
         forces = _forces(hanging, y)
-        gradient, curvature = -(forces.loads @ forces.axes) / scale, _curvature(forces) / np.outer(scale, scale)
+        gradient, curvature = (
+            -(forces.loads @ forces.axes) / scale,
+            _curvature(forces) / np.outer(scale, scale),
+        )
         if not np.isfinite(curvature).all():
             break
         move = _step(gradient, curvature, hanging.weight, radius)
@@ -131,7 +151,9 @@ def _step(gradient: Any, curvature: Any, weight: float, radius: float) -> Any:
     """Return the step down by the absolute curvatures within the radius, also from a saddle."""
     values, axes = np.linalg.eigh(curvature)
     axes *= np.where(axes.sum(axis=0) < 0.0, -1.0, 1.0)  # LAPACK's signs differ by processor
-    least = max(FLATTEST * weight, ROUNDING * float(np.abs(values).max()))  # N/m: a load on slack falls has none
+    least = max(
+        FLATTEST * weight, ROUNDING * float(np.abs(values).max())
+    )  # N/m: a load on slack falls has none
     along = -(axes.T @ gradient) / np.maximum(np.abs(values), least)
     if np.linalg.norm(along) < STATIONARY:
         along = np.where(values < -UNSTABLE * weight, ASIDE, along)
@@ -169,10 +191,16 @@ def _forces(hanging: _Hanging, y: Any) -> _Forces:
     arms = falls.bottom @ rotation_matrix(quaternion(y[3:])).T
     apart, rest = falls.top - (y[:3] + arms), falls.length + falls.offset
     distance = np.maximum(np.linalg.norm(apart, axis=1), CLOSE)
-    stretch, stiffness, up = distance - rest, falls.axial_stiffness / rest, apart / distance[:, None]
+    stretch, stiffness, up = (
+        distance - rest,
+        falls.axial_stiffness / rest,
+        apart / distance[:, None],
+    )
     tension = np.maximum(stiffness * stretch, 0.0)
     pulls = tension[:, None] * up
-    loads = np.concatenate([pulls.sum(0) - np.array([0.0, 0.0, weight]), np.cross(arms, pulls).sum(0)])
+    loads = np.concatenate(
+        [pulls.sum(0) - np.array([0.0, 0.0, weight]), np.cross(arms, pulls).sum(0)]
+    )
     along = (
         np.hstack([up, np.cross(arms, up)])
         * np.sqrt(np.where(stretch > 0.0, stiffness - tension / distance, 0.0))[:, None]

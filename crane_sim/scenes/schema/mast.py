@@ -12,7 +12,9 @@ ROUNDING = 1e-16  # rad, of an angle
 HALVES = 1.0, -1.0  # of the jib, a thin rod, as two points
 
 
-def swaying_tower(rigid: TowerCrane, flexibility: Any, ballast: tuple[float, float], radius: float) -> SwayingTower:
+def swaying_tower(
+    rigid: TowerCrane, flexibility: Any, ballast: tuple[float, float], radius: float
+) -> SwayingTower:
     """Return the support.
 
     Args:
@@ -28,12 +30,14 @@ def swaying_tower(rigid: TowerCrane, flexibility: Any, ballast: tuple[float, flo
     for key in ("lateral", "vertical"):
         if getattr(flexibility, key) is not None:
             raise SceneError(
-                f"flexibility.mast: stands beside flexibility.{key}, of a jib on an upright mast; leave out one of both"
+                f"flexibility.mast: stands beside flexibility.{key}, of a jib on an upright mast; "
+                "leave out one of both"
             )
     for key in ("jib_windage", "counter_jib_windage"):
         if getattr(slew, key) is not None:
             raise SceneError(
-                f"flexibility.mast: stands beside slew.{key}, of a jib on an upright mast; leave out one of both"
+                f"flexibility.mast: stands beside slew.{key}, of a jib on an upright mast; leave "
+                "out one of both"
             )
     half = sqrt(jib.inertia / jib.mass)
     masses = (*(0.5 * jib.mass for _ in HALVES), ballast[0], mast.mass)
@@ -43,7 +47,9 @@ def swaying_tower(rigid: TowerCrane, flexibility: Any, ballast: tuple[float, flo
     return tower._replace(damping=damping)
 
 
-def compute_moments(tower: SwayingTower, radius: float, hung: float = 0.0) -> tuple[float, float, float]:
+def compute_moments(
+    tower: SwayingTower, radius: float, hung: float = 0.0
+) -> tuple[float, float, float]:
     """Return Σ m [kg], Σ m x [kg m] and Σ m x² [kg m²] with the trolley at a radius [m].
 
     A mass [kg] hangs below the trolley.
@@ -62,7 +68,9 @@ def tilt_inertia(tower: SwayingTower, radius: float) -> float:
     return sum(m * (x * x + tower.height**2) for m, x in rows)
 
 
-def angles_at_rest(tower: SwayingTower, slew: float, radius: float, gravity: float, hung: float) -> tuple[float, float]:
+def angles_at_rest(
+    tower: SwayingTower, slew: float, radius: float, gravity: float, hung: float
+) -> tuple[float, float]:
     """Return the angles [rad] where springs balance all weights; hung: all hanging mass [kg].
 
     Raises:
@@ -71,7 +79,9 @@ def angles_at_rest(tower: SwayingTower, slew: float, radius: float, gravity: flo
     total, moment, _ = compute_moments(tower, radius, hung)
     x, y, z = moment * cos(slew), moment * sin(slew), total * tower.height
     a, b, step, share = 0.0, 0.0, 1.0, gravity / tower.stiffness
-    for _ in range(200):  # k a = -∂V/∂a of V = g (y sin a + (z cos b - x sin b) cos a), and alike for b
+    for _ in range(
+        200
+    ):  # k a = -∂V/∂a of V = g (y sin a + (z cos b - x sin b) cos a), and alike for b
         up = z * cos(b) - x * sin(b)
         new = share * (up * sin(a) - y * cos(a)), share * (z * sin(b) + x * cos(b)) * cos(a)
         step, (a, b) = hypot(new[0] - a, new[1] - b), new
@@ -79,6 +89,10 @@ def angles_at_rest(tower: SwayingTower, slew: float, radius: float, gravity: flo
             break
     if not (max(abs(a), abs(b)) <= LARGEST and step <= 1e-12):
         bends = max(abs(a), abs(b)) > LARGEST
-        what = f"bends by more than {LARGEST:g} rad at rest" if bends else "is near buckling under the weights above it"
+        what = (
+            f"bends by more than {LARGEST:g} rad at rest"
+            if bends
+            else "is near buckling under the weights above it"
+        )
         raise SceneError(f"flexibility.mast.stiffness = {tower.stiffness:g}: {what}; take more")
     return a, b

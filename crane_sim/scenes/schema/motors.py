@@ -13,7 +13,8 @@ def motor_of(file: SceneFile, joint: str) -> MotorGroup | None:
     """Return the motor of a joint, None where it has none or is not actuated.
 
     Raises:
-        SceneError: the joint is not driven by force or torque, or keys of the motor contradict each other.
+        SceneError: the joint is not driven by force or torque, or keys of the motor contradict each
+            other.
     """
     if not file.actuators:
         return None
@@ -23,7 +24,9 @@ def motor_of(file: SceneFile, joint: str) -> MotorGroup | None:
     if motor is None or unit is None:
         return None
     if unit not in MOTOR_EFFORT_UNITS:
-        raise SceneError(f"{key}: belongs to a drive by force or torque; the {joint} is driven in {unit}")
+        raise SceneError(
+            f"{key}: belongs to a drive by force or torque; the {joint} is driven in {unit}"
+        )
     _check_curve(key, motor)
     return motor
 
@@ -34,9 +37,14 @@ def _check_curve(key: str, motor: MotorGroup) -> None:
         missing = "torque" if motor.torque == inf else "no_load_speed"
         raise SceneError(f"{key}.{missing}: is missing, a curve has torque and no_load_speed")
     if motor.base_speed > 0.0 and motor.torque == inf:
-        raise SceneError(f"{key}.base_speed = {motor.base_speed:g}: belongs to a curve; give torque and no_load_speed")
+        raise SceneError(
+            f"{key}.base_speed = {motor.base_speed:g}: belongs to a curve; give torque and "
+            "no_load_speed"
+        )
     if not motor.base_speed < motor.no_load_speed:
-        raise SceneError(f"{key}.base_speed = {motor.base_speed:g}: must be less than no_load_speed")
+        raise SceneError(
+            f"{key}.base_speed = {motor.base_speed:g}: must be less than no_load_speed"
+        )
 
 
 def reflected_inertia(file: SceneFile, joint: str) -> float:

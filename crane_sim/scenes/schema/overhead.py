@@ -77,8 +77,12 @@ class OverheadFile(OverheadCrane):
         """Height of the payload above the rails at t = 0 [m]."""
         if self.initial.positions:
             return self.initial.positions[-1][-1]
-        cosines = [turn[-1] if self.dimensions == 3 else -cos(turn) for turn in self.parts.turns]  # to the vertical
-        return sum(length * cosine for length, cosine in zip(self.start_lengths, cosines, strict=True))
+        cosines = [
+            turn[-1] if self.dimensions == 3 else -cos(turn) for turn in self.parts.turns
+        ]  # to the vertical
+        return sum(
+            length * cosine for length, cosine in zip(self.start_lengths, cosines, strict=True)
+        )
 
     @property
     def windages(self) -> dict[str, AnyWindage | None]:
@@ -95,7 +99,9 @@ class OverheadFile(OverheadCrane):
     def limits(self) -> tuple[TravelLimits, ...]:
         """Travel limits of the joints that have some."""
         groups = (("trolley", self.trolley), ("bridge", self.bridge), ("hoist", self.hoist))
-        return limits_of(*((name, f"{name}.limits", group.limits) for name, group in groups if group is not None))
+        return limits_of(
+            *((name, f"{name}.limits", group.limits) for name, group in groups if group is not None)
+        )
 
     @property
     def notes(self) -> dict[str, Any]:
@@ -104,19 +110,25 @@ class OverheadFile(OverheadCrane):
         if self.cable_model == "straight" and len(self.parts.masses) > 1:
             notes["model_error_estimate"] = bending_error(self)
         if massless := massless_axes(self):
-            notes["rounded"] = [f"{name}.mass: 0 kg is taken as {axis_mass(self, name):.3g} kg" for name in massless]
+            notes["rounded"] = [
+                f"{name}.mass: 0 kg is taken as {axis_mass(self, name):.3g} kg" for name in massless
+            ]
         return notes
 
     def rest_positions(self, target: tuple[float, ...]) -> tuple[float, ...] | None:
         """Return an elastic cable's joint positions (nq,) at rest at a target (nu,), else None.
 
-        Its nodes are below the trolley, as far as their weights stretch the links. Wind and forces on nodes are not in.
+        Its nodes are below the trolley, as far as their weights stretch the links. Wind and forces
+        on nodes are not in.
         """
         if self.cable_model != "elastic":
             return None
         start = dict(zip(self.joint_names, self.initial_q, strict=True))
         at = start | dict(zip(self.actuated, target, strict=True))
-        above, wound = tuple(at[name] for name in self.axes), () if self.hoist is None else (at["hoist"],)
+        above, wound = (
+            tuple(at[name] for name in self.axes),
+            () if self.hoist is None else (at["hoist"],),
+        )
         depths = accumulate(stretched_lengths(self, (*wound, *self.parts.lengths[len(wound) :])))
         return (*above, *wound, *(x for depth in depths for x in (*above, -depth)))
 

@@ -12,8 +12,12 @@ from crane_sim.scenes.schema.axes import start_of
 from crane_sim.scenes.schema.overhead_groups import OverheadGroups
 
 Vector = tuple[float, ...]
-STRAIGHT_MASS_RATIO = 1e3  # payload / heaviest node above it, from which model: auto takes a rod for a straight cable
-UNIT_TOLERANCE = 1e-6  # deviation of a unit vector's length from 1, and of its rate from perpendicular
+STRAIGHT_MASS_RATIO = (
+    1e3  # payload / heaviest node above it, from which model: auto takes a rod for a straight cable
+)
+UNIT_TOLERANCE = (
+    1e-6  # deviation of a unit vector's length from 1, and of its rate from perpendicular
+)
 MIN_SEPARATION = 1e-9  # of a link's ends, relative to its length; a closer pair has no direction
 
 
@@ -44,7 +48,8 @@ def cable_of(file: "OverheadCrane") -> Cable:
     """Return the cable of a scene, links across massless nodes merged.
 
     Raises:
-        SceneError: lists of different lengths, a massless payload, or a massless node in a bent cable.
+        SceneError: lists of different lengths, a massless payload, or a massless node in a bent
+            cable.
     """
     group = file.cable
     n = group.links or max(len(group.lengths), len(group.node_masses))
@@ -53,7 +58,9 @@ def cable_of(file: "OverheadCrane") -> Cable:
     if file.payload is not None:
         masses[-1] = file.payload.mass
     if masses[-1] == 0.0:
-        raise SceneError("cable.node_masses: the last one is the payload and must be greater than 0")
+        raise SceneError(
+            "cable.node_masses: the last one is the payload and must be greater than 0"
+        )
     turns, rates = _link_directions(file, n), _link_rates(file, n)
     if file.dimensions == 3:
         _check_across(turns, rates)
@@ -79,7 +86,9 @@ def _link_directions(file: "OverheadCrane", n: int) -> tuple[Any, ...]:
             raise SceneError("initial.directions: belong to 3 dimensions; 2 take angles")
         return fill_list(start.angles or (0.0,), n, "initial.angles")
     if start.angles is not None:
-        raise SceneError("initial.angles: belong to 2 dimensions; 3 take directions, unit vectors down the links")
+        raise SceneError(
+            "initial.angles: belong to 2 dimensions; 3 take directions, unit vectors down the links"
+        )
     directions = fill_list(start.directions or ((0.0, 0.0, -1.0),), n, "initial.directions")
     for k, direction in enumerate(directions):
         if not abs(np.linalg.norm(direction) - 1.0) < UNIT_TOLERANCE:
@@ -100,12 +109,18 @@ def _link_rates(file: "OverheadCrane", n: int) -> tuple[Any, ...]:
     if values is None or values in ([], ()):
         return (0.0 if flat else (0.0, 0.0, 0.0),) * n
     if any(isinstance(x, bool) or not isinstance(x, int | float) for x in _leaves(values)):
-        raise SceneError(f"initial.rates = {shorten(values)}: must be numbers, one or three for each link")
+        raise SceneError(
+            f"initial.rates = {shorten(values)}: must be numbers, one or three for each link"
+        )
     try:
         rates = np.atleast_1d(np.array(values, dtype=np.float64))
     except (TypeError, ValueError, OverflowError):
-        raise SceneError(f"initial.rates = {shorten(values)}: must be numbers, one or three for each link") from None
-    if rates.shape not in (((1,), (n,)) if flat else ((1, 3), (n, 3))) or not np.all(np.isfinite(rates)):
+        raise SceneError(
+            f"initial.rates = {shorten(values)}: must be numbers, one or three for each link"
+        ) from None
+    if rates.shape not in (((1,), (n,)) if flat else ((1, 3), (n, 3))) or not np.all(
+        np.isfinite(rates)
+    ):
         form = f"{n} numbers" if flat else f"{n} vectors of 3"
         raise SceneError(f"initial.rates: has the shape {rates.shape}, must be {form}, all finite")
     return fill_list(tuple(rates.tolist()), n, "initial.rates")
@@ -113,10 +128,15 @@ def _link_rates(file: "OverheadCrane", n: int) -> tuple[Any, ...]:
 
 def _merge_links(cable: Cable) -> Cable:
     kept: list[list[Any]] = []
-    for length, mass, turn, rate in zip(cable.lengths, cable.masses, cable.turns, cable.rates, strict=True):
+    for length, mass, turn, rate in zip(
+        cable.lengths, cable.masses, cable.turns, cable.rates, strict=True
+    ):
         if kept and kept[-1][1] == 0.0:
             if kept[-1][2:] != [turn, rate]:
-                raise SceneError(f"cable.node_masses: node {len(kept)} has no mass, so the cable cannot be bent there")
+                raise SceneError(
+                    f"cable.node_masses: node {len(kept)} has no mass, so the cable cannot be bent "
+                    "there"
+                )
             kept[-1][:2] = [kept[-1][0] + length, mass]
         else:
             kept.append([length, mass, turn, rate])
@@ -128,10 +148,18 @@ def choose_cable_model(file: "OverheadCrane") -> str:
     requested, cable = file.cable.model, file.parts
     if requested != "auto":
         return requested
-    other_groups = file.joints or file.cable.joints or file.cable.inertia or file.base_motion or file.pushes_nodes
+    other_groups = (
+        file.joints
+        or file.cable.joints
+        or file.cable.inertia
+        or file.base_motion
+        or file.pushes_nodes
+    )
     plain = file.dimensions == 2 and not other_groups
     light = max(cable.masses[:-1], default=0.0) * STRAIGHT_MASS_RATIO <= cable.masses[-1]
-    return "straight" if plain and light and _is_straight(cable) and len(cable.masses) > 1 else "rigid"
+    return (
+        "straight" if plain and light and _is_straight(cable) and len(cable.masses) > 1 else "rigid"
+    )
 
 
 def _is_straight(cable: Cable) -> bool:
@@ -168,25 +196,37 @@ def hoist_at_start(file: "OverheadCrane") -> tuple[float, float]:
     return file.initial.length or file.parts.lengths[0], file.initial.length_rate
 
 
-def _link_states(file: "OverheadCrane", top: list[float], rates: list[float]) -> tuple[Vector, Vector]:
+def _link_states(
+    file: "OverheadCrane", top: list[float], rates: list[float]
+) -> tuple[Vector, Vector]:
     cable = file.parts
     if file.cable_model == "elastic":
         return _node_states(file, top, rates)
     if file.dimensions == 3:
-        return tuple(x for turn in cable.turns for x in turn), tuple(x for rate in cable.rates for x in rate)
+        return tuple(x for turn in cable.turns for x in turn), tuple(
+            x for rate in cable.rates for x in rate
+        )
     if file.cable_model == "straight" and not _is_straight(cable):
-        raise SceneError("cable.model = 'straight': the links start with different angles or rates; take model: rigid")
+        raise SceneError(
+            "cable.model = 'straight': the links start with different angles or rates; take model: "
+            "rigid"
+        )
     n = 1 if file.cable_model == "straight" else len(cable.turns)
     return tuple(map(float, cable.turns[:n])), tuple(map(float, cable.rates[:n]))
 
 
-def _node_states(file: "OverheadCrane", top: list[float], rates: list[float]) -> tuple[Vector, Vector]:
+def _node_states(
+    file: "OverheadCrane", top: list[float], rates: list[float]
+) -> tuple[Vector, Vector]:
     """Return positions and velocities of an elastic cable's nodes, from those of the axes."""
     start, n, d = file.initial, len(file.parts.lengths), file.dimensions
     if start.positions is None:
         return _unstretched_nodes(file, top, rates)
     states = []
-    for name, rows in (("positions", start.positions), ("velocities", start.velocities or ((0.0,) * d,) * n)):
+    for name, rows in (
+        ("positions", start.positions),
+        ("velocities", start.velocities or ((0.0,) * d,) * n),
+    ):
         if len(rows) != n or any(len(row) != d for row in rows):
             raise SceneError(f"initial.{name}: must be {n} vectors of {d}")
         states.append(tuple(float(x) for row in rows for x in row))
@@ -200,19 +240,27 @@ def _check_apart(points: list[tuple[float, ...]], lengths: Vector) -> None:
         if np.linalg.norm(np.subtract(points[k + 1], points[k])) < MIN_SEPARATION * length:
             upper = f"node {k}" if k else "the trolley"
             raise SceneError(
-                f"initial.positions[{k}] = {list(points[k + 1])}: node {k + 1} is at the position of {upper}; "
+                f"initial.positions[{k}] = {list(points[k + 1])}: node {k + 1} is at the position "
+                f"of {upper}; "
                 "the link between them needs a direction"
             )
 
 
-def _unstretched_nodes(file: "OverheadCrane", top: list[float], rates: list[float]) -> tuple[Vector, Vector]:
+def _unstretched_nodes(
+    file: "OverheadCrane", top: list[float], rates: list[float]
+) -> tuple[Vector, Vector]:
     """Return positions and velocities of unstretched links' nodes, from angles or directions."""
     cable, flat = file.parts, file.dimensions == 2
     if file.initial.velocities is not None:
-        raise SceneError("initial.velocities: belong to initial.positions; angles and directions take rates")
+        raise SceneError(
+            "initial.velocities: belong to initial.positions; angles and directions take rates"
+        )
     r, v = (np.array([head[0], 0.0 if flat else head[1], 0.0]) for head in (top, rates))
     hoisted = file.hoist is not None
-    lengths, length_rate = (top[-1], *cable.lengths[1:]) if hoisted else cable.lengths, rates[-1] if hoisted else 0.0
+    lengths, length_rate = (
+        (top[-1], *cable.lengths[1:]) if hoisted else cable.lengths,
+        rates[-1] if hoisted else 0.0,
+    )
     positions, velocities = [], []
     for length, turn, rate in zip(lengths, cable.turns, cable.rates, strict=True):
         n = np.array([np.sin(turn), 0.0, -np.cos(turn)]) if flat else np.array(turn)

@@ -6,13 +6,17 @@ from crane_sim.scenes.schema.overhead_cable import OverheadCrane, fill_list
 from crane_sim.scenes.schema.overhead_drives import drum_friction
 from crane_sim.scenes.schema.overhead_models import check_straight
 
-LENGTH_TOLERANCE = 1e-9  # relative; largest difference of the first link's length from the start of its hoist's profile
+# relative; largest difference of the first link's length from the start of its hoist's profile
+LENGTH_TOLERANCE = 1e-9
 
 
 def check_groups(file: OverheadCrane) -> None:
     """Raise SceneError when groups of a scene contradict each other or would be ignored."""
     _check_plane(file)
-    for name, group in (("trolley", file.trolley), ("bridge", file.bridge or AxisGroup(drive="fixed"))):
+    for name, group in (
+        ("trolley", file.trolley),
+        ("bridge", file.bridge or AxisGroup(drive="fixed")),
+    ):
         _check_axis(file, name, group)
     _check_cable(file)
     _check_massless(file)
@@ -31,7 +35,10 @@ def check_start(file: OverheadCrane) -> None:
     if file.hoist.profile is not None and length <= 0.0:
         raise SceneError(f"hoist.profile: starts at {length:g} m, must start greater than 0")
     if file.hoist.profile is not None and abs(length - first) > LENGTH_TOLERANCE * first:
-        raise SceneError(f"cable.lengths[0] = {first}: hoist.profile starts at {length!r} m; both must be the same")
+        raise SceneError(
+            f"cable.lengths[0] = {first}: hoist.profile starts at {length!r} m; both must be the "
+            "same"
+        )
 
 
 def _check_plane(file: OverheadCrane) -> None:
@@ -49,7 +56,10 @@ def _check_plane(file: OverheadCrane) -> None:
         raise SceneError("payload_force.y: leaves the plane; 2 dimensions have x and z")
     for name in ("y", "vy"):
         if name in file.initial.model_fields_set:
-            raise SceneError(f"initial.{name} = {getattr(file.initial, name)}: belongs to 3 dimensions, here are 2")
+            raise SceneError(
+                f"initial.{name} = {getattr(file.initial, name)}: belongs to 3 dimensions, here "
+                "are 2"
+            )
 
 
 def _check_axis(file: OverheadCrane, name: str, group: AxisGroup) -> None:
@@ -59,10 +69,15 @@ def _check_axis(file: OverheadCrane, name: str, group: AxisGroup) -> None:
     carried = name == "trolley" and file.bridge is not None and file.bridge.drive == "force"
     check_mass(name, group, carried)
     if drive == "fixed" and getattr(start, speed) != 0.0:
-        raise SceneError(f"initial.{speed} = {getattr(start, speed)}: a fixed {name} is at rest; must be 0")
+        raise SceneError(
+            f"initial.{speed} = {getattr(start, speed)}: a fixed {name} is at rest; must be 0"
+        )
     for key in (position, speed):
         if drive == "prescribed" and key in start.model_fields_set:
-            raise SceneError(f"initial.{key} = {getattr(start, key)}: a prescribed {name} starts as {name}.motion does")
+            raise SceneError(
+                f"initial.{key} = {getattr(start, key)}: a prescribed {name} starts as "
+                f"{name}.motion does"
+            )
     check_finite(f"{name}.motion", group.motion)
 
 
@@ -90,7 +105,8 @@ def _check_massless(file: OverheadCrane) -> None:
     massless = next((k for k, mass in enumerate(upper_masses, 1) if mass == 0.0), 0)
     if used and massless:
         raise SceneError(
-            f"cable.node_masses: node {massless} has no mass, which is not possible with {used[0]}; give it a mass"
+            f"cable.node_masses: node {massless} has no mass, which is not possible with "
+            f"{used[0]}; give it a mass"
         )
 
 
@@ -99,19 +115,28 @@ def _check_nodes(file: OverheadCrane) -> None:
     start = file.initial
     for name in ("positions", "velocities"):
         if getattr(start, name) is not None and file.cable_model != "elastic":
-            raise SceneError(f"initial.{name}: belong to cable.model: elastic, here it is {file.cable_model!r}")
+            raise SceneError(
+                f"initial.{name}: belong to cable.model: elastic, here it is {file.cable_model!r}"
+            )
     for name in ("angles", "directions", "rates"):
         if start.positions is not None and getattr(start, name) is not None:
-            raise SceneError(f"initial.{name}: say the same as initial.positions; leave out one of the two")
+            raise SceneError(
+                f"initial.{name}: say the same as initial.positions; leave out one of the two"
+            )
 
 
 def _check_hoist(file: OverheadCrane) -> None:
     """Reject an initial state of a hoist that is not driven by a force."""
     drive = file.hoist.drive if file.hoist is not None else None
     for name in ("length", "length_rate"):
-        if name in file.initial.model_fields_set and getattr(file.initial, name) is not None and drive != "force":
+        if (
+            name in file.initial.model_fields_set
+            and getattr(file.initial, name) is not None
+            and drive != "force"
+        ):
             raise SceneError(
-                f"initial.{name} = {getattr(file.initial, name)}: belongs to a hoist driven by force, "
+                f"initial.{name} = {getattr(file.initial, name)}: belongs to a hoist driven by "
+                "force, "
                 f"here is {'none' if drive is None else f'a {drive} one'}"
             )
     if file.hoist is not None and file.hoist.push and drive != "force":
@@ -124,6 +149,10 @@ def _check_hoist(file: OverheadCrane) -> None:
 def _check_inputs(file: OverheadCrane) -> None:
     """Reject inputs without effect."""
     for name in ("trolley", "bridge", "hoist"):
-        if file.inputs is not None and name in file.inputs.model_fields_set and name not in file.actuated:
+        if (
+            file.inputs is not None
+            and name in file.inputs.model_fields_set
+            and name not in file.actuated
+        ):
             known = ", ".join(file.actuated) or "none"
             raise SceneError(f"inputs.{name}: no force drives the {name}; driven by force: {known}")

@@ -23,9 +23,17 @@ def support_of(file: OverheadCrane) -> Support:
         SceneError: as of `axis_of`.
     """
     names = file.axes
-    motors, frictions = [axis_motor(file, name) for name in names], [rail_friction(file, name) for name in names]
+    motors, frictions = (
+        [axis_motor(file, name) for name in names],
+        [rail_friction(file, name) for name in names],
+    )
     return Support(
-        Bridge(*(BridgeAxis(mass, _limits(file, name), _motion(file, name)) for name, mass in _own_masses(file))),
+        Bridge(
+            *(
+                BridgeAxis(mass, _limits(file, name), _motion(file, name))
+                for name, mass in _own_masses(file)
+            )
+        ),
         tuple(motors) if any(motors) else None,
         tuple(frictions) if any(friction is not None for friction in frictions) else None,
     )
@@ -33,7 +41,9 @@ def support_of(file: OverheadCrane) -> Support:
 
 def _own_masses(file: OverheadCrane) -> list[tuple[str, float]]:
     """Return (name, mass [kg] without what it carries) of trolley and bridge."""
-    trolley = axis_mass(file, "trolley") if file.trolley.drive == "force" else file.trolley.mass or 0.0
+    trolley = (
+        axis_mass(file, "trolley") if file.trolley.drive == "force" else file.trolley.mass or 0.0
+    )
     masses = [("trolley", trolley)]
     if file.dimensions == 3:
         own = file.bridge.mass or 0.0 if file.bridge is not None else 0.0
@@ -59,14 +69,18 @@ def rail_friction(file: OverheadCrane, name: str) -> Friction | LuGre | None:
     """Return the friction of an axis on its rail, None without one.
 
     Raises:
-        SceneError: the axis has two, or is not driven by force, the cable is elastic, or values do not fit.
+        SceneError: the axis has two, or is not driven by force, the cable is elastic, or values do
+            not fit.
     """
     by_events, by_bristles = getattr(file.friction, name, None), getattr(file.lugre, name, None)
     if by_events is None and by_bristles is None:
         return None
     if by_events is not None and by_bristles is not None:
         raise SceneError(f"lugre.{name}: stands beside friction.{name}; a joint has one of the two")
-    key, drive = "lugre" if by_events is None else "friction", (getattr(file, name) or AxisGroup(drive="fixed")).drive
+    key, drive = (
+        "lugre" if by_events is None else "friction",
+        (getattr(file, name) or AxisGroup(drive="fixed")).drive,
+    )
     if drive != "force":
         raise SceneError(f"{key}.{name}: belongs to a drive by force, here it is {drive!r}")
     if by_bristles is not None and file.cable_model == "elastic":
@@ -86,7 +100,9 @@ def axis_of(file: OverheadCrane, name: str) -> Axis:
     check_shape(f"{name}.motion", motion, group.drive)
     if group.drive == "force":
         if group.mass is None:
-            raise SceneError(f"{name}.mass = None: a {name} driven by force has one, which may be 0")
+            raise SceneError(
+                f"{name}.mass = None: a {name} driven by force has one, which may be 0"
+            )
         return ForceAxis(axis_mass(file, name) + reflected, friction)
     return FixedAxis() if motion is None else PrescribedAxis(motion.motion())
 
@@ -100,7 +116,9 @@ def axis_motor(file: OverheadCrane, name: str) -> float:
     reflected = reflected_inertia(file, name)
     on_rails = file.dimensions == 2 and file.cable_model != "elastic"
     if reflected > 0.0 and file.base_motion is not None and on_rails:
-        raise SceneError(f"actuators.{name}.motor.inertia: belongs to a base that rests, here is base_motion")
+        raise SceneError(
+            f"actuators.{name}.motor.inertia: belongs to a base that rests, here is base_motion"
+        )
     return reflected
 
 
@@ -116,13 +134,21 @@ def hoist_of(file: OverheadCrane) -> Hoist | None:
     check_shape("hoist.profile", profile, drive)
     if profile is not None:
         if inertia is not None:
-            raise SceneError(f"hoist.inertia = {inertia}: belongs to a drive by force, here it is {drive!r}")
+            raise SceneError(
+                f"hoist.inertia = {inertia}: belongs to a drive by force, here it is {drive!r}"
+            )
         return PrescribedHoist(profile.motion())
     friction = drum_friction(file)
     reflected = reflected_inertia(file, "hoist")
     if reflected > 0.0 and not inertia:
-        raise SceneError("actuators.hoist.motor.inertia: belongs to a hoist.inertia greater than 0, here is none")
-    return ForceHoist(inertia + reflected, friction) if inertia else MasslessHoist(float(file.hoist.push))
+        raise SceneError(
+            "actuators.hoist.motor.inertia: belongs to a hoist.inertia greater than 0, here is none"
+        )
+    return (
+        ForceHoist(inertia + reflected, friction)
+        if inertia
+        else MasslessHoist(float(file.hoist.push))
+    )
 
 
 def drum_friction(file: OverheadCrane) -> Friction | None:
@@ -132,6 +158,10 @@ def drum_friction(file: OverheadCrane) -> Friction | None:
         SceneError: no drum has it, or its values do not fit each other.
     """
     friction = file.friction.hoist if file.friction is not None else None
-    if friction is not None and not (file.hoist and file.hoist.drive == "force" and file.hoist.inertia):
-        raise SceneError("friction.hoist: belongs to a hoist driven by force with a hoist.inertia, here is none")
+    if friction is not None and not (
+        file.hoist and file.hoist.drive == "force" and file.hoist.inertia
+    ):
+        raise SceneError(
+            "friction.hoist: belongs to a hoist driven by force with a hoist.inertia, here is none"
+        )
     return check_friction("friction.hoist", friction)

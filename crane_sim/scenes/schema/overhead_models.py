@@ -38,9 +38,9 @@ ELASTIC_KEYS = ("stiffness", "damping", "tension_only")  # of a cable: only an e
 def crane_of(file: OverheadCrane) -> Any:
     """Return the parameters of a scene's crane; their type chooses the equations.
 
-    The first row that applies; `plain`: no joints, no inertia of links, no forces on nodes or payload; `steady`:
-    nothing that switches or ends the run (friction, limits, hoist, events, slack); links: after massless nodes are
-    merged.
+    The first row that applies; `plain`: no joints, no inertia of links, no forces on nodes or
+    payload; `steady`: nothing that switches or ends the run (friction, limits, hoist, events,
+    slack); links: after massless nodes are merged.
 
     | cable    | dimensions | links | base  | besides                                       | model          |
     |----------|------------|-------|-------|-----------------------------------------------|----------------|
@@ -54,7 +54,7 @@ def crane_of(file: OverheadCrane) -> Any:
 
     Raises:
         SceneError: groups contradict each other.
-    """
+    """  # noqa: E501
     if file.cable_model == "elastic":
         return _elastic_crane(file)
     refuse_springs(file)
@@ -62,11 +62,20 @@ def crane_of(file: OverheadCrane) -> Any:
         return _suspended_crane(file)
     for i, event in enumerate(file.events):
         if event.velocity is not None:
-            raise SceneError(f"events[{i}].velocity: takes 3 dimensions or an elastic cable; here the payload's holds")
-    straight, links, rests = file.cable_model == "straight", len(file.parts.lengths), file.base_motion is None
+            raise SceneError(
+                f"events[{i}].velocity: takes 3 dimensions or an elastic cable; here the payload's "
+                "holds"
+            )
+    straight, links, rests = (
+        file.cable_model == "straight",
+        len(file.parts.lengths),
+        file.base_motion is None,
+    )
     plain = not (_bends(file) or file.cable.inertia or file.pushes_nodes)
     if straight and not plain:
-        raise SceneError("cable.model = 'straight': takes neither joints nor inertia nor forces nor wind")
+        raise SceneError(
+            "cable.model = 'straight': takes neither joints nor inertia nor forces nor wind"
+        )
     if (straight or links == 1) and plain and rests:
         return _rod_crane(file)
     if links == 2 and plain and rests and make_event_limits(file) is None:
@@ -108,7 +117,9 @@ def _joints_of(file: OverheadCrane, n: int) -> Joints | None:
     bends = _bends(file)
     if bends is None:
         return None
-    parts = (fill_list(getattr(bends, name), n, f"joints.{name}") for name in ("stiffness", "damping"))
+    parts = (
+        fill_list(getattr(bends, name), n, f"joints.{name}") for name in ("stiffness", "damping")
+    )
     return Joints(*map(np.array, parts))
 
 
@@ -116,7 +127,9 @@ def _rod_crane(file: OverheadCrane) -> RodCrane:
     lengths, masses = np.array(file.parts.lengths), np.array(file.parts.masses)
     distances = np.cumsum(lengths) - lengths[0]
     light = masses[:-1]
-    mass, first, second = (float(np.sum(light * distances[:-1] ** k)) for k in range(3)) if len(light) else (0.0,) * 3
+    mass, first, second = (
+        (float(np.sum(light * distances[:-1] ** k)) for k in range(3)) if len(light) else (0.0,) * 3
+    )
     nodes, payload = np.array([masses, distances]), float(masses[-1])
     cable = Line(float(lengths[0]), mass, first, second, payload, float(distances[-1]), nodes)
     trolley = axis_of(file, "trolley")
@@ -124,29 +137,44 @@ def _rod_crane(file: OverheadCrane) -> RodCrane:
 
 
 def _double_crane(file: OverheadCrane) -> DoubleCrane:
-    return DoubleCrane(axis_of(file, "trolley"), TwoLinks(*file.parts.masses, *file.parts.lengths), file.gravity)
+    return DoubleCrane(
+        axis_of(file, "trolley"), TwoLinks(*file.parts.masses, *file.parts.lengths), file.gravity
+    )
 
 
 def _suspended_crane(file: OverheadCrane) -> SuspendedCrane:
     for name, group in (("joints", _bends(file)), ("cable.inertia", file.cable.inertia)):
         if group is not None:
-            raise SceneError(f"{name}: belongs to 2 dimensions; links in space bend freely and do not turn as rods")
+            raise SceneError(
+                f"{name}: belongs to 2 dimensions; links in space bend freely and do not turn as "
+                "rods"
+            )
     if file.cable_model == "straight":
-        raise SceneError("cable.model = 'straight': belongs to 2 dimensions; 3 take rigid or elastic")
+        raise SceneError(
+            "cable.model = 'straight': belongs to 2 dimensions; 3 take rigid or elastic"
+        )
     cable = Chain(np.array(file.parts.masses), np.array(file.parts.lengths))
-    return SuspendedCrane(support_of(file), cable, hoist=hoist_of(file), gravity=file.gravity, **_hanging_parts(file))
+    return SuspendedCrane(
+        support_of(file), cable, hoist=hoist_of(file), gravity=file.gravity, **_hanging_parts(file)
+    )
 
 
 def _elastic_crane(file: OverheadCrane) -> ElasticCrane | SpringCrane:
     hoist = hoist_of(file)
     for name in massless_axes(file):
-        raise SceneError(f"{name}.mass = 0: belongs to rigid links; above an elastic cable a {name} has a mass")
+        raise SceneError(
+            f"{name}.mass = 0: belongs to rigid links; above an elastic cable a {name} has a mass"
+        )
     springs, parts = springs_of(file, hoist), _hanging_parts(file)
     alone = len(springs.masses) == 1 and file.dimensions == 2 and hoist is None
-    plain = all(parts[name] is None for name in ("forces", "stops", "base", "wind", "drag", "force"))
+    plain = all(
+        parts[name] is None for name in ("forces", "stops", "base", "wind", "drag", "force")
+    )
     if alone and plain and not implicit(file.integrator, requirements_of(file)):
         cable = (springs.masses, springs.lengths, springs.stiffness, springs.damping)
-        return SpringCrane(axis_of(file, "trolley"), Spring(*(float(part[0]) for part in cable)), file.gravity)
+        return SpringCrane(
+            axis_of(file, "trolley"), Spring(*(float(part[0]) for part in cable)), file.gravity
+        )
     return ElasticCrane(support_of(file), springs, hoist=hoist, gravity=file.gravity, **parts)
 
 
@@ -161,7 +189,9 @@ def _hanging_parts(file: OverheadCrane) -> dict[str, Any]:
         "force": _force_of(file),
         "forces": forces_of(file),
         "stops": None if limits is None else limits.stops,
-        "exchange": _exchange_of(file, limits, windage) if limits is not None and file.events else None,
+        "exchange": _exchange_of(file, limits, windage)
+        if limits is not None and file.events
+        else None,
         "overhead": OverheadJoints(),
     }
 
@@ -172,11 +202,16 @@ def _exchange_of(file: OverheadCrane, limits: EventLimits, windage: Windage | No
     given = [file.events[i].velocity for i in order]
     for k, (i, velocity) in enumerate(zip(order, given, strict=True)):
         if velocity is not None and not limits.masses[k + 1] > limits.masses[k]:
-            raise SceneError(f"events[{i}].velocity: belongs to what is taken up; what is let go keeps its velocity")
+            raise SceneError(
+                f"events[{i}].velocity: belongs to what is taken up; what is let go keeps its "
+                "velocity"
+            )
     carried = [velocity is None or velocity == "hook" for velocity in given]
     return Exchange(
         limits.times,
-        velocities=np.array([REST if own else v for own, v in zip(carried, given, strict=True)], dtype=float),
+        velocities=np.array(
+            [REST if own else v for own, v in zip(carried, given, strict=True)], dtype=float
+        ),
         carried=np.array(carried, dtype=float),
         masses=limits.masses,
         bodies=np.zeros((n + 1, COLUMNS)),
@@ -193,16 +228,26 @@ def springs_of(file: OverheadCrane, hoist: Hoist | None) -> Springs:
     group, parts = file.cable, file.parts
     n = len(parts.lengths)
     if group.stiffness is None:
-        raise SceneError("cable.stiffness = None: an elastic cable has one, in N/m, for each link or for all")
+        raise SceneError(
+            "cable.stiffness = None: an elastic cable has one, in N/m, for each link or for all"
+        )
     if n != (group.links or max(len(group.lengths), len(group.node_masses))):
-        raise SceneError("cable.node_masses: every node of an elastic cable has a mass greater than 0")
+        raise SceneError(
+            "cable.node_masses: every node of an elastic cable has a mass greater than 0"
+        )
     for name, value in (("joints", file.joints or group.joints), ("cable.inertia", group.inertia)):
         if value is not None:
-            raise SceneError(f"{name}: belongs to rigid links; an elastic cable neither bends nor turns as rods")
+            raise SceneError(
+                f"{name}: belongs to rigid links; an elastic cable neither bends nor turns as rods"
+            )
     if group.slack == "stop":
-        raise SceneError("cable.slack = 'stop': belongs to rigid links; an elastic cable takes tension_only")
+        raise SceneError(
+            "cable.slack = 'stop': belongs to rigid links; an elastic cable takes tension_only"
+        )
     if isinstance(hoist, MasslessHoist):
-        raise SceneError("hoist.inertia = 0: the massless winch needs rigid links; give the hoist an inertia")
+        raise SceneError(
+            "hoist.inertia = 0: the massless winch needs rigid links; give the hoist an inertia"
+        )
     stiffness, damping = fill_list(group.stiffness, n, "cable.stiffness"), group.damping or (0.0,)
     damping = fill_list(damping, n, "cable.damping")
     masses, lengths = np.array(parts.masses), np.array(parts.lengths)
@@ -221,7 +266,9 @@ def refuse_springs(file: OverheadCrane) -> None:
     """Raise SceneError when a cable that is not elastic has keys of an elastic one."""
     for name in ELASTIC_KEYS:
         if getattr(file.cable, name):
-            raise SceneError(f"cable.{name}: belongs to cable.model: elastic, here it is {file.cable_model!r}")
+            raise SceneError(
+                f"cable.{name}: belongs to cable.model: elastic, here it is {file.cable_model!r}"
+            )
 
 
 def forces_of(file: OverheadCrane) -> tuple[NodeForce, ...] | None:
@@ -232,10 +279,16 @@ def forces_of(file: OverheadCrane) -> tuple[NodeForce, ...] | None:
     """
     for i, force in enumerate(file.forces):
         if force.node > len(file.parts.lengths):
-            raise SceneError(f"forces[{i}].node = {force.node}: the cable has nodes 1 .. {len(file.parts.lengths)}")
+            raise SceneError(
+                f"forces[{i}].node = {force.node}: the cable has nodes 1 .. "
+                f"{len(file.parts.lengths)}"
+            )
         if force.axis == "y" and file.dimensions == 2:
             raise SceneError(f"forces[{i}].axis = 'y': leaves the plane; 2 dimensions have x and z")
-    return tuple(NodeForce(force.node, "xyz".index(force.axis), force.force) for force in file.forces) or None
+    return (
+        tuple(NodeForce(force.node, "xyz".index(force.axis), force.force) for force in file.forces)
+        or None
+    )
 
 
 def make_event_limits(file: OverheadCrane) -> EventLimits | None:
@@ -244,10 +297,18 @@ def make_event_limits(file: OverheadCrane) -> EventLimits | None:
     hoist = file.hoist.limits if file.hoist is not None else None
     groups = {"friction": file.friction, "lugre": file.lugre}
     has_friction = any(
-        check_friction(f"{key}.{name}", part) for key, group in groups.items() for name, part in group or ()
+        check_friction(f"{key}.{name}", part)
+        for key, group in groups.items()
+        for name, part in group or ()
     )
     has_hoist = file.hoist is not None  # a first link that is wound up to nothing ends the run
-    switches = has_hoist or has_friction or file.events or file.cable.tension_only or file.is_in_kinked_wind
+    switches = (
+        has_hoist
+        or has_friction
+        or file.events
+        or file.cable.tension_only
+        or file.is_in_kinked_wind
+    )
     if not (any(axes) or switches or file.cable.slack == "stop"):
         return None
     trolley = axes[0] or (-np.inf, np.inf)
@@ -293,23 +354,34 @@ def _wind_of(file: OverheadCrane) -> tuple[Wind | None, Windage | None]:
 
 
 def _check_plane(base: Base | SplineBase) -> None:
-    tables = (base.coefficients,) if isinstance(base, SplineBase) else (base.offsets, base.amplitudes)
+    tables = (
+        (base.coefficients,) if isinstance(base, SplineBase) else (base.offsets, base.amplitudes)
+    )
     for i, name in enumerate(AXES):
         if name not in IN_PLANE and any(np.any(table[i]) for table in tables):
             raise SceneError(
-                f"base_motion: {name} leaves the plane; it takes dimensions: 3; 2 have {', '.join(IN_PLANE)}"
+                f"base_motion: {name} leaves the plane; it takes dimensions: 3; 2 have "
+                f"{', '.join(IN_PLANE)}"
             )
 
 
 def _check_mount(mount: Mount | None) -> None:
     if mount is not None and (mount.position[1] or mount.roll or mount.yaw):
-        raise SceneError("base_motion.mount: leaves the plane; it takes dimensions: 3; 2 have x, z and pitch")
+        raise SceneError(
+            "base_motion.mount: leaves the plane; it takes dimensions: 3; 2 have x, z and pitch"
+        )
 
 
 def check_straight(file: OverheadCrane) -> None:
     """Raise SceneError when a straight cable of several nodes hangs on a moving base."""
-    if file.base_motion is not None and file.cable_model == "straight" and len(file.parts.lengths) > 1:
-        raise SceneError("cable.model = 'straight': needs a base that rests; with base_motion take model: rigid")
+    if (
+        file.base_motion is not None
+        and file.cable_model == "straight"
+        and len(file.parts.lengths) > 1
+    ):
+        raise SceneError(
+            "cable.model = 'straight': needs a base that rests; with base_motion take model: rigid"
+        )
 
 
 def requirements_of(file: OverheadCrane) -> MethodRequirements:
@@ -318,4 +390,6 @@ def requirements_of(file: OverheadCrane) -> MethodRequirements:
     continuous = file.control is not None and file.control.period == "continuous"
     frequency = stiffest(file) if needs_frequency(file.integrator) else None
     swing_angle = file.duration * sqrt(file.gravity / sum(file.parts.lengths))
-    return MethodRequirements(frequency, swing_angle, file.cable_model == "elastic", smooth, file.duration, continuous)
+    return MethodRequirements(
+        frequency, swing_angle, file.cable_model == "elastic", smooth, file.duration, continuous
+    )

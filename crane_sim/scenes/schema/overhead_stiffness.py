@@ -44,7 +44,9 @@ def _stiffest_with(file: OverheadCrane, masses: Array) -> float:
     joints = file.joints or file.cable.joints
     if joints is not None:  # a bound: at most four times two neighbours' moments act on a node
         turned = np.min(masses) * np.min(lengths) ** 2
-        frequencies.append(float(np.hypot(frequencies[1], 4.0 * np.sqrt(max(joints.stiffness) / turned))))
+        frequencies.append(
+            float(np.hypot(frequencies[1], 4.0 * np.sqrt(max(joints.stiffness) / turned)))
+        )
         frequencies.append(float(16.0 * max(joints.damping) / turned))
     return max(frequencies)
 
@@ -56,7 +58,9 @@ def _shortest_first(file: OverheadCrane) -> float:
         return first
     if hoist.profile is None:
         return file.initial.length or first
-    return max(_least(hoist.profile, file.duration), hoist.limits[0] if hoist.limits else 0.0, MIN_LENGTH)
+    return max(
+        _least(hoist.profile, file.duration), hoist.limits[0] if hoist.limits else 0.0, MIN_LENGTH
+    )
 
 
 def _friction_rate(file: OverheadCrane) -> float:
@@ -66,16 +70,26 @@ def _friction_rate(file: OverheadCrane) -> float:
         rate = steepest_slope(friction.trolley) / carried
     if friction is not None and friction.bridge is not None and file.bridge is not None:
         rate = max(rate, steepest_slope(friction.bridge) / ((file.bridge.mass or 0.0) + carried))
-    if friction is not None and friction.hoist is not None and file.hoist is not None and file.hoist.inertia:
+    if (
+        friction is not None
+        and friction.hoist is not None
+        and file.hoist is not None
+        and file.hoist.inertia
+    ):
         rate = max(rate, steepest_slope(friction.hoist) / file.hoist.inertia)
     return max(rate, _bristle_rate(file))
 
 
 def _bristle_rate(file: OverheadCrane) -> float:
     """Return the largest frequency or rate [1/s] of axes on their bristles."""
-    trolley, own = file.trolley.mass or 0.0, (file.bridge.mass if file.bridge is not None else None) or 0.0
+    trolley, own = (
+        file.trolley.mass or 0.0,
+        (file.bridge.mass if file.bridge is not None else None) or 0.0,
+    )
     masses = {"trolley": trolley, "bridge": trolley + own}
-    return max(friction_rate(getattr(file.lugre, name, None), mass) for name, mass in masses.items())
+    return max(
+        friction_rate(getattr(file.lugre, name, None), mass) for name, mass in masses.items()
+    )
 
 
 def _least(shape: Shape, duration: float) -> float:
@@ -85,16 +99,19 @@ def _least(shape: Shape, duration: float) -> float:
     t = np.concatenate([np.linspace(0.0, duration, 1001), ends])
     piece = np.maximum(0, np.searchsorted(motion.starts, t, side="right") - 1)
     with np.errstate(all="ignore"):
-        values = np.polynomial.polynomial.polyval(t - motion.starts[piece], motion.coefficients[piece].T, tensor=False)
+        values = np.polynomial.polynomial.polyval(
+            t - motion.starts[piece], motion.coefficients[piece].T, tensor=False
+        )
     return float(np.min(values + motion.amplitude * np.sin(motion.frequency * t + motion.phase)))
 
 
 def bending_error(file: OverheadCrane) -> float:
     """Return about how far [m] the payload is off because a straight cable cannot bend.
 
-    The nodes above it, m_c kg in all, bend the cable by their share of its tension, and push the payload by their share
-    of its mass: (m_c / m_p)² of the way that it swings, more below a light trolley, and growing with the phase. The
-    factors fit chains of ten links, 2 to 10 m long, from 0.1 to 1.2 rad (true errors were 0.2 to 0.8 of the estimate).
+    The nodes above it, m_c kg in all, bend the cable by their share of its tension, and push the
+    payload by their share of its mass: (m_c / m_p)² of the way that it swings, more below a light
+    trolley, and growing with the phase. The factors fit chains of ten links, 2 to 10 m long, from
+    0.1 to 1.2 rad (true errors were 0.2 to 0.8 of the estimate).
     """
     masses, length = np.array(file.parts.masses), float(np.sum(file.parts.lengths))
     swung = 1.0 + masses[-1] / _lightest_axis(file)
@@ -102,7 +119,14 @@ def bending_error(file: OverheadCrane) -> float:
     rate = abs(float(file.parts.rates[0]))
     angle = abs(float(file.parts.turns[0])) + (rate / frequency if frequency else 0.0)
     share = float(np.sum(masses[:-1]) / masses[-1])
-    return 0.3 * swung * share**2 * length * min(angle, np.pi) * (1.0 + frequency * file.duration / 20.0)
+    return (
+        0.3
+        * swung
+        * share**2
+        * length
+        * min(angle, np.pi)
+        * (1.0 + frequency * file.duration / 20.0)
+    )
 
 
 def driven_masses(file: OverheadCrane) -> dict[str, float]:
@@ -117,7 +141,11 @@ def driven_masses(file: OverheadCrane) -> dict[str, float]:
 
 def massless_axes(file: OverheadCrane) -> list[str]:
     """Return which axes are driven by a force although neither they nor their motors have mass."""
-    return [name for name, mass in driven_masses(file).items() if not mass + reflected_inertia(file, name) > 0.0]
+    return [
+        name
+        for name, mass in driven_masses(file).items()
+        if not mass + reflected_inertia(file, name) > 0.0
+    ]
 
 
 def axis_mass(file: OverheadCrane, name: str) -> float:

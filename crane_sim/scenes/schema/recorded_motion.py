@@ -23,11 +23,14 @@ MIN_INTERVAL = 1e-6  # s, between two rows: its powers stay in the range of doub
 
 
 LIVELY, LIVELY_TURN = 4.9, 0.5
-"""m/s² (half of free fall) and rad/s², beyond which a base moves as no ship does, and rows are likely to be noisy."""
+"""m/s² (half of free fall) and rad/s², beyond which a base moves as no ship does, and rows are
+likely to be noisy."""
 
 
 UNITS = dict.fromkeys(("time", *AXES), 1.0) | {
-    f"{axis}_{unit}": factor for axis in AXES[3:] for unit, factor in (("deg", RADIANS["deg"]), ("rad", 1.0))
+    f"{axis}_{unit}": factor
+    for axis in AXES[3:]
+    for unit, factor in (("deg", RADIANS["deg"]), ("rad", 1.0))
 }
 """Columns that a file may have, and what of s, m or rad their unit is."""
 
@@ -37,7 +40,8 @@ SUSPECT = {
     "pitch": (EIGHTH_TURN, "an eighth of a turn"),
     "yaw": (HALF_TURN, "half a turn"),
 }
-"""Angles [rad] of columns without a unit beyond which they are probably in degrees, as in scene files."""
+"""Angles [rad] of columns without a unit beyond which they are probably in degrees, as in scene
+files."""
 
 
 PIECE_SAMPLES = np.linspace(0.0, 1.0, 9)  # of every piece, for its largest acceleration
@@ -47,15 +51,17 @@ def spline_base(file: str, duration: float, cut_off: float | None = None) -> Spl
     """Return the quintic spline through a file's rows, with four continuous derivatives.
 
     Args:
-        file: path of a CSV file with a head: time [s], and any of surge, sway, heave [m], roll, pitch, yaw [rad], the
-            latter also as roll_deg, roll_rad, ...
+        file: path of a CSV file with a head: time [s], and any of surge, sway, heave [m], roll,
+            pitch, yaw [rad], the latter also as roll_deg, roll_rad, ...
         duration: s, of the run that it has to cover.
         cut_off: Hz, of the low pass of the rows, see `smooth`; None: none.
 
     Raises:
         SceneError: the file cannot be read, or has no valid content.
     """
-    from scipy.interpolate import make_interp_spline  # here: few scenes have one, and it takes long to import
+    from scipy.interpolate import (
+        make_interp_spline,
+    )  # here: few scenes have one, and it takes long to import
 
     where = f"base_motion.file = {shorten(file, PATH)}"
     head, rows, lines = _read_columns(where, file)
@@ -83,7 +89,8 @@ def _low_pass(where: str, times: Array, values: Array, cut_off: float) -> Array:
     least, most = max(1.0 / span, rate / MAX_ROWS), 0.5 * rate
     if not least <= cut_off <= most:
         raise SceneError(
-            f"base_motion.cut_off = {cut_off:g}: must be {least:.3g} to {most:.3g} Hz: the file covers {span:g} s, "
+            f"base_motion.cut_off = {cut_off:g}: must be {least:.3g} to {most:.3g} Hz: the file "
+            f"covers {span:g} s, "
             f"{rate:.3g} rows a second"
         )
     try:
@@ -97,24 +104,38 @@ def peak_accelerations(base: SplineBase, duration: float) -> tuple[Array, Array]
     times = base.knots[:-1, None] + np.diff(base.knots)[:, None] * PIECE_SAMPLES
     s = np.clip(times, 0.0, duration) - base.knots[:-1, None]
     during_run = (base.knots[1:] > 0.0) & (base.knots[:-1] < duration)
-    s, times, rows = s[during_run], np.clip(times, 0.0, duration)[during_run], base.coefficients[:, during_run]
+    s, times, rows = (
+        s[during_run],
+        np.clip(times, 0.0, duration)[during_run],
+        base.coefficients[:, during_run],
+    )
     seconds = np.zeros((len(AXES), *s.shape))
     for k in range(2, rows.shape[2]):
         seconds += k * (k - 1) * rows[:, :, k, None] * s ** (k - 2)
     both = [np.linalg.norm(part, axis=0) for part in (seconds[:3], seconds[3:])]
-    return np.array([size.max() for size in both]), np.array([times.flat[size.argmax()] for size in both])
+    return np.array([size.max() for size in both]), np.array(
+        [times.flat[size.argmax()] for size in both]
+    )
 
 
 def peak_notes(where: str, base: SplineBase, duration: float) -> dict[str, Any]:
     """Return notes on a base's largest accelerations, and warnings where no ship has such."""
-    (linear, angular), (at, at_turn) = (part.tolist() for part in peak_accelerations(base, duration))
+    (linear, angular), (at, at_turn) = (
+        part.tolist() for part in peak_accelerations(base, duration)
+    )
     remedy = "are the rows noisy? base_motion.cut_off [Hz], or a lower one, smooths them"
     lines = []
     if linear > LIVELY:
         lines.append(f"{where}: means an acceleration of {linear:.3g} m/s² at {at:.6g} s; {remedy}")
     if angular > LIVELY_TURN:
-        lines.append(f"{where}: means an angular acceleration of {angular:.3g} rad/s² at {at_turn:.6g} s; {remedy}")
-    notes: dict[str, Any] = {"peak_base_acceleration": linear, "peak_base_angular_acceleration": angular}
+        lines.append(
+            f"{where}: means an angular acceleration of {angular:.3g} rad/s² at {at_turn:.6g} s; "
+            f"{remedy}"
+        )
+    notes: dict[str, Any] = {
+        "peak_base_acceleration": linear,
+        "peak_base_angular_acceleration": angular,
+    }
     return notes | ({"warnings": lines} if lines else {})
 
 
@@ -157,4 +178,7 @@ def _check_times(where: str, times: Array, lines: list[int], duration: float) ->
         location = f"row {lines[at]}, time = {times[at]:g}"
         raise SceneError(f"{where}: {location}: must be {MIN_INTERVAL:g} s after the row before")
     if times[0] > 0.0 or times[-1] < duration:
-        raise SceneError(f"{where}: covers {times[0]:g} to {times[-1]:g} s; the run goes from 0 to {duration:g} s")
+        raise SceneError(
+            f"{where}: covers {times[0]:g} to {times[-1]:g} s; the run goes from 0 to {duration:g} "
+            "s"
+        )

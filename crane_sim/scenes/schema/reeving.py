@@ -21,7 +21,8 @@ LayerCount = Annotated[int, BeforeValidator(reject_bool), Field(ge=1, le=30)]
 class SheaveEfficiency(NamedTuple):
     """Bearings and bending of the rope in one number."""
 
-    efficiency: Positive  # -, of one sheave: pull that leaves it over pull that enters; 0.98 on rolling bearings
+    # -, of one sheave: pull that leaves it over pull that enters; 0.98 on rolling bearings
+    efficiency: Positive
 
     def ratio(self, radius: float) -> float:
         """Return the tension on the side that the rope goes to over the other one."""
@@ -29,7 +30,9 @@ class SheaveEfficiency(NamedTuple):
 
     def find_error(self) -> str:
         """Return an error of the values, or an empty line."""
-        return "" if self.efficiency <= 1.0 else f"efficiency = {self.efficiency:g}: must be at most 1"
+        return (
+            "" if self.efficiency <= 1.0 else f"efficiency = {self.efficiency:g}: must be at most 1"
+        )
 
 
 class SheaveBearing(NamedTuple):
@@ -82,7 +85,9 @@ class DrumGroup(Group):
     inertia: NonNegative = 0.0  # kg m², of the drum with gear and motor, about the drum's axis
     turns: Positive | None = None  # -, of rope in a full layer
     layers: LayerCount = 1  # -, that the drum can take
-    layer_height: Positive | None = None  # m, from one layer to the next: 0.87 to 1 times the rope's diameter
+    layer_height: Positive | None = (
+        None  # m, from one layer to the next: 0.87 to 1 times the rope's diameter
+    )
 
     def check(self, length: float | None, group: str) -> None:
         """Raise SceneError for keys that are missing or have no effect.
@@ -92,12 +97,15 @@ class DrumGroup(Group):
         if self.layers == 1:
             if self.layer_height is not None:
                 raise SceneError(
-                    f"{group}.reeving.drum.layer_height: belongs to a drum with more than one of its `layers`"
+                    f"{group}.reeving.drum.layer_height: belongs to a drum with more than one of "
+                    "its `layers`"
                 )
             return
         given = {"drum.turns": self.turns, "drum.layer_height": self.layer_height, "length": length}
         for key in (key for key, value in given.items() if value is None):
-            raise SceneError(f"{group}.reeving.{key}: is missing; a drum with {self.layers} layers needs it")
+            raise SceneError(
+                f"{group}.reeving.{key}: is missing; a drum with {self.layers} layers needs it"
+            )
 
     def capacities(self) -> Any:
         """Return the rope [m] that each layer holds (layers,), infinite without `turns`."""
@@ -120,7 +128,9 @@ class ReevingGroup(Group):
     sheaves: Sheaves | None = None  # left out: without inertia and loss
     drum: DrumGroup | None = None  # left out: without inertia
     mass_per_length: Positive | None = None  # kg/m, of the rope; left out: it weighs nothing
-    length: Positive | None = None  # m, of the rope on the drum and in the falls; where rope has a mass or layers
+    length: Positive | None = (
+        None  # m, of the rope on the drum and in the falls; where rope has a mass or layers
+    )
 
     @property
     def longest(self) -> float:
@@ -138,7 +148,8 @@ class ReevingGroup(Group):
         ratio = self.sheaves.loss.ratio(self.sheaves.radius)
         if not ratio <= MAX_RATIO:
             raise SceneError(
-                f"{group}.reeving.sheaves.loss: one sheave holds {ratio:.3g} times what pulls it; at most {MAX_RATIO:g}"
+                f"{group}.reeving.sheaves.loss: one sheave holds {ratio:.3g} times what pulls it; "
+                f"at most {MAX_RATIO:g}"
             )
         return SheaveLoss(ratio) if ratio > 1.0 else None
 
@@ -152,7 +163,9 @@ class ReevingGroup(Group):
             radius = self.drum.radius + (self.drum.layer_height or 0.0) * (self.drum.layers - 1)
             mass += self.drum.inertia * (n / radius) ** 2
         if self.sheaves is not None:
-            speeds = sum(k * k for k in range(1, n)) + self.lead_sheaves * n * n  # squares, over that of the length
+            speeds = (
+                sum(k * k for k in range(1, n)) + self.lead_sheaves * n * n
+            )  # squares, over that of the length
             mass += ropes * self.sheaves.inertia / self.sheaves.radius**2 * speeds
         return mass
 
@@ -166,24 +179,29 @@ class ReevingGroup(Group):
         drum, sheaves, length = self.drum, self.sheaves, self.length
         if sheaves is not None and sheaves.inertia > 0.0 and isinstance(sheaves.loss, RopeSlip):
             raise SceneError(
-                f"{group}.reeving.sheaves.inertia = {sheaves.inertia:g}: sheaves with the loss 'capstan' stand still; "
+                f"{group}.reeving.sheaves.inertia = {sheaves.inertia:g}: sheaves with the loss "
+                "'capstan' stand still; "
                 "must be 0"
             )
         if drum is not None:
             drum.check(length, group)
         if length is None:
             if self.mass_per_length is not None:
-                raise SceneError(f"{group}.reeving.length: is missing; a rope with a mass_per_length needs it")
+                raise SceneError(
+                    f"{group}.reeving.length: is missing; a rope with a mass_per_length needs it"
+                )
             return
         if self.falls * longest > length:
             raise SceneError(
-                f"{group}.reeving.length = {length:g}: too short, {self.falls} falls of {longest:g} m take "
+                f"{group}.reeving.length = {length:g}: too short, {self.falls} falls of "
+                f"{longest:g} m take "
                 f"{self.falls * longest:g} m"
             )
         capacity = inf if drum is None else float(sum(drum.capacities()))
         if length - self.falls * shortest > capacity:
             raise SceneError(
-                f"{group}.reeving.drum: its layers hold {capacity:g} m of rope, and falls of {shortest:g} m leave "
+                f"{group}.reeving.drum: its layers hold {capacity:g} m of rope, and falls of "
+                f"{shortest:g} m leave "
                 f"{length - self.falls * shortest:g} m to it"
             )
 
@@ -208,4 +226,6 @@ class ReevingGroup(Group):
             drum = self.drum.model(motor * (self.drum.radius / self.falls) ** 2)
         mass = 0.0 if sheaves is None else ropes * sheaves.inertia / sheaves.radius**2
         loss, length = self.loss(group), self.length or inf
-        return Reeving(self.falls, self.lead_sheaves, mass, loss, drum, self.mass_per_length, length)
+        return Reeving(
+            self.falls, self.lead_sheaves, mass, loss, drum, self.mass_per_length, length
+        )

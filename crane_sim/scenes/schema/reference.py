@@ -30,16 +30,22 @@ KINDS: dict[str, Any] = {
 """The kinds of path, and their keys."""
 _PROFILE: TypeAdapter[Any] = TypeAdapter(Annotated[Any, tagged_union_validator("kind", KINDS)])
 _COMMON_KEYS = ("of", "shaping")  # keys of a path of any kind, beside the kind's own
-TARGET_TOLERANCE = 1e-6  # m, rad, relative to large ones: of a path's end from the target of the joints
+TARGET_TOLERANCE = (
+    1e-6  # m, rad, relative to large ones: of a path's end from the target of the joints
+)
 COORDINATES = ("x", "y", "z")  # of the payload, in the base frame
 
 
 class PathGroup(Group):
     """Path of the payload or of the actuated joints: the keys that all kinds of path have."""
 
-    of: Literal["payload", "joints"] = "payload"  # whether the coordinates are the payload's (x, y, z in the axes of
+    of: Literal["payload", "joints"] = (
+        "payload"  # whether the coordinates are the payload's (x, y, z in the axes of
+    )
     # the base) or the actuated joints'
-    profile: Annotated[Any, InlineUnion(("kind", KINDS))]  # which path; its own keys stand beside `kind`
+    profile: Annotated[
+        Any, InlineUnion(("kind", KINDS))
+    ]  # which path; its own keys stand beside `kind`
     shaping: Shaping | None = None  # input shaping against swing; left out: the path as it is
 
 
@@ -57,15 +63,21 @@ def _path(value: Any) -> Any:
         if not isinstance(own["file"], str):
             raise ValueError(f"file = {shorten(own['file'])}: must be text")
         own |= read_trajectory(own.pop("file"))
-    return {key: value[key] for key in _COMMON_KEYS if key in value} | {"profile": _PROFILE.validate_python(own)}
+    return {key: value[key] for key in _COMMON_KEYS if key in value} | {
+        "profile": _PROFILE.validate_python(own)
+    }
 
 
 class ReferenceGroup(Group):
     """Target of the actuated joints, and path of joints or payload; at least one of them."""
 
-    q: tuple[Real, ...] | None = None  # joint's unit, target of the actuated joints, in their order; left out: the
+    q: tuple[Real, ...] | None = (
+        None  # joint's unit, target of the actuated joints, in their order; left out: the
+    )
     # end of a path of the joints
-    path: Annotated[PathGroup | None, BeforeValidator(_path)] = None  # of the actuated joints or the payload
+    path: Annotated[PathGroup | None, BeforeValidator(_path)] = (
+        None  # of the actuated joints or the payload
+    )
 
     @model_validator(mode="after")
     def _check_not_empty(self) -> Self:
@@ -74,7 +86,9 @@ class ReferenceGroup(Group):
         return self
 
 
-def target_of(reference: ReferenceGroup | None, actuated: tuple[str, ...]) -> tuple[float, ...] | None:
+def target_of(
+    reference: ReferenceGroup | None, actuated: tuple[str, ...]
+) -> tuple[float, ...] | None:
     """Return the target of the actuated joints, None without `reference.q`.
 
     Raises:
@@ -87,7 +101,9 @@ def target_of(reference: ReferenceGroup | None, actuated: tuple[str, ...]) -> tu
     return reference.q
 
 
-def resolve_target(target: tuple[float, ...] | None, path: Trajectory | None) -> tuple[float, ...] | None:
+def resolve_target(
+    target: tuple[float, ...] | None, path: Trajectory | None
+) -> tuple[float, ...] | None:
     """Return the target of the actuated joints: the scene's, or the end of their path.
 
     Raises:
@@ -98,8 +114,12 @@ def resolve_target(target: tuple[float, ...] | None, path: Trajectory | None) ->
     end = tuple(float(x) for x in to_piecewise_polynomial(path).coefficients[-1, :, 0])
     if target is None:
         return end
-    if any(abs(x - y) > TARGET_TOLERANCE * max(1.0, abs(x)) for x, y in zip(target, end, strict=True)):
-        raise SceneError(f"reference.q = {list(target)}: the path of the joints ends at {list(end)}; leave out q")
+    if any(
+        abs(x - y) > TARGET_TOLERANCE * max(1.0, abs(x)) for x, y in zip(target, end, strict=True)
+    ):
+        raise SceneError(
+            f"reference.q = {list(target)}: the path of the joints ends at {list(end)}; leave out q"
+        )
     return target
 
 
@@ -121,7 +141,8 @@ def compile_path(reference: ReferenceGroup | None, file: Any) -> Trajectory | No
         raise SceneError("reference.path: is not finite: its numbers are too large or too small")
     if np.any(np.diff(pieces.starts) <= 0.0):
         raise SceneError(
-            f"reference.path.start = {group.profile.start:g}: so large that the motion takes no time there"
+            f"reference.path.start = {group.profile.start:g}: so large that the motion takes no "
+            "time there"
         )
     return compile_trajectory(pieces, group.of == "joints")
 
@@ -131,7 +152,9 @@ def _pieces(group: PathGroup, file: Any) -> PiecewisePolynomial:
     pieces = _reordered_pieces(group, file.actuated if group.of == "joints" else COORDINATES)
     if group.shaping is None:
         return pieces
-    return apply_input_shaper(pieces, group.shaping.kind, _frequency(group.shaping, file), group.shaping.damping)
+    return apply_input_shaper(
+        pieces, group.shaping.kind, _frequency(group.shaping, file), group.shaping.damping
+    )
 
 
 def _reordered_pieces(group: PathGroup, names: tuple[str, ...]) -> PiecewisePolynomial:
@@ -145,7 +168,9 @@ def _reordered_pieces(group: PathGroup, names: tuple[str, ...]) -> PiecewisePoly
         raise ValueError(f"has {n} coordinates, {group.of} of this crane: {', '.join(names)}")
     order = getattr(group.profile, "joint_names", names[:n])
     if sorted(order) != sorted(names[:n]):
-        raise ValueError(f"joint_names = {', '.join(order)}: must be {', '.join(names[:n])}, in any order")
+        raise ValueError(
+            f"joint_names = {', '.join(order)}: must be {', '.join(names[:n])}, in any order"
+        )
     return reorder(pieces, [order.index(name) for name in names[:n]])
 
 
@@ -154,5 +179,7 @@ def _frequency(shaping: Shaping, file: Any) -> float:
     if shaping.frequency != "auto":
         return shaping.frequency
     if not file.gravity > 0.0:
-        raise ValueError(f"shaping.frequency = 'auto': nothing swings at gravity = {file.gravity:g}")
+        raise ValueError(
+            f"shaping.frequency = 'auto': nothing swings at gravity = {file.gravity:g}"
+        )
     return sqrt(file.gravity / file.rope_length)

@@ -26,7 +26,11 @@ UNIT_TOLERANCE = 1e-6  # how far from 1 the length of a unit vector may be
 
 def _square(value: Any) -> Any:
     """Return three principal moments as a diagonal matrix, and a matrix as it is."""
-    if isinstance(value, list | tuple) and len(value) == 3 and not any(isinstance(row, list | tuple) for row in value):
+    if (
+        isinstance(value, list | tuple)
+        and len(value) == 3
+        and not any(isinstance(row, list | tuple) for row in value)
+    ):
         return [[value[i] if i == k else 0.0 for k in range(3)] for i in range(3)]
     return value
 
@@ -43,64 +47,96 @@ class PayloadWindage(Group):
 
     area: NonNegative  # m², that the wind sees
     drag_coefficient: NonNegative  # -, some 1.2 of a box
-    centre: Vector | None = None  # m, of pressure, from the centre of mass of a body, in its axes; left out: there
+    centre: Vector | None = (
+        None  # m, of pressure, from the centre of mass of a body, in its axes; left out: there
+    )
 
 
 class Payload(Group):
     """The payload: a point mass, or with `inertia` a rigid body turning about its attachment."""
 
     mass: Positive  # kg, of the payload
-    inertia: Annotated[tuple[Vector, Vector, Vector] | None, BeforeValidator(_square)] = None  # kg m², about the
+    inertia: Annotated[tuple[Vector, Vector, Vector] | None, BeforeValidator(_square)] = (
+        None  # kg m², about the
+    )
     # centre of mass, in the body's axes: three principal moments, or the rows of the tensor
-    windage: PayloadWindage | None = None  # area and drag in the `wind`; left out: no wind acts on it
-    attachment: Vector | None = None  # m, from a body's centre of mass to where it hangs, in its axes; left out: there
+    windage: PayloadWindage | None = (
+        None  # area and drag in the `wind`; left out: no wind acts on it
+    )
+    attachment: Vector | None = (
+        None  # m, from a body's centre of mass to where it hangs, in its axes; left out: there
+    )
 
     @property
     def pressed(self) -> Windage | None:
         """The payload's windage, None where it has none."""
-        return None if self.windage is None else Windage(self.windage.area, self.windage.drag_coefficient)
+        return (
+            None
+            if self.windage is None
+            else Windage(self.windage.area, self.windage.drag_coefficient)
+        )
 
     def load(self) -> PointLoad | RigidLoad:
         """Return the load.
 
         Raises:
-            SceneError: no rigid body has this inertia, or `attachment` or `windage.centre` is given without `inertia`.
+            SceneError: no rigid body has this inertia, or `attachment` or `windage.centre` is given
+                without `inertia`.
         """
         if self.inertia is None:
             if self.attachment is not None:
                 raise SceneError("payload.attachment: belongs to a body; give payload.inertia, too")
             if self.windage is not None and self.windage.centre is not None:
-                raise SceneError("payload.windage.centre: belongs to a body; give payload.inertia, too")
+                raise SceneError(
+                    "payload.windage.centre: belongs to a body; give payload.inertia, too"
+                )
             return PointLoad(self.mass, self.pressed)
         tensor = np.array(self.inertia)
         _check_inertia(tensor)
         centre = self.windage.centre or ORIGIN if self.windage is not None else ORIGIN
-        matrices: list[Any] = [tuple(map(tuple, matrix.tolist())) for matrix in (tensor, np.linalg.inv(tensor))]
-        return RigidLoad(self.mass, matrices[0], matrices[1], self.attachment or ORIGIN, self.pressed, centre)
+        matrices: list[Any] = [
+            tuple(map(tuple, matrix.tolist())) for matrix in (tensor, np.linalg.inv(tensor))
+        ]
+        return RigidLoad(
+            self.mass, matrices[0], matrices[1], self.attachment or ORIGIN, self.pressed, centre
+        )
 
 
 def _check_inertia(tensor: Any) -> None:
     """Raise SceneError for a tensor (3, 3) that no rigid body has."""
-    diagonal = not (tensor - np.diag(np.diag(tensor))).any()  # then three moments were given, or could have been
+    diagonal = not (
+        tensor - np.diag(np.diag(tensor))
+    ).any()  # then three moments were given, or could have been
     shown = f"payload.inertia = {(np.diag(tensor) if diagonal else tensor).tolist()}"
     if not np.allclose(tensor, tensor.T, rtol=ROUNDING, atol=0.0):
         raise SceneError(f"{shown}: must be symmetric")
     moments = np.linalg.eigvalsh(tensor)
     if not moments[0] > 0.0:
-        raise SceneError(f"{shown}: its principal moments {moments.round(9).tolist()} must be greater than 0")
+        raise SceneError(
+            f"{shown}: its principal moments {moments.round(9).tolist()} must be greater than 0"
+        )
     if moments[2] > (moments[0] + moments[1]) * (1.0 + ROUNDING):
         raise SceneError(
-            f"{shown}: no rigid body has a principal moment, here {moments[2]:g}, above the sum of the two others"
+            f"{shown}: no rigid body has a principal moment, here {moments[2]:g}, above the sum of "
+            "the two others"
         )
 
 
 class RiggingStart(Group):
     """Further links and attitude at t = 0; left out: in line with the rope, axes as the base's."""
 
-    directions: tuple[Vector, ...] | None = None  # -, unit vectors down the further links, in the axes of the base
+    directions: tuple[Vector, ...] | None = (
+        None  # -, unit vectors down the further links, in the axes of the base
+    )
     direction_rates: tuple[Vector, ...] | None = None  # 1/s, across the directions
-    orientation: Quaternion = NO_TURN  # -, unit quaternion (w, x, y, z) from the body's axes to the base's
-    angular_velocity: Vector = (0.0, 0.0, 0.0)  # rad/s, of the body relative to the base, in the body's axes
+    orientation: Quaternion = (
+        NO_TURN  # -, unit quaternion (w, x, y, z) from the body's axes to the base's
+    )
+    angular_velocity: Vector = (
+        0.0,
+        0.0,
+        0.0,
+    )  # rad/s, of the body relative to the base, in the body's axes
 
     def nearest_to(self, yaw: float) -> "RiggingStart":
         """Return the start with the quaternion of its attitude that is nearer to a yaw [rad]."""
@@ -119,7 +155,10 @@ class RopeStart(Group):
 
 def chain_of(rope_length: float, links: Sequence[Link], payload: float) -> Chain:
     """Return the cable of a rope and further links; the payload's mass [kg] is the last node's."""
-    lengths, masses = [rope_length, *(link.length for link in links)], [*(link.mass for link in links), payload]
+    lengths, masses = (
+        [rope_length, *(link.length for link in links)],
+        [*(link.mass for link in links), payload],
+    )
     return Chain(np.array(masses, dtype=float), np.array(lengths, dtype=float))
 
 
@@ -146,17 +185,21 @@ ATTITUDE = ("payload_qw", "payload_qx", "payload_qy", "payload_qz")
 """The joints of a body's attitude: the components of a unit quaternion."""
 
 
-def rigging_start(start: RiggingStart, links: int, body: bool, rope: tuple[Any, Any]) -> tuple[Any, Any]:
+def rigging_start(
+    start: RiggingStart, links: int, body: bool, rope: tuple[Any, Any]
+) -> tuple[Any, Any]:
     """Return (q, v) of the joints that the rigging adds.
 
     Args:
         start: the group of the file.
         links: number of further links.
         body: whether the payload has an attitude.
-        rope: direction of the rope and its rate, each (3,), which further links take where they are left out.
+        rope: direction of the rope and its rate, each (3,), which further links take where they are
+            left out.
 
     Raises:
-        SceneError: directions are no unit vectors, rates are not across them, or there are more than links.
+        SceneError: directions are no unit vectors, rates are not across them, or there are more
+            than links.
     """
     directions = start.directions if start.directions is not None else (rope[0],) * links
     rates = start.direction_rates
@@ -164,13 +207,17 @@ def rigging_start(start: RiggingStart, links: int, body: bool, rope: tuple[Any, 
         rates = (rope[1] if start.directions is None else (0.0, 0.0, 0.0),) * links
     for key, rows in (("directions", directions), ("direction_rates", rates)):
         if len(rows) != links:
-            raise SceneError(f"initial.rigging.{key}: has {len(rows)} vectors, the cable has {links} further links")
+            raise SceneError(
+                f"initial.rigging.{key}: has {len(rows)} vectors, the cable has {links} further "
+                "links"
+            )
     for n, u in zip(directions, rates, strict=True):
         _check_direction(n, u)
     q, v = [x for n in directions for x in n], [x for u in rates for x in u]
     if not body and (start.orientation != NO_TURN or any(start.angular_velocity)):
         raise SceneError(
-            "initial.rigging: orientation and angular_velocity belong to a body; give payload.inertia, too"
+            "initial.rigging: orientation and angular_velocity belong to a body; give "
+            "payload.inertia, too"
         )
     if body:
         attitude = attitude_of(start.orientation, "initial.rigging.orientation")
@@ -185,7 +232,9 @@ def _check_direction(n: Any, u: Any) -> None:
         raise SceneError(f"initial.rigging.direction_rates: {list(u)} must be across its direction")
 
 
-def attitude_of(orientation: Any, key: str = "initial.orientation") -> tuple[float, float, float, float]:
+def attitude_of(
+    orientation: Any, key: str = "initial.orientation"
+) -> tuple[float, float, float, float]:
     """Return a unit quaternion, (1, 0, 0, 0) for None; `key` of the file is named in errors.
 
     Raises:
@@ -201,7 +250,12 @@ def attitude_of(orientation: Any, key: str = "initial.orientation") -> tuple[flo
 def attitude_rate(q: Any, omega: Any) -> tuple[float, ...]:
     """Return the rates q' = ½ q ⊗ ω (4,) of a unit quaternion, ω [rad/s] in the body's axes."""
     (w, x, y, z), (a, b, c) = q, omega
-    rate = -(x * a + y * b + z * c), w * a + y * c - z * b, w * b + z * a - x * c, w * c + x * b - y * a
+    rate = (
+        -(x * a + y * b + z * c),
+        w * a + y * c - z * b,
+        w * b + z * a - x * c,
+        w * c + x * b - y * a,
+    )
     return tuple(0.5 * part for part in rate)
 
 
@@ -212,9 +266,12 @@ def check_equipment(file: Any, payload: Payload, geared: Sequence[str] = ()) -> 
     """
     for joint in file.actuated:
         if joint not in geared and reflected_inertia(file, joint) > 0.0:
-            raise SceneError(f"actuators.{joint}.motor.inertia: is not modelled on this crane; must be 0")
+            raise SceneError(
+                f"actuators.{joint}.motor.inertia: is not modelled on this crane; must be 0"
+            )
     for name, fault in (file.faults or {}).items():
         if isinstance(fault, PayloadChange) and payload.inertia is not None:
             raise SceneError(
-                f"faults.{name}: changes the mass of a payload, but not its inertia; leave out payload.inertia"
+                f"faults.{name}: changes the mass of a payload, but not its inertia; leave out "
+                "payload.inertia"
             )

@@ -1,6 +1,7 @@
 """What hangs on one rope: further links, and a payload that is a point mass or a body.
 
-One rope and a point mass have a closed form of their own below some supports; all else is the suspended cable.
+One rope and a point mass have a closed form of their own below some supports; all else is the
+suspended cable.
 """
 
 from abc import abstractmethod
@@ -75,7 +76,10 @@ class RiggedFile(CraneFile):
     @property
     def beyond_one_rope(self) -> list[str]:
         """Keys of the file that the equations of one rope and a point mass do not support."""
-        rope = {f"rope.{key}": getattr(self._rope, key, None) for key in ("reeving", "friction", "torsion")}
+        rope = {
+            f"rope.{key}": getattr(self._rope, key, None)
+            for key in ("reeving", "friction", "torsion")
+        }
         body = {"payload.inertia": self.payload.inertia, "links": self.links, "events": self.events}
         return [key for key, value in (body | {"backlash": self.play} | rope).items() if value]
 
@@ -85,7 +89,9 @@ class RiggedFile(CraneFile):
         start = self._start.rigging or RiggingStart()
         if self._rope.torsion is not None:
             start = start.nearest_to(self.tip().yaw)
-        return rigging_start(start, len(self.links), self.payload.inertia is not None, self._direction)
+        return rigging_start(
+            start, len(self.links), self.payload.inertia is not None, self._direction
+        )
 
     @property
     def rope_length(self) -> float:
@@ -108,7 +114,9 @@ class RiggedFile(CraneFile):
         if self.base_motion is not None or self.modes or self._tip_rises:
             return -inf
         arms = [hypot(*(payload.attachment or (0.0,))) for payload in self._payloads]
-        centres = [hypot(*(p.windage.centre or (0.0,))) if p.windage else 0.0 for p in self._payloads]
+        centres = [
+            hypot(*(p.windage.centre or (0.0,))) if p.windage else 0.0 for p in self._payloads
+        ]
         below = self._longest_rope + sum(link.length for link in self.links)
         return self.tip().position[2] - below - max(arms) - max(centres)
 
@@ -132,13 +140,22 @@ class RiggedFile(CraneFile):
 
         That of their swings only for methods that depend on it.
         """
-        mobility, inertias = self.small_motions.tip_mobility, [p.inertia for p in self._payloads if p.inertia]
+        mobility, inertias = (
+            self.small_motions.tip_mobility,
+            [p.inertia for p in self._payloads if p.inertia],
+        )
         twist = twist_frequency(self._rope.torsion, inertias, float(mobility[3, 3]))
         if not needs_frequency(self.integrator):
             return twist
-        lengths, masses = [length, *(link.length for link in self.links)], [link.mass for link in self.links]
+        lengths, masses = (
+            [length, *(link.length for link in self.links)],
+            [link.mass for link in self.links],
+        )
         upper = float(np.linalg.eigvalsh(mobility[:3, :3])[-1])
-        swings = [swing_frequency(lengths, masses, upper, payload, self.gravity) for payload in self._payloads]
+        swings = [
+            swing_frequency(lengths, masses, upper, payload, self.gravity)
+            for payload in self._payloads
+        ]
         return max(twist, *swings)
 
     def _suspended_crane(self, hoist: Any, joints: Sequence[str]) -> SuspendedCrane:
@@ -149,7 +166,10 @@ class RiggedFile(CraneFile):
             joints: those whose motors add their inertia.
         """
         if self._rope.torsion is not None and self.payload.inertia is None:
-            raise SceneError("rope.torsion: belongs to a payload that is a body; give payload.inertia, or leave it out")
+            raise SceneError(
+                "rope.torsion: belongs to a payload that is a body; give payload.inertia, or leave "
+                "it out"
+            )
         check_equipment(self, self.payload, joints)
         load, exchange = exchange_of(self.payload, self.events)
         return SuspendedCrane(
@@ -189,9 +209,10 @@ class RiggedFile(CraneFile):
 class RopeFile(RiggedFile):
     """A payload on links and a rope, moved by a winch; the rope has a length and two angles.
 
-    Below a knuckle boom one rope and a point mass have a closed form of their own. `links`, `payload.inertia`,
-    `events`, `backlash`, `rope.reeving`, `rope.friction` and `rope.torsion` choose the suspended cable of the other
-    cranes, beside which `springs.rope` and `friction.rope` are refused.
+    Below a knuckle boom one rope and a point mass have a closed form of their own. `links`,
+    `payload.inertia`, `events`, `backlash`, `rope.reeving`, `rope.friction` and `rope.torsion`
+    choose the suspended cable of the other cranes, beside which `springs.rope` and `friction.rope`
+    are refused.
     """
 
     winch: ClassVar = ("rope",)
@@ -250,7 +271,13 @@ class RopeFile(RiggedFile):
         if not self.modes:
             return {}
         q, groups = self.rest_at(target)[: len(self.joints)], self.left_to_rest()
-        return dict(zip(self.modes, groups.deflections(self._structure, q, self.gravity, self.hung_mass), strict=True))
+        return dict(
+            zip(
+                self.modes,
+                groups.deflections(self._structure, q, self.gravity, self.hung_mass),
+                strict=True,
+            )
+        )
 
     def stiffest(self) -> float:
         """Return the largest frequency or decay rate [rad/s] of support, rope and payloads."""
@@ -263,7 +290,9 @@ class RopeFile(RiggedFile):
     def _stops(self) -> Stops | None:
         rubs = has_strength(getattr(self, "friction"), getattr(self, "lugre"))  # noqa: B009
         if not self.beyond_one_rope and isinstance(self._structure, Knuckle):
-            return self.rope.stops(bool(self.limits or rubs)) or (Stops() if self.is_in_kinked_wind else None)
+            return self.rope.stops(bool(self.limits or rubs)) or (
+                Stops() if self.is_in_kinked_wind else None
+            )
         switches = self.events or self.play or self.rope.torsion or rubs or self.is_in_kinked_wind
         return self.rope.stops(bool(self.limits)) or (Stops() if switches else None)
 
@@ -287,9 +316,14 @@ class RopeFile(RiggedFile):
         """Return the closed form of a knuckle-boom crane with one rope and a point mass."""
         drive, spring = self.rope.drive, getattr(self, "springs").rope  # noqa: B009
         if spring is not None and drive != "force":
-            raise SceneError(f"springs.rope: only a force drive can have one, this drive is {drive!r}")
+            raise SceneError(
+                f"springs.rope: only a force drive can have one, this drive is {drive!r}"
+            )
         if reflected_inertia(self, "rope") > 0.0:
-            raise SceneError("actuators.rope.motor.inertia: the winch of rope.drive: force has no inertia; must be 0")
+            raise SceneError(
+                "actuators.rope.motor.inertia: the winch of rope.drive: force has no inertia; must "
+                "be 0"
+            )
         motors = tuple(reflected_inertia(self, joint.name) for joint in self.joints)
         friction = joint_friction(getattr(self, "friction"), getattr(self, "lugre"), drive)  # noqa: B009
         rope = LockedRope(self._rope_start) if drive == "locked" else ForceRope(spring)
@@ -305,7 +339,8 @@ class RopeFile(RiggedFile):
         groups |= {f"{key}.rope": getattr(self, key).get("rope") for key in ("friction", "lugre")}
         for key in (key for key, value in groups.items() if value is not None):
             raise SceneError(
-                f"{key}: belongs to one rope and a point mass, here is {self.beyond_one_rope[0]}; leave out one of both"
+                f"{key}: belongs to one rope and a point mass, here is {self.beyond_one_rope[0]}; "
+                "leave out one of both"
                 + ("; the winch has rope.friction" if key == "friction.rope" else "")
             )
 
@@ -317,8 +352,18 @@ def rope_direction(yaw: float, yaw_rate: float, angles: Any, rates: Any) -> tupl
         yaw, yaw_rate: of the support's frame [rad], [rad/s].
         angles, rates: of the swing (θ1, θ2) in that frame.
     """
-    (s1, c1, s2, c2), (w1, w2) = (sin(angles[0]), cos(angles[0]), sin(angles[1]), cos(angles[1])), rates
-    n, u = (s2, c2 * s1, -c2 * c1), (c2 * w2, c2 * c1 * w1 - s2 * s1 * w2, c2 * s1 * w1 + s2 * c1 * w2)
+    (s1, c1, s2, c2), (w1, w2) = (
+        (sin(angles[0]), cos(angles[0]), sin(angles[1]), cos(angles[1])),
+        rates,
+    )
+    n, u = (
+        (s2, c2 * s1, -c2 * c1),
+        (c2 * w2, c2 * c1 * w1 - s2 * s1 * w2, c2 * s1 * w1 + s2 * c1 * w2),
+    )
     u = (u[0] - yaw_rate * n[1], u[1] + yaw_rate * n[0], u[2])
     s, c = sin(yaw), cos(yaw)
-    return (c * n[0] - s * n[1], s * n[0] + c * n[1], n[2]), (c * u[0] - s * u[1], s * u[0] + c * u[1], u[2])
+    return (c * n[0] - s * n[1], s * n[0] + c * n[1], n[2]), (
+        c * u[0] - s * u[1],
+        s * u[0] + c * u[1],
+        u[2],
+    )

@@ -67,7 +67,9 @@ def small_motions(structure: Any, q: Any) -> SmallMotions:
     tree = mechanism.tree
     kinematics = compute_kinematics(tree, tuple(q), (0.0,) * n)
     lower = compute_inertia(tree, kinematics, n).matrix
-    mass = np.array([[lower[max(i, k)][min(i, k)] for k in range(n)] for i in range(n)], dtype=float)
+    mass = np.array(
+        [[lower[max(i, k)][min(i, k)] for k in range(n)] for i in range(n)], dtype=float
+    )
     free = [i for i in range(n) if not (mechanism.prescribed and mechanism.prescribed[i])]
     mobility, jacobian = np.zeros((n, n)), np.zeros((4, n))
     if free:

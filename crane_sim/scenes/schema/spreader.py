@@ -20,14 +20,19 @@ DECIMALS = 12  # [m/s] of the deck's velocity, which then has the same bits on e
 class ContactChange(Group):
     """What may touch from an event on, such as spreader corners on a container that it let go."""
 
-    points: Points  # m, of the new payload, as many as those of `contact`, from the spreader's origin, in its axes
-    height: Real | None = None  # m, of what they touch above the base's origin; left out: that of `contact`
+    # m, of the new payload, as many as those of `contact`, from the spreader's origin, in its axes
+    points: Points
+    height: Real | None = (
+        None  # m, of what they touch above the base's origin; left out: that of `contact`
+    )
 
 
 class SpreaderChange(LoadChange):
     """Change of an event."""
 
-    contact: ContactChange | None = None  # what may touch from then on, where the scene has a `contact`
+    contact: ContactChange | None = (
+        None  # what may touch from then on, where the scene has a `contact`
+    )
 
 
 class SpreaderEvent(ExchangeEvent):
@@ -48,13 +53,17 @@ def ground_velocity(contact: ContactGroup | None) -> Callable[[float], Vector]:
         return at_rest
 
     def velocity(at: float) -> Vector:
-        x, y, z = (motion.amplitudes * motion.frequencies * np.cos(motion.frequencies * at + motion.phases)).sum(1)[:3]
+        x, y, z = (
+            motion.amplitudes * motion.frequencies * np.cos(motion.frequencies * at + motion.phases)
+        ).sum(1)[:3]
         return round(float(x), DECIMALS), round(float(y), DECIMALS), round(float(z), DECIMALS)
 
     return velocity
 
 
-def contact_of(contact: ContactGroup | None, events: Sequence[SpreaderEvent], load: RigidLoad, q: Any) -> Any:
+def contact_of(
+    contact: ContactGroup | None, events: Sequence[SpreaderEvent], load: RigidLoad, q: Any
+) -> Any:
     """Return the contact of all loads of a run; the first begins at the pose q (7,).
 
     Raises:
@@ -67,7 +76,10 @@ def contact_of(contact: ContactGroup | None, events: Sequence[SpreaderEvent], lo
         return model
     changes = [change for i in order_of(events) if (change := events[i].set.contact) is not None]
     points = [contact.points, *(change.points for change in changes)]
-    heights = [contact.height, *(contact.height if change.height is None else change.height for change in changes)]
+    heights = [
+        contact.height,
+        *(contact.height if change.height is None else change.height for change in changes),
+    ]
     shifted = np.array(points, dtype=float) + np.array(load.attachment)
     return model._replace(changes=PointChanges(shifted, np.array(heights, dtype=float)))
 
@@ -76,10 +88,15 @@ def _check_change(key: str, change: ContactChange | None, contact: ContactGroup 
     """Raise SceneError for a change that does not fit the contact."""
     if change is None:
         if contact is not None:
-            raise SceneError(f"{key}: is missing; with contact, say which points of the new payload may touch")
+            raise SceneError(
+                f"{key}: is missing; with contact, say which points of the new payload may touch"
+            )
         return
     if contact is None:
         raise SceneError(f"{key}: needs contact, the surface that they may touch")
     if len(change.points) != len(contact.points):
-        raise SceneError(f"{key}.points: has {len(change.points)} points, contact.points has {len(contact.points)}")
+        raise SceneError(
+            f"{key}.points: has {len(change.points)} points, contact.points has "
+            f"{len(contact.points)}"
+        )
     check_points(f"{key}.points", np.array(change.points, dtype=float))

@@ -38,7 +38,9 @@ from crane_sim.scenes.schema.mast import angles_at_rest
 from crane_sim.scenes.schema.rods import check_rods
 from crane_sim.scenes.schema.suspension import Suspension
 
-START_TOLERANCE = 1e-9  # m, m/s; largest difference of an axis at t = 0 from the start of its motion
+START_TOLERANCE = (
+    1e-9  # m, m/s; largest difference of an axis at t = 0 from the start of its motion
+)
 
 
 class SupportJoint(NamedTuple):
@@ -128,10 +130,16 @@ class DrivenSupport(SupportGroups):
     """The groups of all supports whose joints are driven by force or torque."""
 
     friction_joints: ClassVar[tuple[str, ...]] = ()  # that can have friction beside the support's
-    friction: dict[str, Friction] = {}  # by joint of the support: its dry friction; the winch of a `rope` has
+    friction: dict[
+        str, Friction
+    ] = {}  # by joint of the support: its dry friction; the winch of a `rope` has
     # `rope.friction`, that of a knuckle boom's rope with a point mass `rope` here
-    lugre: dict[str, LuGre] = {}  # by joint of the support: dry friction by bristles; a joint has this or `friction`
-    backlash: dict[str, JointDrives] = {}  # by joint of the support: its drives, one or several side by side, which
+    lugre: dict[
+        str, LuGre
+    ] = {}  # by joint of the support: dry friction by bristles; a joint has this or `friction`
+    backlash: dict[
+        str, JointDrives
+    ] = {}  # by joint of the support: its drives, one or several side by side, which
     # have play; joints that are left out have none
 
     @field_validator("friction", "lugre", "backlash", mode="before")
@@ -211,7 +219,9 @@ class TowerGroups(FlexibleGroups):
     """A jib that slews, and a trolley on the jib."""
 
     joints: ClassVar = (SupportJoint("slew", Angle, "N m"), SupportJoint("trolley", Real, "N"))
-    slew: Annotated[Any, tagged_union_validator("drive", {"force": Slew, "locked": LockedSlew})]  # jib and counter-jib
+    slew: Annotated[
+        Any, tagged_union_validator("drive", {"force": Slew, "locked": LockedSlew})
+    ]  # jib and counter-jib
     trolley: JibTrolley  # on the jib
     flexibility: JibFlexibility | None = None  # how the jib bends; left out: it is rigid
 
@@ -236,7 +246,10 @@ class TowerGroups(FlexibleGroups):
         if start.v[0] != 0.0:
             raise SceneError(f"initial.v[0] = {start.v[0]}: slew.drive: locked does not turn")
         if target is not None and target[0] != start.q[0]:
-            raise SceneError(f"reference.q[0] = {target[0]}: slew.drive: locked stays at initial.q[0] = {start.q[0]}")
+            raise SceneError(
+                f"reference.q[0] = {target[0]}: slew.drive: locked stays at initial.q[0] = "
+                f"{start.q[0]}"
+            )
 
     def deflections(self, structure: Any, q: Any, gravity: float, hung: float) -> tuple[float, ...]:
         """Return the angles [rad] of jib or mast at joint positions q."""
@@ -275,13 +288,17 @@ class MobileGroups(FlexibleGroups):
         shortest = start if section.limits is None else min(start, section.limits[0])
         if shortest < section.centre:
             raise SceneError(
-                f"telescope.centre = {section.centre}: exceeds the shortest boom length, {shortest:g} m at "
-                "initial.q[2] or telescope.limits[0]: the section's centre of mass would lie behind the foot pin"
+                f"telescope.centre = {section.centre}: exceeds the shortest boom length, "
+                f"{shortest:g} m at "
+                "initial.q[2] or telescope.limits[0]: the section's centre of mass would lie "
+                "behind the foot pin"
             )
         if self.flexibility is not None and section.inertia == 0.0 and shortest == section.centre:
             raise SceneError(
-                "telescope.inertia = 0: must be greater than 0 below `flexibility` where telescope.centre is the "
-                f"shortest boom length, {shortest:g} m: what bends would have no inertia about the foot pin"
+                "telescope.inertia = 0: must be greater than 0 below `flexibility` where "
+                "telescope.centre is the "
+                f"shortest boom length, {shortest:g} m: what bends would have no inertia about the "
+                "foot pin"
             )
 
     def deflections(self, structure: Any, q: Any, gravity: float, hung: float) -> tuple[float, ...]:
@@ -312,12 +329,19 @@ class BridgeGroups(DrivenSupport):
             if axis.motion is not None:
                 place, rate = start_of(axis.motion)
                 if abs(start.q[i] - place) > START_TOLERANCE:
-                    raise SceneError(f"initial: the {name} is at {start.q[i]:g} m, {name}.motion starts at {place:g} m")
+                    raise SceneError(
+                        f"initial: the {name} is at {start.q[i]:g} m, {name}.motion starts at "
+                        f"{place:g} m"
+                    )
                 rates[i] = rate if "v" not in start.model_fields_set else rates[i]
                 if abs(rates[i] - rate) > START_TOLERANCE:
-                    raise SceneError(f"initial.v[{i}] = {rates[i]:g}: {name}.motion starts at {rate:g} m/s")
+                    raise SceneError(
+                        f"initial.v[{i}] = {rates[i]:g}: {name}.motion starts at {rate:g} m/s"
+                    )
             elif axis.drive == "fixed" and rates[i] != 0.0:
-                raise SceneError(f"initial.v[{i}] = {rates[i]:g}: a fixed {name} is at rest; must be 0")
+                raise SceneError(
+                    f"initial.v[{i}] = {rates[i]:g}: a fixed {name} is at rest; must be 0"
+                )
         return tuple(rates)
 
     def structure(self, q: Any) -> Bridge:
@@ -332,20 +356,29 @@ class BridgeGroups(DrivenSupport):
             moved = (axis.mass or 0.0) + (0.0 if name == "trolley" else self.trolley.mass or 0.0)
             if axis.mass is None or not moved > 0.0:
                 raise SceneError(
-                    f"{name}.mass = {axis.mass}: a {name} driven by force has one, which must be greater than 0"
+                    f"{name}.mass = {axis.mass}: a {name} driven by force has one, which must be "
+                    "greater than 0"
                 )
             return BridgeAxis(axis.mass, axis.limits)
         for key in ("friction", "lugre", "backlash"):
             if name in getattr(self, key):
-                raise SceneError(f"{key}.{name}: belongs to a drive by force, here it is {axis.drive!r}")
-        return BridgeAxis(axis.mass or 0.0, axis.limits, Fixed() if axis.motion is None else axis.motion.motion())
+                raise SceneError(
+                    f"{key}.{name}: belongs to a drive by force, here it is {axis.drive!r}"
+                )
+        return BridgeAxis(
+            axis.mass or 0.0, axis.limits, Fixed() if axis.motion is None else axis.motion.motion()
+        )
 
 
 class GantryGroups(BridgeGroups):
     """A trolley on a portal that travels along y, on a ship-to-shore crane with a boom."""
 
-    legs: Range | None = None  # m, where its legs stand along the trolley's rail, which only its picture shows; a rail
-    # that reaches further beyond them than they are apart is drawn as the boom of a ship-to-shore crane
+    legs: Range | None = (
+        # m, where its legs stand along the trolley's rail, which only its picture shows; a rail
+        None
+    )
+    # that reaches further beyond them than they are apart is drawn as the boom of a ship-to-shore
+    # crane
 
 
 class PointGroups(SupportGroups):
@@ -356,7 +389,9 @@ class PointGroups(SupportGroups):
     @property
     def joints(self) -> tuple[SupportJoint, ...]:  # type: ignore[override]
         """The point's coordinates."""
-        return tuple(SupportJoint(f"tip_{axis}", Real, self.suspension.effort_unit) for axis in "xyz")
+        return tuple(
+            SupportJoint(f"tip_{axis}", Real, self.suspension.effort_unit) for axis in "xyz"
+        )
 
     @property
     def driven_joints(self) -> tuple[SupportJoint, ...]:
@@ -375,5 +410,7 @@ class PointGroups(SupportGroups):
         """Return the velocity at t = 0; SceneError: it leaves its fixed height."""
         rate = start.tip_velocity
         if self.suspension.height == "fixed" and rate[2] != 0.0:
-            raise SceneError(f"initial.tip_velocity[2] = {rate[2]}: must be 0 where the height is fixed")
+            raise SceneError(
+                f"initial.tip_velocity[2] = {rate[2]}: must be 0 where the height is fixed"
+            )
         return rate

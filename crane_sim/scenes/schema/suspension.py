@@ -12,12 +12,16 @@ from crane_sim.scenes.schema.rigging import Vector
 class Suspension(Group):
     """Drive of the suspension point, whose motion does not depend on the payload."""
 
-    drive: Literal["acceleration", "servo"] = "acceleration"  # what the input is: the point's acceleration relative to
+    drive: Literal["acceleration", "servo"] = (
+        "acceleration"  # what the input is: the point's acceleration relative to
+    )
     # the base [m/s²], or with `servo` where the point should be [m]
     kp: Positive | None = None  # 1/s², of a servo, which needs one
     kd: NonNegative | None = None  # 1/s, of a servo, which needs one
     height: Literal["fixed", "driven"] = "fixed"  # whether z of the point is driven, too
-    limits: Box | None = None  # m, by axis, of the point relative to the base; a run ends where one is reached
+    limits: Box | None = (
+        None  # m, by axis, of the point relative to the base; a run ends where one is reached
+    )
 
     @property
     def effort_unit(self) -> str:
@@ -28,16 +32,21 @@ class Suspension(Group):
         """Return the support.
 
         Raises:
-            SceneError: gains are missing, or belong to another drive; or limits to a height that is fixed.
+            SceneError: gains are missing, or belong to another drive; or limits to a height that is
+                fixed.
         """
         if self.limits is not None and self.limits.z is not None and self.height == "fixed":
-            raise SceneError("suspension.limits.z: the height is fixed; take suspension.height: driven")
+            raise SceneError(
+                "suspension.limits.z: the height is fixed; take suspension.height: driven"
+            )
         lift = Lift() if self.height == "driven" else None
         for name, gain in (("kp", self.kp), ("kd", self.kd)):
             if self.drive == "servo" and gain is None:
                 raise SceneError(f"suspension.{name}: is missing; a servo needs kp and kd")
             if self.drive != "servo" and gain is not None:
-                raise SceneError(f"suspension.{name}: only a servo has one, this drive is {self.drive!r}")
+                raise SceneError(
+                    f"suspension.{name}: only a servo has one, this drive is {self.drive!r}"
+                )
         servo = None if self.kp is None or self.kd is None else Servo(self.kp, self.kd)
         return DrivenPoint(servo, lift, self.limits)
 

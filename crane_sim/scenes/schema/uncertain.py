@@ -1,7 +1,7 @@
 """Uncertain parameters of a scene: distributions, from which its seed draws the values.
 
-A value is the quantile of its distribution at a number in (0, 1) that depends on seed and key alone: what else is
-uncertain does not change it.
+A value is the quantile of its distribution at a number in (0, 1) that depends on seed and key
+alone: what else is uncertain does not change it.
 """
 
 import hashlib
@@ -85,7 +85,9 @@ class Normal(NamedTuple):
     """A normal distribution, truncated where it has limits."""
 
     deviation: Deviation  # parameter's unit, standard deviation without the limits
-    mean: Value | None = None  # parameter's unit, without the limits; left out: the file's own value
+    mean: Value | None = (
+        None  # parameter's unit, without the limits; left out: the file's own value
+    )
     low: Value = -inf  # parameter's unit, lower limit
     high: Value = inf  # parameter's unit, upper limit
     relative: bool = False  # whether the numbers are factors of the file's own value
@@ -123,12 +125,14 @@ class LogNormal(NamedTuple):
             return exp(_truncated_normal(p, log(median), self.deviation, low, log(self.high)))
         except OverflowError:
             raise ValueError(
-                f"deviation = {self.deviation:g}: draws a value beyond the largest number; take a smaller one, or give "
+                f"deviation = {self.deviation:g}: draws a value beyond the largest number; take a "
+                "smaller one, or give "
                 "high"
             ) from None
         except ValueError:
             raise ValueError(
-                f"low .. high is out of reach of a median of {median:g} and a deviation of {self.deviation:g} "
+                f"low .. high is out of reach of a median of {median:g} and a deviation of "
+                f"{self.deviation:g} "
                 "of the logarithm"
             ) from None
 
@@ -138,11 +142,18 @@ def _truncated_normal(p: float, mean: float, deviation: float, low: float, high:
     below, above = (_STANDARD.cdf((limit - mean) / deviation) for limit in (low, high))
     inside = below + p * (above - below)
     if not 0.0 < inside < 1.0 or above - below < 1e-12:
-        raise ValueError(f"low .. high is out of reach of a mean of {mean:g} and a deviation of {deviation:g}")
+        raise ValueError(
+            f"low .. high is out of reach of a mean of {mean:g} and a deviation of {deviation:g}"
+        )
     return min(max(mean + deviation * _STANDARD.inv_cdf(inside), low), high)
 
 
-DISTRIBUTIONS = {"uniform": Uniform, "normal": Normal, "lognormal": LogNormal, "triangular": Triangular}
+DISTRIBUTIONS = {
+    "uniform": Uniform,
+    "normal": Normal,
+    "lognormal": LogNormal,
+    "triangular": Triangular,
+}
 Distribution = Annotated[Any, tagged_union_validator("distribution", DISTRIBUTIONS)]
 _DISTRIBUTIONS, _SEED = TypeAdapter(dict[str, Distribution]), TypeAdapter(Seed)
 
@@ -176,10 +187,15 @@ def draw_parameters(document: Mapping[str, Any]) -> tuple[dict[str, Any], dict[s
 
 def _check_overlap(keys: Iterable[str]) -> None:
     """Raise SceneError where one key is what another one draws, or a part of it."""
-    parts = [(tuple(int(name) if name.isdecimal() else name for name in key.split(".")), key) for key in keys]
+    parts = [
+        (tuple(int(name) if name.isdecimal() else name for name in key.split(".")), key)
+        for key in keys
+    ]
     for (whole, key), (path, other) in permutations(parts, 2):
         if path[: len(whole)] == whole:
-            raise SceneError(f"uncertain.{other}: is a part of uncertain.{key}; leave out one of the two")
+            raise SceneError(
+                f"uncertain.{other}: is a part of uncertain.{key}; leave out one of the two"
+            )
 
 
 def _drawn_value(document: Mapping[str, Any], key: str, distribution: Any, seed: int) -> Any:
@@ -188,7 +204,10 @@ def _drawn_value(document: Mapping[str, Any], key: str, distribution: Any, seed:
         raise SceneError(f"uncertain.{key}: is no parameter of the crane")
     found, value = get_value(document, key)
     if not found:
-        raise SceneError(f"uncertain.{key}: the scene has no {key} of its own; give it a value, the law's nominal one")
+        raise SceneError(
+            f"uncertain.{key}: the scene has no {key} of its own; give it a value, the law's "
+            "nominal one"
+        )
     try:
         return value_at(distribution, key, value, probability_of(seed, key))
     except ValueError as error:
@@ -205,10 +224,16 @@ def value_at(distribution: Any, key: str, value: Any, p: float) -> Any:
     """
     if isinstance(value, list):
         if not distribution.relative:
-            raise ValueError(f"has {len(value)} values: relative: true scales them all, {key}.0 is the first one")
+            raise ValueError(
+                f"has {len(value)} values: relative: true scales them all, {key}.0 is the first one"
+            )
         return _scale(value, distribution.quantile(p, 1.0))
     number = _number(value)
-    return number * distribution.quantile(p, 1.0) if distribution.relative else distribution.quantile(p, number)
+    return (
+        number * distribution.quantile(p, 1.0)
+        if distribution.relative
+        else distribution.quantile(p, number)
+    )
 
 
 def _number(value: Any) -> float:
@@ -221,4 +246,8 @@ def _number(value: Any) -> float:
 
 def _scale(value: Any, factor: float) -> Any:
     """Return numbers, in lists of any depth, times a factor."""
-    return [_scale(part, factor) for part in value] if isinstance(value, list) else factor * _number(value)
+    return (
+        [_scale(part, factor) for part in value]
+        if isinstance(value, list)
+        else factor * _number(value)
+    )

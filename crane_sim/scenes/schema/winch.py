@@ -21,7 +21,9 @@ class Winch(Group):
     """Keys of every winch: an effort drives it, or `drive: rate` imposes the length's motion."""
 
     drive: Any = "force"  # what the input of the winch is, see the subclasses
-    time_constant: Positive | None = None  # s, of a `rate` drive: its input is then the velocity [m/s], followed with
+    time_constant: Positive | None = (
+        None  # s, of a `rate` drive: its input is then the velocity [m/s], followed with
+    )
     # this lag; left out: the acceleration
     limits: LengthRange | None = None  # m, of the length; a run ends where one is reached
     slack: Literal["allow", "stop"] = "allow"  # stop: a run ends where the rope would push
@@ -40,17 +42,27 @@ class Winch(Group):
             joint: number of the rope among the joints.
         """
         if self.time_constant is not None and self.drive != "rate":
-            raise SceneError(f"rope.time_constant: only a rate drive has one, this drive is {self.drive!r}")
+            raise SceneError(
+                f"rope.time_constant: only a rate drive has one, this drive is {self.drive!r}"
+            )
         if self.limits is not None and self.drive == "locked":
-            raise SceneError("rope.limits: belong to a rope that a winch moves, this drive is 'locked'")
+            raise SceneError(
+                "rope.limits: belong to a rope that a winch moves, this drive is 'locked'"
+            )
         if self.drive == "locked" and rate != 0.0:
             raise SceneError(f"initial.v[{joint}] = {rate}: a locked rope starts at rest")
         if self.drive == "rate" and not start >= MIN_LENGTH:
-            raise SceneError(f"initial.q[{joint}] = {start}: a rope of drive: rate is at least {MIN_LENGTH:g} m long")
+            raise SceneError(
+                f"initial.q[{joint}] = {start}: a rope of drive: rate is at least {MIN_LENGTH:g} m "
+                "long"
+            )
 
     def stops(self, limited: bool) -> Stops | None:
         """Return what ends a run, None for nothing; `limited`: some joint has travel limits."""
-        imposed, stop = self.drive == "rate", self.slack == "stop"  # an imposed length can reach 0 under any load
+        imposed, stop = (
+            self.drive == "rate",
+            self.slack == "stop",
+        )  # an imposed length can reach 0 under any load
         if not (limited or imposed or stop):
             return None
         low, high = self.limits or (0.0, inf)
@@ -72,12 +84,18 @@ class ReevedRope(Winch):
     """Drive of the rope by the winch, and what the winch turns."""
 
     drive: RopeDrive = "force"  # what the input of the winch is: an effort [N] on
-    # the length, positive pays out, n times the pull on the lead line of n falls; the drum's torque [N m], positive
-    # pays out; by `rate` the length's acceleration [m/s²], with `time_constant` its velocity [m/s]; or nothing, the
-    # length stays
-    reeving: ReevingGroup | None = None  # falls, sheaves and drum; left out: the rope is one, without inertia and loss
-    friction: Friction | None = None  # N, of a winch driven by force or torque, in terms of the length
-    torsion: Torsion | None = None  # what resists a twist between tip and payload; left out: the payload turns freely
+    # the length, positive pays out, n times the pull on the lead line of n falls; the drum's torque
+    # [N m], positive pays out; by `rate` the length's acceleration [m/s²], with `time_constant` its
+    # velocity [m/s]; or nothing, the length stays
+    reeving: ReevingGroup | None = (
+        None  # falls, sheaves and drum; left out: the rope is one, without inertia and loss
+    )
+    friction: Friction | None = (
+        None  # N, of a winch driven by force or torque, in terms of the length
+    )
+    torsion: Torsion | None = (
+        None  # what resists a twist between tip and payload; left out: the payload turns freely
+    )
 
     @property
     def takes_motor(self) -> bool:
@@ -89,29 +107,55 @@ class ReevedRope(Winch):
         super().check(start, rate, joint)
         drive, reeving, by_effort = self.drive, self.reeving, self.drive in ("force", "torque")
         if self.friction is not None and not by_effort:
-            raise SceneError(f"rope.friction: belongs to a winch driven by force or torque, this drive is {drive!r}")
+            raise SceneError(
+                "rope.friction: belongs to a winch driven by force or torque, this drive is "
+                f"{drive!r}"
+            )
         if drive == "torque" and (reeving is None or reeving.drum is None):
-            raise SceneError("rope.drive = 'torque': is that of a drum; give rope.reeving.drum, or take 'force'")
+            raise SceneError(
+                "rope.drive = 'torque': is that of a drum; give rope.reeving.drum, or take 'force'"
+            )
         if reeving is None:
             return
         if drive == "locked":
-            raise SceneError("rope.reeving: belongs to a winch that moves the rope, this drive is 'locked'")
+            raise SceneError(
+                "rope.reeving: belongs to a winch that moves the rope, this drive is 'locked'"
+            )
         if self.slack != "stop":
-            raise SceneError(f"rope.slack = {self.slack!r}: falls of a reeving cannot push; take 'stop'")
+            raise SceneError(
+                f"rope.slack = {self.slack!r}: falls of a reeving cannot push; take 'stop'"
+            )
         low, high = self.limits or (MIN_LENGTH, start)
         reeving.check(low, high, "rope")
 
     def check_surroundings(self, file: Any) -> None:
         """Raise SceneError for motors, base motions and events that do not fit drive and rope."""
-        extra = next((key for key in ("reeving", "friction") if getattr(self, key) is not None), None)
+        extra = next(
+            (key for key in ("reeving", "friction") if getattr(self, key) is not None), None
+        )
         if extra is not None and self.drive in ("force", "torque") and getattr(file, "events", ()):
-            raise SceneError(f"events: an impact on a winch with rope.{extra} is not modelled; take rope.drive: rate")
+            raise SceneError(
+                f"events: an impact on a winch with rope.{extra} is not modelled; take rope.drive: "
+                "rate"
+            )
         if self.torsion is not None and file.payload.inertia is None:
-            raise SceneError("rope.torsion: belongs to a payload that is a body; give payload.inertia, or leave it out")
+            raise SceneError(
+                "rope.torsion: belongs to a payload that is a body; give payload.inertia, or leave "
+                "it out"
+            )
         if self.drive == "torque" and motor_of(file, "rope") is not None:
-            raise SceneError("actuators.rope.motor: belongs to rope.drive: force; give rope.reeving.drum its inertia")
-        if file.base_motion is not None and self.reeving is not None and self.reeving.mass_per_length is not None:
-            raise SceneError("rope.reeving.mass_per_length: belongs to a base that rests, here is base_motion")
+            raise SceneError(
+                "actuators.rope.motor: belongs to rope.drive: force; give rope.reeving.drum its "
+                "inertia"
+            )
+        if (
+            file.base_motion is not None
+            and self.reeving is not None
+            and self.reeving.mass_per_length is not None
+        ):
+            raise SceneError(
+                "rope.reeving.mass_per_length: belongs to a base that rests, here is base_motion"
+            )
 
     def stops(self, limited: bool) -> Stops | None:
         """Return what ends a run, None for nothing; `limited`: some joint has travel limits."""

@@ -31,25 +31,40 @@ Intensity = Annotated[NonNegative, Field(le=10.0)]
 Height = Annotated[Positive, Field(ge=0.01, le=1e4)]
 Length = Annotated[Positive, Field(ge=0.01, le=1e6)]
 Profile = Annotated[
-    Any, tagged_union_validator("law", {"power": PowerLaw, "logarithmic": LogarithmicLaw}, optional=True)
+    Any,
+    tagged_union_validator(
+        "law", {"power": PowerLaw, "logarithmic": LogarithmicLaw}, optional=True
+    ),
 ]
 
 
 class GustGroup(Group):
     """Gusts of three components: sinusoids of random phases with a spectrum of turbulence.
 
-    They do not depend on the place, and repeat after a period that is longer than the run where it can be.
+    They do not depend on the place, and repeat after a period that is longer than the run where it
+    can be.
     """
 
-    spectrum: Literal["kaimal", "dryden", "von_karman"]  # Kaimal as in IEC 61400-1; the others as in MIL-HDBK-1797
-    intensity: Intensity | None = None  # -, standard deviation along the mean over the mean speed; the other two
+    spectrum: Literal[
+        "kaimal", "dryden", "von_karman"
+    ]  # Kaimal as in IEC 61400-1; the others as in MIL-HDBK-1797
+    intensity: Intensity | None = (
+        None  # -, standard deviation along the mean over the mean speed; the other two
+    )
     # components in the standard's ratio to it: 0.8 and 0.5 of Kaimal's
-    deviations: tuple[Speed, Speed, Speed] | None = None  # m/s, in place of `intensity`: standard deviations along the
+    deviations: tuple[Speed, Speed, Speed] | None = (
+        None  # m/s, in place of `intensity`: standard deviations along the
+    )
     # mean, across it, upwards
-    lengths: tuple[Length, Length, Length] | None = None  # m, length scales of the components, as the standard defines
+    lengths: tuple[Length, Length, Length] | None = (
+        None  # m, length scales of the components, as the standard defines
+    )
     # them; left out: the standard's at `wind.height`
-    cut_off: Positive | None = None  # Hz, highest frequency: what is beyond is added below, so that the variance stays,
-    # and the summary warns where that is more than 1 %; left out: of each component the frequency with 0.8 % beyond it
+    cut_off: Positive | None = (
+        None  # Hz, highest frequency: what is beyond is added below, so that the variance stays,
+    )
+    # and the summary warns where that is more than 1 %; left out: of each component the frequency
+    # with 0.8 % beyond it
     seed: Seed | None = None  # -, of the phases; left out: the scene's own
 
     def scales(self, speed: float, height: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -66,11 +81,15 @@ class GustGroup(Group):
         if (self.intensity is None) == (self.deviations is None):
             raise SceneError("wind.gusts: take either intensity or deviations, one of the two")
         if speed < SLOWEST and (speed > 0.0 or self.deviations is not None):
-            raise SceneError(f"wind.gusts: a mean of {SLOWEST:g} m/s or more carries them, here wind.speed = {speed:g}")
+            raise SceneError(
+                f"wind.gusts: a mean of {SLOWEST:g} m/s or more carries them, here wind.speed = "
+                f"{speed:g}"
+            )
         low, high = spectrum.heights
         if not low <= height <= high and None in (self.deviations, self.lengths):
             raise SceneError(
-                f"wind.height = {height:g}: the scales of {self.spectrum} are known from {low:g} to {high:g} m; "
+                f"wind.height = {height:g}: the scales of {self.spectrum} are known from {low:g} "
+                f"to {high:g} m; "
                 "give wind.gusts.deviations and wind.gusts.lengths"
             )
         along = (self.intensity or 0.0) * speed
@@ -86,7 +105,11 @@ class GustGroup(Group):
             SceneError: settings contradict each other.
         """
         deviations, lengths = self.scales(speed, height)
-        own, spectrum, gusts = seed if self.seed is None else self.seed, SPECTRA[self.spectrum], list[Any]()
+        own, spectrum, gusts = (
+            seed if self.seed is None else self.seed,
+            SPECTRA[self.spectrum],
+            list[Any](),
+        )
         for i, (deviation, length) in enumerate(zip(deviations, lengths, strict=True)):
             gusts.append(None)
             if deviation > 0.0:
@@ -102,7 +125,9 @@ class GustGroup(Group):
         except ValueError as error:
             raise SceneError(f"wind.gusts.cut_off = {cut_off:g}: {error}") from None
 
-    def notes(self, speed: float, height: float, seed: int, gusts: tuple[Gust | None, ...]) -> dict[str, Any]:
+    def notes(
+        self, speed: float, height: float, seed: int, gusts: tuple[Gust | None, ...]
+    ) -> dict[str, Any]:
         """Return (what was drawn, for the summary, with warnings); arguments of `draw`."""
         lengths, warnings = self.scales(speed, height)[1], []
         for i, (gust, length) in enumerate(zip(gusts, lengths, strict=True)):
@@ -111,12 +136,18 @@ class GustGroup(Group):
                 more = part / (1.0 - part)
                 if more > TOLERANCE:
                     warnings.append(
-                        f"wind.gusts.cut_off = {self.cut_off:g}: {100.0 * part:.3g} % of the variance {COMPONENTS[i]} "
-                        f"is beyond; below it the spectrum is {100.0 * more:.3g} % above its formula"
+                        f"wind.gusts.cut_off = {self.cut_off:g}: {100.0 * part:.3g} % of the "
+                        f"variance {COMPONENTS[i]} "
+                        f"is beyond; below it the spectrum is {100.0 * more:.3g} % above its "
+                        "formula"
                     )
         drawn = [0.0 if gust is None else float(np.std(gust.nodes[:, 0])) for gust in gusts]
         periods = [None if gust is None else len(gust.nodes) / gust.rate for gust in gusts]
-        entry = {"seed": seed if self.seed is None else self.seed, "deviations": drawn, "lengths": list(lengths)}
+        entry = {
+            "seed": seed if self.seed is None else self.seed,
+            "deviations": drawn,
+            "lengths": list(lengths),
+        }
         return {"gusts": entry | {"repeat_after": periods}, "warnings": warnings}
 
 
@@ -127,11 +158,16 @@ class WindGroup(Group):
     """
 
     speed: Speed  # m/s, mean at the height `height`
-    direction: Angle = 0.0  # rad, where the mean blows to, counter-clockwise from x of the world: 0 along x, 90 deg
+    # rad, where the mean blows to, counter-clockwise from x of the world: 0 along x, 90 deg
+    direction: Angle = 0.0
     # along y; cranes in the plane take the force's part in their plane
-    height: Height = 10.0  # m, reference height above the ground, of `speed` and of the scales of gusts
+    height: Height = (
+        10.0  # m, reference height above the ground, of `speed` and of the scales of gusts
+    )
     profile: Profile = None  # the mean by height; left out: the same at all heights
-    origin_height: Annotated[NonNegative, Field(le=1e4)] = 0.0  # m, of the world's origin above the ground
+    origin_height: Annotated[NonNegative, Field(le=1e4)] = (
+        0.0  # m, of the world's origin above the ground
+    )
     density: Annotated[Positive, Field(le=100.0)] = 1.225  # kg/m³, of the air
     gusts: GustGroup | None = None  # turbulence; left out: the wind is steady
 
@@ -142,7 +178,8 @@ class WindGroup(Group):
         """
         if self.profile is not None and self.origin_height + height < 0.0:
             raise SceneError(
-                f"wind.origin_height = {self.origin_height:g}: the payload starts {-height:.4g} m below the origin, "
+                f"wind.origin_height = {self.origin_height:g}: the payload starts {-height:.4g} m "
+                "below the origin, "
                 "in the ground, where wind.profile has no mean"
             )
 
@@ -156,7 +193,10 @@ class WindGroup(Group):
         """
         law = self.profile
         if isinstance(law, LogarithmicLaw) and not log(self.height / law.roughness) > 0.0:
-            raise SceneError(f"wind.profile.roughness = {law.roughness:g}: must be less than height = {self.height:g}")
+            raise SceneError(
+                f"wind.profile.roughness = {law.roughness:g}: must be less than height = "
+                f"{self.height:g}"
+            )
         if law is not None and self.height < law.lowest:
             lowest = f"wind.profile.lowest = {law.lowest:g}, below which the mean is the same"
             raise SceneError(f"wind.height = {self.height:g}: must not be less than {lowest}")
@@ -165,7 +205,9 @@ class WindGroup(Group):
             gusts = self.gusts.draw(self.speed, self.height, seed, duration)
         direction = (cos(self.direction), sin(self.direction))
         kink = Kink() if kinked else None
-        return Wind(self.speed, self.height, law, direction, self.origin_height, self.density, gusts, kink)
+        return Wind(
+            self.speed, self.height, law, direction, self.origin_height, self.density, gusts, kink
+        )
 
     def notes(self, wind: Wind, seed: int) -> dict[str, Any]:
         """Return the summary's entry on the wind: settings, what was drawn, and warnings."""
@@ -177,7 +219,9 @@ class WindGroup(Group):
         return {"wind": entry | drawn} | ({"warnings": warnings} if warnings else {})
 
 
-def blows(group: WindGroup | None, windages: Mapping[str, AnyWindage | None], still_drag: bool) -> bool:
+def blows(
+    group: WindGroup | None, windages: Mapping[str, AnyWindage | None], still_drag: bool
+) -> bool:
     """Return whether a wind presses on anything.
 
     Args:
@@ -186,13 +230,15 @@ def blows(group: WindGroup | None, windages: Mapping[str, AnyWindage | None], st
         still_drag: whether the payload has a drag of still air.
 
     Raises:
-        SceneError: there is a windage without wind, wind without a windage, or a drag of still air besides.
+        SceneError: there is a windage without wind, wind without a windage, or a drag of still air
+            besides.
     """
     present = {key: windage for key, windage in windages.items() if windage is not None}
     if group is None:
         if present:
             raise SceneError(
-                f"{next(iter(present))}: is for wind, and there is none; leave it out, or give a wind of speed 0"
+                f"{next(iter(present))}: is for wind, and there is none; leave it out, or give a "
+                "wind of speed 0"
             )
         return False
     if not present:
@@ -203,5 +249,8 @@ def blows(group: WindGroup | None, windages: Mapping[str, AnyWindage | None], st
         part[0] * part.drag_coefficient > 0.0 for part in present.values()
     )  # area, or width
     if still_drag and active:
-        raise SceneError("payload_drag: is drag of still air, and there is a wind; take payload.windage in its place")
+        raise SceneError(
+            "payload_drag: is drag of still air, and there is a wind; take payload.windage in its "
+            "place"
+        )
     return active
