@@ -45,10 +45,8 @@ class Adaptation(NamedTuple):
     width: Positive = 1.5  # -, of their Gaussian kernel, in the units of its arguments
     rate: NonNegative = 9.0  # -, γ, learning rate
     c: Positive = 0.5  # 1/s, weight of the error beside its rate; below kd
-    of: FeatureArguments = (
-        "y"  # arguments of the disturbance and of the kernel: the payload's position, its position
-    )
-    # and velocity, or its errors of both
+    of: FeatureArguments = "y"  # arguments of the disturbance and of the kernel: the payload's
+    # position, its position and velocity, or its errors of both
     time: bool = False  # whether it is a function of time, too
     dead_zone: DeadZone | None = None  # errors too small to learn from; left out: none
     seed: Seed = 0  # -, of the features
@@ -88,9 +86,8 @@ class Learner(NamedTuple):
             inputs[4 + i] = measurement.position[i] - sample.goal[0][i]
             inputs[6 + i] = measurement.velocity[i] - sample.goal[1][i]
         inputs[8] = sample.t
-        elapsed = (
-            sample.t - last_time[0] if last_time[0] >= 0.0 else 0.0
-        )  # a law may begin in the middle of a run
+        # a law may begin in the middle of a run
+        elapsed = sample.t - last_time[0] if last_time[0] >= 0.0 else 0.0
         last_time[0] = sample.t
         u, nothing = adaptation_step(self, elapsed), (0.0, 0.0)
         return Estimate(measurement.position, measurement.velocity, u, nothing, nothing, (1.0, 1.0))

@@ -35,16 +35,12 @@ CUTOFF = 1e-4
 class Settings(NamedTuple):
     """Speeds of all actuated joints, for `drive: velocity` and winches with `drive: rate`."""
 
-    speeds: dict[str, Table] | None = (
-        None  # by joint: the operator's, in the joint's unit/s; left out: to
-    )
-    # `reference.q`; joints that are not named stand still
-    shaping: Shaping | None = (
-        None  # of the operator's speeds, against the swing of the nominal rope; left out: none
-    )
-    damping: Annotated[NonNegative, Field(le=1.0)] = (
-        0.2  # -, ratio z that the feedback gives the swing; 0: none
-    )
+    speeds: dict[str, Table] | None = None  # by joint: the operator's, in the joint's unit/s; left
+    # out: to `reference.q`; joints that are not named stand still
+    shaping: Shaping | None = None  # of the operator's speeds, against the swing of the nominal
+    # rope; left out: none
+    damping: Annotated[NonNegative, Field(le=1.0)] = 0.2  # -, ratio z that the feedback gives the
+    # swing; 0: none
     position_gain: Positive = 0.3  # 1/s, h: speed for a deviation from `reference.q`
 
 
@@ -148,14 +144,10 @@ class SwingGeometry(NamedTuple):
     """The swing below a suspension point, horizontally."""
 
     length: float  # m, from the suspension point to the payload
-    ahead: npt.NDArray[
-        np.float64
-    ]  # (nu, 2) joint's unit/m: times a horizontal offset (2,) of the payload from the
-    # point, how far each actuated joint has to move for the point to follow
-    moved: npt.NDArray[
-        np.float64
-    ]  # (nq, 2) m/joint's unit, horizontal motion of the payload relative to the point by
-    # each passive joint
+    ahead: npt.NDArray[np.float64]  # (nu, 2) joint's unit/m: times a horizontal offset (2,) of the
+    # payload from the point, how far each actuated joint has to move for the point to follow
+    moved: npt.NDArray[np.float64]  # (nq, 2) m/joint's unit, horizontal motion of the payload
+    # relative to the point by each passive joint
 
 
 def swing_geometry(scene: Scene, t: float = 0.0) -> SwingGeometry:

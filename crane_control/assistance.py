@@ -43,9 +43,8 @@ class Assistance:
             SceneError: nothing swings below an actuated joint.
         """
         self._scene, self._gravity = scene, gravity(scene)
-        self._past: deque[tuple[float, tuple[float, ...]]] = (
-            deque()
-        )  # (s from which it is held, operator's speeds)
+        # (s from which it is held, operator's speeds)
+        self._past: deque[tuple[float, tuple[float, ...]]] = deque()
         self._newest, self._next_update, self.delay = 0.0, 0.0, 0.0
         self._update_gains(0.0, scene.initial_q)
         if not np.any(self._feedback):

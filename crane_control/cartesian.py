@@ -24,9 +24,8 @@ class TrackingDefaults(NamedTuple):
     stiffness: float = 1.0  # kp, in units of g / L, the square of the pendulum's natural frequency
     damping: float = INITIAL_DAMPING  # of the payload's error, of critical
     ramp: float = 0.0  # s, in which the gains rise to their values
-    velocity_feedforward: bool = (
-        False  # of the setpoint: for a law that estimates the disturbance's rate
-    )
+    velocity_feedforward: bool = False  # of the setpoint: for a law that estimates the
+    # disturbance's rate
 
 
 class CartesianLaw(NamedTuple):
@@ -64,9 +63,8 @@ def cartesian_command(law, t, q, v):
 class Forward(NamedTuple):
     """Feedforward to the suspension point, eq. 64, and of the base's motion."""
 
-    velocity: bool | None = (
-        None  # of the setpoint; left out: where the law estimates the disturbance's rate
-    )
+    velocity: bool | None = None  # of the setpoint; left out: where the law estimates the
+    # disturbance's rate
     acceleration: bool = False  # of the reference
     base: bool = False  # the base's acceleration is measured and compensated
 
@@ -77,19 +75,15 @@ class Settings(NamedTuple):
     For the pendulum and, by joint efforts, for the knuckle boom (`knuckle_tracking`).
     """
 
-    kp: NonNegative | None = (
-        None  # 1/s², of the payload's error; left out: from the pendulum's natural frequency
-    )
+    kp: NonNegative | None = None  # 1/s², of the payload's error; left out: from the pendulum's
+    # natural frequency
     kd: NonNegative | None = None  # 1/s, of the payload's error; left out: by the law's own damping
-    servo: Servo | None = (
-        None  # of the suspension point, where its acceleration is commanded, and of the boom's tip
-    )
+    servo: Servo | None = None  # of the suspension point, where its acceleration is commanded, and
+    # of the boom's tip
     feedforward: Forward = Forward()  # to the suspension point
     vision: CameraSettings | None = None  # a camera; left out: the law sees every state
-    tracker_rate: Positive | None = (
-        None  # Hz, of a tracker in a process of its own, see Two rates in `ros.md`;
-    )
-    # left out: it is sampled every period
+    tracker_rate: Positive | None = None  # Hz, of a tracker in a process of its own, see Two rates
+    # in `ros.md`; left out: it is sampled every period
 
 
 SETTINGS = {"control": Settings}

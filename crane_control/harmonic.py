@@ -52,35 +52,27 @@ FREQUENCY_BOUNDS = (0.1, 3.0)  # of the disturbance, in the natural frequency of
 class ObserverSettings(NamedTuple):
     """Observer of the disturbance, a sine of unknown frequency, and of the rope's length."""
 
-    frequency: Positive | None = (
-        None  # rad/s, initial, 0.1 to 3 times the natural frequency of the pendulum; left
-    )
-    # out: 0.8 times
-    lead: NonNegative | None = (
-        None  # s, τ, prediction time; left out: the lag of the suspension point
-    )
-    ramp: NonNegative | None = (
-        None  # s, rise time of u and of the gains; left out: 1.6 s, with a camera 0.6 s
-    )
-    noise: Positive = (
-        1e-4  # m, standard deviation of the measured position; that of the camera, if larger
-    )
-    noise_rate: Positive = (
-        1e-3  # m/s, standard deviation of the measured velocity; not used with a camera
-    )
-    # m/s, standard deviation of the process noise of the payload's velocity after one second
-    push: Positive = 0.005
-    # m/s³, standard deviation of the process noise of the disturbance's rate after one second
-    wander: Positive = 1.5
-    # 1/s², standard deviation of the process noise of the squared frequency after one second
-    detune: Positive = 0.5
-    drift: Positive = (
-        0.005  # m/s², standard deviation of the process noise of the bias after one second
-    )
-    # -, standard deviation of the initial λ, nominal over true length; 0: λ stays 1. With the
-    rope: NonNegative = 0.05
-    # default, the payload of `offshore_obstacle` is within 1 mm of its path on a rope 10 % shorter
-    # or longer
+    frequency: Positive | None = None  # rad/s, initial, 0.1 to 3 times the natural frequency of the
+    # pendulum; left out: 0.8 times
+    lead: NonNegative | None = None  # s, τ, prediction time; left out: the lag of the suspension
+    # point
+    ramp: NonNegative | None = None  # s, rise time of u and of the gains; left out: 1.6 s, with a
+    # camera 0.6 s
+    noise: Positive = 1e-4  # m, standard deviation of the measured position; that of the camera, if
+    # larger
+    noise_rate: Positive = 1e-3  # m/s, standard deviation of the measured velocity; not used with a
+    # camera
+    push: Positive = 0.005  # m/s, standard deviation of the process noise of the payload's velocity
+    # after one second
+    wander: Positive = 1.5  # m/s³, standard deviation of the process noise of the disturbance's
+    # rate after one second
+    detune: Positive = 0.5  # 1/s², standard deviation of the process noise of the squared frequency
+    # after one second
+    drift: Positive = 0.005  # m/s², standard deviation of the process noise of the bias after one
+    # second
+    rope: NonNegative = 0.05  # -, standard deviation of the initial λ, nominal over true length; 0:
+    # λ stays 1. With the default, the payload of `offshore_obstacle` is within 1 mm of its path on
+    # a rope 10 % shorter or longer
 
 
 SETTINGS = {"control": Settings, "control.observer": ObserverSettings}

@@ -26,9 +26,8 @@ class Settings(NamedTuple):
     """
 
     drive: Literal["velocity", "position"] = "velocity"  # what the drives take
-    position_gain: NonNegative = (
-        1.0  # 1/s, h: speed for a deviation from the path, of drives that take speeds
-    )
+    position_gain: NonNegative = 1.0  # 1/s, h: speed for a deviation from the path, of drives that
+    # take speeds
 
 
 SETTINGS = {"control": Settings}

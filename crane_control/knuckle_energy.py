@@ -43,13 +43,11 @@ class ControlParameters(NamedTuple):
     kp: tuple[float, float, float]  # N m/rad
     kd: tuple[float, float, float]  # N m s/rad
     target: tuple[float, float, float]  # rad
-    gravity_moments: tuple[
-        float, float
-    ]  # N m, of all weights on boom and jib when they are horizontal
+    gravity_moments: tuple[float, float]  # N m, of all weights on boom and jib when they are
+    # horizontal
     rope: RopeControl | None  # None: no force drives the rope
-    error_saturation: (
-        float | None
-    )  # rad, r of the slew's position error; None: it does not saturate
+    error_saturation: float | None  # rad, r of the slew's position error; None: it does not
+    # saturate
 
 
 class EnergyLaw(NamedTuple):
@@ -157,15 +155,11 @@ class Settings(NamedTuple):
 
     kp: Gains = (30.0, 10.0, 10.0, 1.0)  # N m/rad, of slew, boom, jib; of the rope N/m
     kd: Gains = (50.0, 30.0, 50.0, 10.0)  # N m s/rad, likewise; of the rope N s/m
-    reach: Positive | None = (
-        None  # rad, r at which the slew's position error saturates: its proportional torque tends
-    )
-    # to kp r for large errors; left out: it is linear in the error
-    adaptation: MassEstimation | None = (
-        None  # mass estimation: the law compensates the weight of the mass that it
-    )
-    # estimates for the payload (`knuckle_unknown_load`); left out: that of the nominal
-    # `payload.mass`
+    reach: Positive | None = None  # rad, r at which the slew's position error saturates: its
+    # proportional torque tends to kp r for large errors; left out: it is linear in the error
+    adaptation: MassEstimation | None = None  # mass estimation: the law compensates the weight of
+    # the mass that it estimates for the payload (`knuckle_unknown_load`); left out: that of the
+    # nominal `payload.mass`
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> EnergyLaw:

@@ -125,15 +125,11 @@ class Settings(NamedTuple):
     law takes instead.
     """
 
-    q: Annotated[tuple[NonNegative, ...], Field(min_length=2)] | None = (
-        None  # -, weights of positions, then of
-    )
-    # velocities, one of each joint; left out: Bryson's rule, which counts 0.2 m or 0.05 rad, 0.2
-    # m/s or 0.1 rad/s as 1
-    r: tuple[Positive, ...] | None = (
-        None  # -, weights of the efforts, one of each actuated joint; left out: the effort
-    )
-    # that accelerates the joint by 1 m/s² or 1 rad/s² counts as 1
+    q: Annotated[tuple[NonNegative, ...], Field(min_length=2)] | None = None  # -, weights of
+    # positions, then of velocities, one of each joint; left out: Bryson's rule, which counts 0.2 m
+    # or 0.05 rad, 0.2 m/s or 0.1 rad/s as 1
+    r: tuple[Positive, ...] | None = None  # -, weights of the efforts, one of each actuated joint;
+    # left out: the effort that accelerates the joint by 1 m/s² or 1 rad/s² counts as 1
 
 
 SETTINGS = {"control": Settings}

@@ -214,18 +214,13 @@ class Settings(NamedTuple):
     In the formulas m is the payload's mass and l the length.
     """
 
-    kp: Gains | None = (
-        None  # N/m, of trolley and hoist; left out: m ω²/4 and (m + J) ω², ω² = g / l, J the
-    )
-    # hoist's reflected mass
+    kp: Gains | None = None  # N/m, of trolley and hoist; left out: m ω²/4 and (m + J) ω², ω² = g /
+    # l, J the hoist's reflected mass
     kd: Gains | None = None  # N s/m, likewise; left out: m ω and 2 (m + J) ω
-    apparent_mass: Positive | None = (
-        None  # kg, mass that the trolley seems to have; left out: a quarter of the
-    )
-    # payload's; the trolley's own: no kinetic shaping
-    # m, r at which the trolley's position error saturates: its proportional force tends to kp r
-    reach: Positive = inf
-    # for large errors; left out: it is linear in the error
+    apparent_mass: Positive | None = None  # kg, mass that the trolley seems to have; left out: a
+    # quarter of the payload's; the trolley's own: no kinetic shaping
+    reach: Positive = inf  # m, r at which the trolley's position error saturates: its proportional
+    # force tends to kp r for large errors; left out: it is linear in the error
 
 
 def build(settings: Mapping[str, Any], nominal: Scene) -> OverheadEnergyLaw:

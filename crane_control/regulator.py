@@ -10,9 +10,8 @@ from crane_sim.files.errors import SceneError
 
 Array = npt.NDArray[np.float64]
 Poles = npt.NDArray[np.complex128]
-STABILITY_TOLERANCE = (
-    1e-6  # 1/s: poles nearer to the stability limit count as on it, by the linearisation's error
-)
+# 1/s: poles nearer to the stability limit count as on it, by the linearisation's error
+STABILITY_TOLERANCE = 1e-6
 
 
 def solve_regulator(
@@ -62,9 +61,8 @@ def _sampled(a: Array, b: Array, period: float) -> tuple[Any, Any]:
 
 def _undamped_error(frequency: float, has_state_weights: bool) -> SceneError:
     """Return the error of a motion of this frequency [rad/s] that does not decay."""
-    frequency = (
-        frequency if frequency > STABILITY_TOLERANCE else 0.0
-    )  # a double pole at 0 parts by its error's root
+    # a double pole at 0 parts by its error's root
+    frequency = frequency if frequency > STABILITY_TOLERANCE else 0.0
     # where all states have a weight, the regulator stabilises every motion that efforts can
     # influence
     reason = (

@@ -26,15 +26,11 @@ _ADMITTED = """
 """.split()  # noqa: E501
 """Which of them nodes get."""
 _OWN = ("_ROS_WHEELS_BOOTSTRAP_COMPLETE",)  # set by a package at the start of Python
-_IN_EFFECT = (
-    "CRANE_SIM_DDS",
-    "CRANE_SIM_INTERPRETED",
-    "PYTHONOPTIMIZE",
-)  # variables that are unusual
+# variables that are unusual
+_IN_EFFECT = ("CRANE_SIM_DDS", "CRANE_SIM_INTERPRETED", "PYTHONOPTIMIZE")
 _MEMORY = 2 << 30  # bytes of address space; the largest kinds of scenes compile in these
-_SHARED_MEMORY = (
-    64 << 10
-)  # bytes in /dev/shm; the tracing library of ROS ends a process that finds no page there
+# bytes in /dev/shm; the tracing library of ROS ends a process that finds no page there
+_SHARED_MEMORY = 64 << 10
 
 
 class Unusual(NamedTuple):

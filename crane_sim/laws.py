@@ -86,9 +86,8 @@ class AboutLaw(NamedTuple):
     """Description of a law, from its module."""
 
     about: str  # the first paragraph of its docstring
-    settings: Mapping[
-        str, Any
-    ]  # its SETTINGS: NamedTuples of keys by the group that has them; empty where it has none
+    settings: Mapping[str, Any]  # its SETTINGS: NamedTuples of keys by the group that has them;
+    # empty where it has none
 
 
 def law_names() -> list[str]:

@@ -43,9 +43,8 @@ def exit_on_signal(end: Callable[[], object]) -> None:
         end()
 
     threading.Thread(target=wait, name="signals", daemon=True).start()
-    signal.pthread_sigmask(
-        signal.SIG_UNBLOCK, NUMBERS
-    )  # the start script blocks them until there is a handler
+    # the start script blocks them until there is a handler
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, NUMBERS)
 
 
 def _set_alarm_on_data(read_end: int) -> None:
@@ -108,9 +107,8 @@ def end_workers() -> None:
             with suppress(ValueError):  # another thread has seen it end
                 child.kill()
     if finalizers is not None:
-        finalizers._run_finalizers(
-            0
-        )  # those of semaphores; they join no thread, and await no process
+        # those of semaphores; they join no thread, and await no process
+        finalizers._run_finalizers(0)
 
 
 @contextmanager
@@ -165,9 +163,8 @@ def set_parent_death_signal() -> Callable[[], None]:
     """
     import ctypes
 
-    return partial(
-        _end_with, os.getpid(), ctypes.CDLL(None).prctl
-    )  # a child of threads must not import
+    # a child of threads must not import
+    return partial(_end_with, os.getpid(), ctypes.CDLL(None).prctl)
 
 
 def end_with_parent(parent: int) -> None:

@@ -65,9 +65,8 @@ def _faces(shape: Any) -> list[np.ndarray]:
         corners = _BOX * _numbers(shape, "size")
         return [corners[list(face)] for face in _BOX_FACES]
     radius = float(shape.attrib["radius"])
-    length = float(
-        shape.attrib.get("length", 2.0 * radius)
-    )  # a sphere is drawn as a drum of the same size
+    # a sphere is drawn as a drum of the same size
+    length = float(shape.attrib.get("length", 2.0 * radius))
     angles = np.arange(_SIDES) * 2.0 * pi / _SIDES
     ring = np.column_stack((radius * np.cos(angles), radius * np.sin(angles)))
     low, high = (np.column_stack((ring, np.full(_SIDES, z))) for z in (-0.5 * length, 0.5 * length))

@@ -132,6 +132,8 @@ def _own_comments(group: type) -> dict[str, str]:
         if isinstance(node.target, ast.Name):
             line = node.end_lineno or node.lineno
             text = [lines[inner] for inner in range(node.lineno, line) if inner in lines]
+            if text and line not in lines:
+                line += 1  # behind the bracket that a long default stands in
             while line in lines and (not text or line not in busy):
                 text.append(lines[line])
                 line += 1

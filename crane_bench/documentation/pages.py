@@ -64,9 +64,8 @@ class Page(NamedTuple):
     minutes: float  # that it takes on two idle cores whose cache of compiled code is empty
     expected_rows: Callable[[], list[str]]  # names of the rows or sections that it should have
     read_rows: Callable[[str], list[str]]  # names of those in its text
-    measured: tuple[
-        str, ...
-    ] = ()  # commands that measure what it is written from, where it does not measure itself
+    measured: tuple[str, ...] = ()  # commands that measure what it is written from, where it does
+    # not measure itself
 
 
 def first_cells(count: int, text: str) -> list[str]:

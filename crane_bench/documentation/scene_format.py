@@ -98,9 +98,8 @@ def scene_format() -> str:
     common = [
         field for field in schemas["knuckle"] if all(field in own for own in schemas.values())
     ]
-    common.sort(
-        key=lambda field: field.key in HardwareGroups.model_fields
-    )  # these are inherited, hence first
+    # these are inherited, hence first
+    common.sort(key=lambda field: field.key in HardwareGroups.model_fields)
     sections = sections_of(schemas)
     links = {_identity(section.group): section.title for section in sections}
     shared = [section for section in sections if len(section.cranes) == len(ALL_SCHEMAS)]

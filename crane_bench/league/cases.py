@@ -37,9 +37,8 @@ class Trial(NamedTuple):
 
     column: str
     scene: str  # of the catalogue
-    known: dict[
-        str, Any
-    ] = {}  # changes of the scene by dotted key that are part of the laws' nominal scene
+    known: dict[str, Any] = {}  # changes of the scene by dotted key that are part of the laws'
+    # nominal scene
     hidden: dict[str, Any] = {}  # changes that are not
     scaled: dict[str, float] = {}  # hidden factors of the scene's numbers, by dotted key
     seeded: str = ""  # the dotted key that takes SEEDS
@@ -54,9 +53,8 @@ class Entrant(NamedTuple):
     settings: dict[str, Any] = {}  # in addition
     nominal: dict[str, Any] = {}  # changes of the law's nominal scene, by dotted key
     tuned: str = ""  # the search of `crane tune` whose best compromise it takes
-    changes: dict[
-        str, Any
-    ] = {}  # of the scene by dotted key: drives that the law commands, and what it believes
+    changes: dict[str, Any] = {}  # of the scene by dotted key: drives that the law commands, and
+    # what it believes
 
 
 class Group(NamedTuple):
@@ -66,9 +64,8 @@ class Group(NamedTuple):
     goal: Literal["path", "target"]
     entrants: tuple[Entrant, ...]
     trials: tuple[Trial, ...]
-    uncertain: dict[
-        str, float
-    ] = {}  # what samples vary, unknown to the laws: largest part of the number, by key
+    uncertain: dict[str, float] = {}  # what samples vary, unknown to the laws: largest part of the
+    # number, by key
 
 
 def _read_groups() -> Iterator[Group]:
@@ -143,9 +140,8 @@ def groups_named(cranes: Sequence[str]) -> list[Group]:
     for crane in cranes:
         if crane not in known:
             near = did_you_mean(crane, known)
-            raise SceneError(
-                f"unknown crane {crane!r}{near} (known: {'; '.join(known)})"
-            )  # names have commas
+            # names have commas
+            raise SceneError(f"unknown crane {crane!r}{near} (known: {'; '.join(known)})")
     return [group for group in GROUPS if not cranes or group.name in cranes]
 
 

@@ -34,9 +34,8 @@ class CellMetrics(NamedTuple):
     residual_error: float  # m, largest distance in the last quarter of the run
     peak_swing: float  # deg, of the rope from the vertical
     residual_swing: float  # deg, in the last quarter of the run
-    settling: (
-        float | None
-    )  # s, from the end of the path, or from the start where there is none; None: it does not
+    settling: float | None  # s, from the end of the path, or from the start where there is none;
+    # None: it does not
     tip_acceleration: float  # m/s², largest, relative to the base
     effort: dict[str, float]  # largest of each actuated joint
     effort_units: dict[str, str]  # of each actuated joint

@@ -40,21 +40,16 @@ class SampledCell(NamedTuple):
     trial: str
     samples: int
     refused: str  # why the law does not apply to the scene; then there is no metric
-    controlled: IntervalEstimate | None = (
-        None  # share of samples in which the payload was brought to its goal
-    )
-    metrics: dict[
-        str, IntervalEstimate
-    ] = {}  # medians; infinite where half of the samples have none
-    from_best: PairedDifference | None = (
-        None  # mean error less that of the law with the least median
-    )
-    better_than: tuple[
-        str, ...
-    ] = ()  # laws of the same trial whose mean error is larger, significantly
-    failed: str = (
-        ""  # the first reason why a run ended before its time, or why its scene is not possible
-    )
+    controlled: IntervalEstimate | None = None  # share of samples in which the payload was brought
+    # to its goal
+    metrics: dict[str, IntervalEstimate] = {}  # medians; infinite where half of the samples have
+    # none
+    from_best: PairedDifference | None = None  # mean error less that of the law with the least
+    # median
+    better_than: tuple[str, ...] = ()  # laws of the same trial whose mean error is larger,
+    # significantly
+    failed: str = ""  # the first reason why a run ended before its time, or why its scene is not
+    # possible
     refused_runs: int = 0  # whose scenes are not possible
     failed_runs: int = 0  # that ended before their time
 
@@ -150,9 +145,8 @@ def is_controlled(result: StudyResult, law: str) -> npt.NDArray[np.bool_]:
     The run reached its end, its rope never swung to the horizontal, and its payload settled.
     """
     settled = ~np.isnan(metric_of(result, "payload_settling", law))
-    return settled & (
-        metric_of(result, "peak_swing_deg", law) < LEVEL
-    )  # NaN, of a run that failed, is not less
+    # NaN, of a run that failed, is not less
+    return settled & (metric_of(result, "peak_swing_deg", law) < LEVEL)
 
 
 def _first_error(result: StudyResult, law: str) -> str:

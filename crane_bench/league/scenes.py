@@ -10,13 +10,10 @@ from crane_sim.files.catalogue import config_folder
 from crane_sim.files.document import get_value, read, set_value
 
 BEST = "compromise_1"  # of what a search has chosen
-COMMON = (
-    "period",
-    "vision",
-)  # keys of a control group that other laws keep: period and measurement
-ABSENT: dict[str, Any] = {
-    "forces": []
-}  # values that stand for an absent group; of other groups: None
+# keys of a control group that other laws keep: period and measurement
+COMMON = ("period", "vision")
+# values that stand for an absent group; of other groups: None
+ABSENT: dict[str, Any] = {"forces": []}
 
 
 def trial_scene(trial: Trial, entrant: Entrant, seed: int) -> dict[str, Any]:

@@ -21,9 +21,8 @@ class ClaimRow(NamedTuple):
     claim: str  # with its equation number
     printed: Shown  # in the paper
     ours: Shown
-    difference: (
-        float | None
-    )  # largest, relative to ours or to the scale of the matrix; None without a meaning
+    difference: float | None  # largest, relative to ours or to the scale of the matrix; None
+    # without a meaning
     verdict: str
 
 

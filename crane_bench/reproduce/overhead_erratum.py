@@ -19,8 +19,8 @@ class Erratum(NamedTuple):
     correction: str
     printed: Array
     corrected: Array
-    # from energies, positions and their complex steps, or from the matrices that follow from them
-    truth: Array
+    truth: Array  # from energies, positions and their complex steps, or from the matrices that
+    # follow from them
     tolerance: float  # of corrected against truth, relative
 
 

@@ -139,9 +139,8 @@ def hoist_coupling(n: int, where: str) -> Erratum:
     still[n + 1] = 0.0
     _, rates, paid = unpack(v)
     scale = 2.0 * crane.masses[-1] * paid[0] * q[-1] * cos(fsum(q[2 : n + 1]))
-    printed = scale * (
-        rates[0] - fsum(rates)
-    )  # for one link the terms in l̇_1² cancel, as they are absent for more
+    # for one link the terms in l̇_1² cancel, as they are absent for more
+    printed = scale * (rates[0] - fsum(rates))
     truth = (chain.coriolis(crane, q, v) @ v - chain.coriolis(crane, q, still) @ still)[n]
     return erratum(
         where, "+2 m_N l̇_1 l_N θ̇_1 cos(θ_2 + .. + θ_N)", printed, scale * rates[0], truth

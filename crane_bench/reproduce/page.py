@@ -12,10 +12,8 @@ from crane_sim.files.errors import SceneError
 from crane_sim.files.output import write_text
 from crane_sim.report.plotting import save_figure
 
-BY_ROUNDING = (
-    "ours",
-    "difference",
-)  # columns of `Row`, where digits below ROUNDING are those of the processor
+# columns of `Row`, where digits below ROUNDING are those of the processor
+BY_ROUNDING = ("ours", "difference")
 TITLES = {
     "overhead": "The overhead-crane paper: properties, numbers and misprints",
     "hardcases": "The hard cases of the overhead crane",

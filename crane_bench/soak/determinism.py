@@ -22,9 +22,8 @@ from crane_sim.simulation.rollout import simulate
 KILTED = os.environ.get("CRANE_SIM_KILTED_PYTHON", "")
 """A Python with rclpy of ROS 2 Kilted, this package and what it needs; empty: there is none."""
 SCENE, DURATION = "knuckle_setpoint", 6.0  # s of simulated time, 600 steps
-_TIMEOUT = (
-    120.0  # s, only so that a failure ends: another interpreter may have everything to compile
-)
+# s, only so that a failure ends: another interpreter may have everything to compile
+_TIMEOUT = 120.0
 _END_TIMEOUT = 10.0  # s after SIGTERM; a recorder closes its file
 _OF_THIS_ONE = (
     "LD_LIBRARY_PATH",

@@ -24,10 +24,8 @@ from crane_sim.orchestration import run
 from crane_sim.orchestration.ros_environment import reserve_domain
 
 VICTIMS = ("controller", "recorder")
-MEDIAN_LIMIT, MAX_LIMIT = (
-    0.5,
-    1.0,
-)  # s within which control is back behind half of the kills, and behind all of them
+# s within which control is back behind half of the kills, and behind all of them
+MEDIAN_LIMIT, MAX_LIMIT = 0.5, 1.0
 _GAP = (0.5, 2.5)  # s between two kills, uniform
 _POLL = 0.01  # s between two polls for a process to kill
 _BEFORE, _BEHIND = 1.0, 5.0  # s of the run without kills

@@ -19,9 +19,8 @@ SCENE = "knuckle_setpoint"
 MAX_GROWTH = 5.0  # MB that a process may grow after the warm-up
 _WARM_UP = 60.0  # s, in short soaks a third of the time
 INTERVAL = 1.0  # s between samples
-_MAX_STEP_RATE = (
-    30_000.0  # steps/s, more than any lockstep makes: the run must not end before it is stopped
-)
+# steps/s, more than any lockstep makes: the run must not end before it is stopped
+_MAX_STEP_RATE = 30_000.0
 _MB = 1e6
 
 

@@ -24,10 +24,8 @@ from crane_sim.scenes.scene import Scene
 
 PERIOD = 0.001  # s
 ROUND = 10.0  # s of the bare loop, then as many of each run
-_RATE, _RATIO = (
-    0.1,
-    1.5,
-)  # Hz, deviation of the mean rate; p99 of the plant's period error against the bare loop's
+# Hz, deviation of the mean rate; p99 of the plant's period error against the bare loop's
+_RATE, _RATIO = 0.1, 1.5
 
 _MAX_DIFFERENCE = 0.5  # % of the steps, between the two counts of overruns
 # ns: from the start of the quickest step to its state's message, and from a step's last message to

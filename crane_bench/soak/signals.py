@@ -51,8 +51,8 @@ class Interruption(NamedTuple):
     again: float | None  # s from the first signal to a second one; None: there is one signal
     fresh: bool  # with an empty cache of compiled code: the signal comes while it is compiled
     way: str = "realtime"  # kind of the run, a key of RUN_KINDS
-    # `at` counts from the first state that the monitor receives, and the run does not end before
-    begun: bool = False
+    begun: bool = False  # `at` counts from the first state that the monitor receives, and the run
+    # does not end before
 
 
 class End(NamedTuple):

@@ -100,9 +100,8 @@ def _read_part(folder: Path, part: str) -> dict[str, Any]:
     file = folder / "soak" / f"{part}.json"
     try:
         document = json.loads(file.read_text())
-        name = (
-            "metrics" if "metrics" in document else "figures"
-        )  # its deprecated name, for one release
+        # its deprecated name, for one release
+        name = "metrics" if "metrics" in document else "figures"
         metrics = [Metric(*metric) for metric in document[name]]
         describe_machine(document["machine"])  # fails where something is missing
         data = {key: document["data"][key] for key in PARTS[part].data_keys}

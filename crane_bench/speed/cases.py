@@ -11,9 +11,8 @@ from crane_sim.scenes.scene import Scene, load_scene
 ERROR_LEVELS = (1e-2, 1e-4, 1e-6, 1e-9, 1e-12)
 """Errors [m] at which engines are compared: the distance of the payload from its reference at the
 end."""
-MIN_TRUST = (
-    20.0  # smallest error that a case is asked for, as a multiple of its reference's error bound
-)
+# smallest error that a case is asked for, as a multiple of its reference's error bound
+MIN_TRUST = 20.0
 
 
 class Case(NamedTuple):
@@ -23,9 +22,8 @@ class Case(NamedTuple):
     scene: str  # of the catalogue
     title: str
     compare_engines: bool = True  # False: other engines cannot model it
-    engine_results_from: str = (
-        ""  # id of the case whose engines it is compared with: the same crane, another model
-    )
+    engine_results_from: str = ""  # id of the case whose engines it is compared with: the same
+    # crane, another model
 
 
 CASES = (

@@ -17,12 +17,10 @@ class RunResult(NamedTuple):
     payload: Array  # (3,) m, world, z up
     evaluations: int | None  # of the equations; None: not counted by the engine
     steps: int | None
-    tension: float | None = (
-        None  # N, of an elastic cable at the end; None: not requested or not available
-    )
-    attitude: Array | None = (
-        None  # (3, 3) rotation from a rigid load's axes to the world's, at the end
-    )
+    tension: float | None = None  # N, of an elastic cable at the end; None: not requested or not
+    # available
+    attitude: Array | None = None  # (3, 3) rotation from a rigid load's axes to the world's, at the
+    # end
 
 
 class Run(NamedTuple):
@@ -31,9 +29,8 @@ class Run(NamedTuple):
     engine: str
     method: str  # of integration, as the engine calls it
     setting: float  # step [s] or relative tolerance: what is swept
-    execute: Callable[
-        [int], RunResult
-    ]  # repeats the integration from the start, as fast as the engine can
+    execute: Callable[[int], RunResult]  # repeats the integration from the start, as fast as the
+    # engine can
 
 
 class Engine(Protocol):
@@ -41,9 +38,8 @@ class Engine(Protocol):
 
     name: str
     version: str
-    unsupported_scenes: ClassVar[
-        dict[str, str]
-    ]  # reason by scene that is not compared with this engine
+    unsupported_scenes: ClassVar[dict[str, str]]  # reason by scene that is not compared with this
+    # engine
 
     def unsupported_reason(self, problem: Problem) -> str | None:
         """Return why the engine cannot model the problem, None when it can."""

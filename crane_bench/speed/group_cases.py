@@ -27,9 +27,8 @@ class GroupCase(NamedTuple):
     group: str
     changes: Changes
     common: Changes = {}
-    parts: tuple[
-        str, ...
-    ] = ()  # groups of the same baseline that a joint case has at once; empty: a single group
+    parts: tuple[str, ...] = ()  # groups of the same baseline that a joint case has at once; empty:
+    # a single group
 
 
 def read_cases() -> Iterator[GroupCase]:

@@ -27,9 +27,8 @@ class Chain(NamedTuple):
     trolley: float  # kg
     masses: Array  # (N,) kg, from the top; the last one is the payload
     lengths: Array  # (N,) m
-    # (N,) rad, from the downward vertical, positive towards +x: node k is at node k-1 + l (sin,
-    # -cos)
-    angles: Array
+    angles: Array  # (N,) rad, from the downward vertical, positive towards +x: node k is at node
+    # k-1 + l (sin, -cos)
     gravity: float  # m/s²
     duration: float  # s
 
@@ -73,9 +72,8 @@ class KnuckleCrane(NamedTuple):
     boom: RodParameters
     jib: RodParameters
     payload: float  # kg
-    stiffness: tuple[
-        float, float, float
-    ]  # N m/rad, N m/rad, N/m: of boom, jib (relative to the boom) and rope
+    stiffness: tuple[float, float, float]  # N m/rad, N m/rad, N/m: of boom, jib (relative to the
+    # boom) and rope
     neutral: tuple[float, float, float]  # rad, rad (relative), m
     q: Array  # (3,) rad, α, β, γ at the start; at rest
     start: Array  # (3,) m, of the payload, at rest
@@ -151,9 +149,8 @@ def _chain_of(scene: Scene) -> Chain:
     masses = np.array(np.broadcast_to(cable["node_masses"], n), float)
     masses[-1] = payload.get("mass", masses[-1])
     lengths, first = np.array(np.broadcast_to(cable["lengths"], n), float), len(scene.initial_q) - 1
-    angles = (
-        scene.initial_q[1:] if first == n else [scene.initial_q[1]] * n
-    )  # a straight cable has one angle
+    # a straight cable has one angle
+    angles = scene.initial_q[1:] if first == n else [scene.initial_q[1]] * n
     return Chain(
         _mass(scene.model), masses, lengths, np.array(angles), scene.model.gravity, scene.duration
     )

@@ -34,9 +34,8 @@ class FilterState(NamedTuple):
 class Filter(NamedTuple):
     """The filter of both axes."""
 
-    measurement_variances: tuple[
-        float, float
-    ]  # m² of a measured position, m²/s² of a measured velocity
+    measurement_variances: tuple[float, float]  # m² of a measured position, m²/s² of a measured
+    # velocity
     theta: float  # 1/s², initial squared disturbance frequency
     initial_variance: Any  # (7,) of the state
     process_noise: Any  # (7,) variance per second

@@ -1,5 +1,4 @@
 """The nodes that run laws."""
 
-from crane_sim.ros.common import (
-    node_host as node_host,
-)  # before rclpy: it ends a process without ROS in one line
+# before rclpy: it ends a process without ROS in one line
+from crane_sim.ros.common import node_host as node_host

@@ -58,10 +58,8 @@ class ControllerNode(LawNode):
         )
         scene = self._scene
         self._goals = TrajectoryAction(node, scene, self._law, settings)
-        self._next_reference, self._referred = (
-            0,
-            self._law,
-        )  # ns; the law whose path ends at the reference
+        # ns; the law whose path ends at the reference
+        self._next_reference, self._referred = 0, self._law
         self._command = b""  # the newest, serialized
         self._command_codec = CommandCodec(scene)
         self._reference = self._reference_of_scene()

@@ -51,9 +51,8 @@ PARAMETERS = {
 }
 _COMMANDS = OutputTopic(JointState, "joint_commands", messages.DEEP_STREAM_QOS)
 _PANEL_PERIOD = 0.1  # s between two reports to the terminal
-_RETRY_TIMEOUT = (
-    1.0  # s after a request of the brakes, refused or without an answer, until the next one
-)
+# s after a request of the brakes, refused or without an answer, until the next one
+_RETRY_TIMEOUT = 1.0
 
 
 class Brakes:

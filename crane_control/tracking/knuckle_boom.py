@@ -53,9 +53,8 @@ class BoomServo(NamedTuple):
     kp: float  # 1/s², gain on the tip's position
     kd: float  # 1/s, gain on the tip's velocity
     height: float  # m, setpoint of the tip's height
-    radius_range: tuple[
-        float, float
-    ]  # m, workspace: least and greatest distance from the tower's axis at this height
+    radius_range: tuple[float, float]  # m, workspace: least and greatest distance from the tower's
+    # axis at this height
     length: float  # m, setpoint of the rope's length
     rope: Any  # the rope of the crane
     crane: Crane  # nominal, with a rope whose acceleration is prescribed
@@ -112,10 +111,8 @@ def joint_accelerations(support, pose, a, damping_rate):
     slew = ((a[1] - 2.0 * w * pose.tip_velocity[0]) * r - damping * damping_rate * w) / (
         r * r + damping
     )
-    cosine, sine = (
-        pose.cb * pose.cg + pose.sb * pose.sg,
-        pose.sb * pose.cg - pose.cb * pose.sg,
-    )  # of boom against jib
+    # of boom against jib
+    cosine, sine = pose.cb * pose.cg + pose.sb * pose.sg, pose.sb * pose.cg - pose.cb * pose.sg
     damping = max(0.0, SINGULAR_SINE * SINGULAR_SINE - sine * sine)
     boom_rhs = (
         pose.cb * dz - pose.sb * dr - damping * damping_rate * support.boom.length * pose.beta_rate
@@ -256,9 +253,8 @@ def radius_range(support: Knuckle, height: float) -> tuple[float, float]:
     the least.
     """
     boom, jib = support.boom.length, support.jib.length
-    max_cosine = sqrt(
-        1.0 - MIN_ELBOW_SINE * MIN_ELBOW_SINE
-    )  # cosine of the angle between boom and jib
+    # cosine of the angle between boom and jib
+    max_cosine = sqrt(1.0 - MIN_ELBOW_SINE * MIN_ELBOW_SINE)
     folded, straight = (
         boom * boom + jib * jib + 2.0 * boom * jib * k - height * height
         for k in (-max_cosine, max_cosine)

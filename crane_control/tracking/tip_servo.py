@@ -48,10 +48,8 @@ class CableState(NamedTuple):
     dpayload: tuple[float, float]  # m/s
     n: tuple[float, float, float]  # unit vector from the suspension point to the payload
     dn: tuple[float, float, float]  # 1/s, derivative of n
-    crane_state: (
-        tuple[Any, Any] | None
-    )  # (support state, payload state) of the nominal crane that carries the
-    # suspension point; None where the point itself is driven
+    crane_state: tuple[Any, Any] | None  # (support state, payload state) of the nominal crane that
+    # carries the suspension point; None where the point itself is driven
 
 
 def driven_cable_state(servo, length, q, v):
@@ -112,8 +110,6 @@ class PositionServo(NamedTuple):
         Its acceleration of the point is then the one of the setpoint.
         """
         x, v, a = setpoint
-        lead, per_kp = (
-            self.kd / self.kp,
-            1.0 / self.kp,
-        )  # s, s²: x + kd/kp v + 1/kp a, the servo's law inverted
+        # s, s²: x + kd/kp v + 1/kp a, the servo's law inverted
+        lead, per_kp = self.kd / self.kp, 1.0 / self.kp
         return x[0] + lead * v[0] + per_kp * a[0], x[1] + lead * v[1] + per_kp * a[1]

@@ -35,10 +35,8 @@ class Gains(NamedTuple):
     kd: float  # 1/s
     velocity: float  # 1: the setpoint's velocity is fed forward, 0: it is not
     acceleration: float  # likewise the reference's acceleration
-    # s, in which kp and kd rise to their values, from ω² and 0.4 ω: with those the tip's setpoint
-    # is the
-    ramp: float
-    # payload's reference plus damping and feedforward
+    ramp: float  # s, in which kp and kd rise to their values, from ω² and 0.4 ω: with those the
+    # tip's setpoint is the payload's reference plus damping and feedforward
 
 
 class Tracker(NamedTuple):
@@ -48,9 +46,8 @@ class Tracker(NamedTuple):
     gains: Gains
     trajectory: Trajectory
     camera: Any  # None: the payload is measured exactly
-    # learner or observer, whose `estimate(pendulum, sample, measurement)` is an `Estimate`,
-    disturbance_estimator: Any
-    # or None
+    disturbance_estimator: Any  # learner or observer, whose `estimate(pendulum, sample,
+    # measurement)` is an `Estimate`, or None
     base: Any  # the base's motion, if that is measured and fed forward, or None
 
     def with_initial_state(self) -> "Tracker":

@@ -26,9 +26,8 @@ class CameraSettings(NamedTuple):
     Velocities are by backward difference.
     """
 
-    rate: Annotated[Positive, Field(le=1e4)] = (
-        30.0  # Hz, of frames, between which the measurement is held
-    )
+    rate: Annotated[Positive, Field(le=1e4)] = 30.0  # Hz, of frames, between which the measurement
+    # is held
     noise: NonNegative = 0.002  # m, standard deviation of each coordinate
     latency: Annotated[NonNegative, Field(le=60.0)] = 0.0  # s, from a frame to its use
     low_pass: Positive | None = 5.0  # Hz, corner of the first-order filter; `null`: no filter
@@ -38,10 +37,10 @@ class CameraSettings(NamedTuple):
 class CameraState(NamedTuple):
     """State of the camera; times in s, from the start of the run."""
 
-    # (3,) int64: frames taken, frames used, index of the interval in which the next frame is due
-    counts: Any
-    # (n, 3): time taken [s], x, y [m] of frames that are delayed by the latency; a ring buffer
-    queue: Any
+    counts: Any  # (3,) int64: frames taken, frames used, index of the interval in which the next
+    # frame is due
+    queue: Any  # (n, 3): time taken [s], x, y [m] of frames that are delayed by the latency; a ring
+    # buffer
     last_used_frame: Any  # (3,) time taken [s], x, y [m]
     filtered: Any  # (4,) x, y [m], their rates [m/s]
 
@@ -51,9 +50,8 @@ class Camera(NamedTuple):
 
     interval: float  # s, between frames
     latency: float  # s
-    corner_rad_s: (
-        float  # rad/s, corner frequency of the low-pass filter; infinite where there is none
-    )
+    corner_rad_s: float  # rad/s, corner frequency of the low-pass filter; infinite where there is
+    # none
     noise_std: float  # m, standard deviation of the noise of each coordinate
     noise_samples: Any  # (frames, 2) m, noise of each frame
     state: CameraState
@@ -89,9 +87,8 @@ def make_camera(settings: CameraSettings | None, nominal: Scene) -> Camera | Non
         )
     noise = np.random.default_rng(settings.seed).normal(0.0, settings.noise, (frames, 2))
     corner_rad_s = inf if settings.low_pass is None else 2.0 * pi * settings.low_pass
-    size = (
-        int(np.ceil(settings.latency * settings.rate)) + 2
-    )  # frames within the latency at one time, at most
+    # frames within the latency at one time, at most
+    size = int(np.ceil(settings.latency * settings.rate)) + 2
     return Camera(
         1.0 / settings.rate, settings.latency, corner_rad_s, settings.noise, noise, _empty(size)
     )

@@ -35,10 +35,8 @@ def _failures() -> Iterator[Unusual]:
 
 def _failed_node() -> Iterator[Unusual]:
     """Yield why a node does not start."""
-    from crane_sim.orchestration.ros_environment import (
-        node_environment,
-        reserve_domain,
-    )  # here: slow to import
+    # here: slow to import
+    from crane_sim.orchestration.ros_environment import node_environment, reserve_domain
 
     with tempfile.TemporaryDirectory(prefix="crane_sim-") as folder, reserve_domain() as domain:
         environment = node_environment(domain, Path(folder))

@@ -27,9 +27,8 @@ END = "q"
 _REFRESH_PERIOD = 0.1  # s
 _BAR = 12  # characters of each half of a speed's bar
 _NAMES = {" ": "space", "\r": "enter", "\n": "enter", "\t": "tab", "=": "+"}
-_KEY = re.compile(
-    r"\x1b(\[\[\w?|[\[O][0-9;]*(?P<last>[A-Za-z~])?)?|.", re.DOTALL
-)  # [[: of the console
+# [[: of the console
+_KEY = re.compile(r"\x1b(\[\[\w?|[\[O][0-9;]*(?P<last>[A-Za-z~])?)?|.", re.DOTALL)
 _INCOMPLETE = re.compile(rb"\x1b(?:\[\[|[\[O][0-9;]*)?\Z")
 _ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
 _COLORS = {
@@ -130,9 +129,8 @@ class OperatorConsole:
             elif not self._keys:
                 self._closing.wait(_REFRESH_PERIOD)
             else:
-                unread = (
-                    b""  # its rest would have come: it was a person's key, and the next one counts
-                )
+                # its rest would have come: it was a person's key, and the next one counts
+                unread = b""
             if self._live and (state := desk.panel()):
                 self._live.update(
                     make_panel(self._title, self._joints, state, self._keys), refresh=True

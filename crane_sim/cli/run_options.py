@@ -307,9 +307,8 @@ def ensure_writable_file(option: str, path: Path) -> None:
         raise SceneError(f"{option} {path}: is a folder")
     if path.exists() and not path.is_file():
         raise SceneError(f"{option} {path}: is not a regular file")
-    _try_to_write(
-        path.parent, f"{option} {path}"
-    )  # not the file itself: an existing one stays until the run ends
+    # not the file itself: an existing one stays until the run ends
+    _try_to_write(path.parent, f"{option} {path}")
 
 
 def _try_to_write(folder: Path, what: str) -> None:

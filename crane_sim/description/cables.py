@@ -31,9 +31,8 @@ class SuspendedCable(NamedTuple):
 
     lengths: tuple[float, ...]  # (N,) m
     masses: tuple[float, ...]  # (N,) kg
-    inertias: tuple[
-        float, ...
-    ] = ()  # (N,) kg m², about the swing axis, of links that rotate as rods; else empty
+    inertias: tuple[float, ...] = ()  # (N,) kg m², about the swing axis, of links that rotate as
+    # rods; else empty
 
     @classmethod
     def from_scene(cls, scene: Scene) -> SuspendedCable:

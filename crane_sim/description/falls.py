@@ -267,9 +267,8 @@ def portal_of(scene: Scene) -> Portal:
         return Portal(
             (left, right), (left + 2.0 * unit, right - 2.0 * unit), depth, 4.5 * unit, 4.5 * unit
         )
-    half_span = max(
-        4.5 * unit, 0.75 * box_edges(scene.model.load)[1]
-    )  # so that the load passes between them
+    # so that the load passes between them
+    half_span = max(4.5 * unit, 0.75 * box_edges(scene.model.load)[1])
     return Portal((left, right), file.legs, depth, 4.5 * unit, half_span)
 
 

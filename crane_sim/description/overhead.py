@@ -44,9 +44,8 @@ def add_overhead_crane(robot: Robot, scene: Scene) -> None:
     _add_nodes(robot, cable, box)
     if config.hoist is not None and config.hoist.inertia:
         drum = f"hoist.inertia = {config.hoist.inertia:g} kg, reflected mass of the drum"
-        robot.comment(
-            f"{drum}: adds to this joint only, to no link", "hoist"
-        )  # as no link can have it
+        # as no link can have it
+        robot.comment(f"{drum}: adds to this joint only, to no link", "hoist")
 
 
 def _add_nodes(robot: Robot, cable: SuspendedCable, box: BoundingBox) -> None:

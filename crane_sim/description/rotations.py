@@ -73,9 +73,8 @@ def rotation_matrices(quaternions: Array) -> Array:
     n, w = quaternions[:, :3], quaternions[:, 3, None, None]
     zero = np.zeros(len(n))
     x, y, z = n.T
-    cross = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(
-        2, 0, 1
-    )  # of n with a vector
+    # of n with a vector
+    cross = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
     outer, square = n[:, :, None] * n[:, None, :], np.sum(n * n, axis=1)[:, None, None]
     return ((w * w - square) * np.eye(3) + 2.0 * (outer + w * cross)) / (w * w + square)
 

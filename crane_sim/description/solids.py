@@ -8,11 +8,8 @@ from typing import NamedTuple
 
 Vector = tuple[float, float, float]
 ORIGIN: Vector = (0.0, 0.0, 0.0)
-RPY_ALONG_Y: Vector = (
-    pi / 2,
-    0.0,
-    0.0,
-)  # roll, pitch, yaw of a cylinder, by default along z, along y
+# roll, pitch, yaw of a cylinder, by default along z, along y
+RPY_ALONG_Y: Vector = (pi / 2, 0.0, 0.0)
 
 YELLOW = "0.95 0.66 0.08 1"
 DARK = "0.20 0.23 0.27 1"

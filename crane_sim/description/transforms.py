@@ -115,10 +115,8 @@ class TransformTree:
         motions += [joint.motion(q, v) for joint in self._moving]
         if self._turned is not None:
             (w, *axis), (w_rate, *rates) = ([x[i] for i in self._attitude] for x in (q, v))
-            n, n_rate = (
-                np.array(axis),
-                np.array(rates),
-            )  # twice the vector part of q' q*, of a quaternion of any size
+            # twice the vector part of q' q*, of a quaternion of any size
+            n, n_rate = np.array(axis), np.array(rates)
             turning = 2.0 * (w * n_rate - w_rate * n + np.cross(n, n_rate)) / (w * w + n @ n)
             motions.append(RelativeMotion(self.moving(q)[-1], rest, turning))
         return motions

@@ -40,9 +40,8 @@ class BoundingBox(NamedTuple):
     @property
     def depth(self) -> float:
         """Return the depth of the box below the rail, to which all visuals are scaled."""
-        return max(
-            -self.low[2], self.shortest, 1e-3
-        )  # a payload above the rail would hang as deep as that
+        # a payload above the rail would hang as deep as that
+        return max(-self.low[2], self.shortest, 1e-3)
 
     @property
     def unit(self) -> float:

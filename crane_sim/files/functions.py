@@ -71,9 +71,8 @@ def _reload(module: ModuleType) -> None:
 
 def _import_module(name: str, place: str) -> ModuleType:
     """Return a module, executed anew where its source has been edited since it was executed."""
-    imported = (
-        place in sys.modules
-    )  # asked first: the search for a source imports the package that it is in
+    # asked first: the search for a source imports the package that it is in
+    imported = place in sys.modules
     digest, source = hash_source(name), source_of(name)
     module = import_module(place)
     edited = imported and source is not None and source.stat().st_mtime > _STARTED

@@ -19,9 +19,8 @@ class OptionalPackage(NamedTuple):
 
     name: str  # as pip knows it
     extra: str  # of this package, which brings it
-    group: str = (
-        ""  # of `./crane install`, which brings it; empty: ./crane installs it from the start
-    )
+    group: str = ""  # of `./crane install`, which brings it; empty: ./crane installs it from the
+    # start
 
 
 _RERUN, _ROS = OptionalPackage("rerun-sdk", "rerun"), OptionalPackage("rclpy", "ros")

@@ -30,17 +30,11 @@ DEFAULT_SCENES: dict[str, tuple[str, dict[str, Any]]] = {
 }
 """Scenes of the catalogue by kind of crane, with the changes that give every command a bound and
 the payload a goal."""
-SHIFTS = (
-    "noise",
-    "bias",
-    "quantum",
-)  # of a sensor's record: what may show a joint beyond its travel limits
+# of a sensor's record: what may show a joint beyond its travel limits
+SHIFTS = ("noise", "bias", "quantum")
 CLOCK = ("duration", "control.period")  # keys that are the same in all episodes
-SEEDED = (
-    "uncertain",
-    "wind",
-    "base_motion",
-)  # groups that the seed changes; the rest is noise, drawn while running
+# groups that the seed changes; the rest is noise, drawn while running
+SEEDED = ("uncertain", "wind", "base_motion")
 MaxEffort = float | Sequence[float]
 
 

@@ -71,9 +71,8 @@ def read_bag(
         )
     stamped = all(any(message.stamp for message in messages) for messages in topics.values())
     states = _track(path, topics[STATES], "position", joints, stamped)
-    field = (
-        kinds[0] if kinds else "effort"
-    )  # what a drive is commanded is the name of the message's field, too
+    # what a drive is commanded is the name of the message's field, too
+    field = kinds[0] if kinds else "effort"
     commands = _track(path, topics[COMMANDS], field, driven, stamped)
     if contents.damage or contents.malformed:
         _check_gaps(path, commands, states.nanoseconds[0])
@@ -105,9 +104,8 @@ def _track(
     if (back := np.flatnonzero(steps < 0)).size:
         at = 1e-9 * nanoseconds[back[0]]
         raise SceneError(f"{path}: times go back after {at:g} s: give one pass, without a reset")
-    fresh = np.concatenate(
-        [[True], steps > 0]
-    )  # of messages with the same stamp the first one counts
+    # of messages with the same stamp the first one counts
+    fresh = np.concatenate([[True], steps > 0])
     present = {name for each in messages for name in each.content.name}
     names = tuple(name for name in wanted if name in present)
     rows = [

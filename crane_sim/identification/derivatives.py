@@ -97,9 +97,8 @@ def fill_derivatives(
     for first in range(0, unknowns, DIRECTIONS):
         slopes, own = np.full((n, nq, DIRECTIONS), np.nan), _directions(of_model, first)
         for excitation, (*start, of_q, of_v) in zip(excitations, starts, strict=True):
-            q, v = map(
-                np.ascontiguousarray, start
-            )  # as derivatives demand; they may be columns of a larger array
+            # as derivatives demand; they may be columns of a larger array
+            q, v = map(np.ascontiguousarray, start)
             directions = (own, *(_directions(each, first) for each in (of_q, of_v)), slopes)
             differentiate_held(method, model, excitation, q, v, positions, directions)
         out[..., first : first + DIRECTIONS] = slopes

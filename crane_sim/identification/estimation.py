@@ -32,20 +32,15 @@ from crane_sim.scenes.scene import Scene, SceneSource, load_scene
 Array = npt.NDArray[np.float64]
 SEGMENT = 5.0  # s
 LEVEL = 0.95  # of the intervals
-RUNGS = (
-    16.0,
-    4.0,
-    2.0,
-    1.0,
-)  # by which segments are shorter than asked, in fits that lead to its first guess
+# by which segments are shorter than asked, in fits that lead to its first guess
+RUNGS = (16.0, 4.0, 2.0, 1.0)
 ROUGHLY = 1e-3  # relative decrease of the cost that ends those
 # condition number of the sensitivities from which the information matrix counts as singular
 ILL_CONDITIONED = 1e8
 INVOLVED = 0.1  # least entry of its null vector, of the largest one, of a parameter that is named
 SILENT = 12.0  # range of a joint by its noise up to which it rests: that of 10^8 samples of noise
-UNDETERMINED = (
-    1.0  # standard deviation of a parameter by its value from which it counts as without influence
-)
+# standard deviation of a parameter by its value from which it counts as without influence
+UNDETERMINED = 1.0
 ROUNDING = 1e-12  # of a value: what is smaller is rounding of the simulation, not of the data
 CORRELATED = 0.2  # of successive residuals, from which they are not noise
 
@@ -66,9 +61,8 @@ class Identification:
     """The parameters with which a scene repeats a measured run best."""
 
     guess: Scene  # the one with the first guess
-    estimates: tuple[
-        Estimate, ...
-    ]  # (p,) key, start, value, deviation, low, high of each parameter
+    estimates: tuple[Estimate, ...]  # (p,) key, start, value, deviation, low, high of each
+    # parameter
     covariance: Array  # (p, p) of the values
     correlation: Array  # (p, p) -
     condition: float  # condition number of the sensitivities, their columns scaled to length 1
@@ -77,9 +71,8 @@ class Identification:
     iterations: int  # of the last fit
     data: Measurements  # what was fitted
     fit: Array  # (K, m) m or rad, the positions with the estimated parameters
-    segments: tuple[
-        int, ...
-    ]  # first samples of the segments, each with an initial state of its own
+    segments: tuple[int, ...]  # first samples of the segments, each with an initial state of its
+    # own
 
     def overrides(self) -> dict[str, float]:
         """Return the estimates as changes of the scene, by dotted key."""

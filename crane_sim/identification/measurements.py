@@ -35,8 +35,8 @@ class Measurements(NamedTuple):
     q: Array  # (K, m) m or rad, NaN where a joint was not measured
     command_times: Array  # (C,) s, from which each command is held
     commands: Array  # (C, nu), in the order and the units of the scene's actuated joints
-    # whether drives had their initial demands before the first command; else that command
-    from_start: bool = False
+    from_start: bool = False  # whether drives had their initial demands before the first command;
+    # else that command
 
 
 Source: TypeAlias = "Measurements | RecordedRun | Rollout | Path | str"  # of a run
@@ -197,9 +197,8 @@ def _commands(
 def from_rollout(run: Rollout, noise: float = 0.0, seed: int = 0) -> Measurements:
     """Return a simulated run's positions as encoders with normal noise [rad, m] show them."""
     q = run.q + np.random.default_rng(seed).normal(0.0, 1.0, run.q.shape) * noise
-    command_times = run.scene.period * np.arange(
-        len(run.commands), dtype=np.float64
-    )  # s, of the periods
+    # s, of the periods
+    command_times = run.scene.period * np.arange(len(run.commands), dtype=np.float64)
     commands = _commands(run.commands, run.u, command_times, lambda: run.scene, "run")
     return Measurements(run.t, run.scene.joint_names, q, command_times, commands, from_start=True)
 

@@ -43,14 +43,10 @@ from crane_sim.trajectories.breakpoints import with_breakpoints
 
 Array = npt.NDArray[np.float64]
 STEP = 2e-4  # of differences: of a logarithm, or m, rad and their rates of an initial state
-ORDER_6 = {
-    1: 3.0 / 4.0,
-    2: -3.0 / 20.0,
-    3: 1.0 / 60.0,
-}  # weights of central differences, by multiples of the step
-ORDER_2 = {
-    3: 1.0 / 6.0
-}  # over the same span: where it is finite, so are the outermost runs of order 6
+# weights of central differences, by multiples of the step
+ORDER_6 = {1: 3.0 / 4.0, 2: -3.0 / 20.0, 3: 1.0 / 60.0}
+# over the same span: where it is finite, so are the outermost runs of order 6
+ORDER_2 = {3: 1.0 / 6.0}
 OMITTED = ("control", "sensors", "faults", "imu", "camera", "uncertain", "inputs")
 """Groups of a scene that say nothing on how the crane answers its commands, or that are not
 constant."""
@@ -77,14 +73,12 @@ class Unknowns(NamedTuple):
     """Values of all unknowns."""
 
     logarithms: Array  # (p,) natural, of parameters by their nominal values
-    deviations: (
-        Array  # (segments, 2 n) of the initial states: coordinates in the basis, and their rates
-    )
+    deviations: Array  # (segments, 2 n) of the initial states: coordinates in the basis, and their
+    # rates
 
 
-States: TypeAlias = dict[
-    int, tuple[Array, Array]
-]  # joint positions (nq,) and velocities (nq,) by number of a sample
+# joint positions (nq,) and velocities (nq,) by number of a sample
+States: TypeAlias = dict[int, tuple[Array, Array]]
 
 
 class Shooting:
@@ -373,10 +367,8 @@ def _integrator(scene: Scene) -> Callable[[Excitation, Array, Array, Array], obj
     if not is_nonideal(scene.hardware):
         return lambda part, q, v, out: integrate_held(method, model, part, q, v, out)
     hardware = HardwareRun(scene).state
-    drives, servos = (
-        hardware.drives,
-        hardware.servos,
-    )  # of one segment: with servos there is no second
+    # of one segment: with servos there is no second
+    drives, servos = hardware.drives, hardware.servos
     drives.delay = 0  # it is in the instants
     return lambda part, q, v, out: integrate_with_drives(
         method, model, drives.copy(), servos, part, q, v, out

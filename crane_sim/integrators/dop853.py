@@ -37,9 +37,8 @@ class DOP853(NamedTuple):
         y = add_weighted(x, h, B, ks, out)
         e5 = error_square(h, E5, ks, x, y, self.rtol, self.atol)
         e3 = error_square(h, E3, ks, x, y, self.rtol, self.atol)
-        error = (
-            0.0 if e5 == 0.0 else e5 / sqrt((e5 + 0.01 * e3) * dimension(x))
-        )  # a NaN is propagated
+        # a NaN is propagated
+        error = 0.0 if e5 == 0.0 else e5 / sqrt((e5 + 0.01 * e3) * dimension(x))
         return y, error, STAGES - 1
 
 
@@ -49,9 +48,8 @@ class RK8(NamedTuple):
     A step that is unstable for the stiffest motion is refused.
     """
 
-    # s, shortened so that a whole number fills each control period; without control it may span
-    # several
-    step: Positive
+    step: Positive  # s, shortened so that a whole number fills each control period; without control
+    # it may span several
     tableau = TABLEAU
     stages, last_stage = STAGES, STAGES - 1
     take_step = take_explicit_step

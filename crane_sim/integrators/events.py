@@ -221,9 +221,8 @@ def events_until(log, t):
     kept = n = min(log.total, len(log.rows))
     while n > 0 and log.rows[n - 1, 0] > t:
         n -= 1
-    return (
-        log if n == kept else EventLog(n, log.rows)
-    )  # those that are only counted are later than those kept
+    # those that are only counted are later than those kept
+    return log if n == kept else EventLog(n, log.rows)
 
 
 def restart(integration, t, x):

@@ -31,9 +31,8 @@ shrinks."""
 class Gauss(NamedTuple):
     """Gauss collocation of order 6, fixed step; energy errors do not grow over long horizons."""
 
-    # s, shortened so that a whole number fills each control period; without control it may span
-    # several
-    step: Positive
+    step: Positive  # s, shortened so that a whole number fills each control period; without control
+    # it may span several
     stages, last_stage = 3, 0
 
     def safe_step(self, frequency: float) -> float:

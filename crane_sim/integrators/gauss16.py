@@ -77,16 +77,11 @@ A, A_TWICE, SERIES = _tableau()
 B_TWICE = tuple(b * (1.0 - c) for b, c in zip(B, C, strict=True))
 _NODES, _WEIGHTS, _WEIGHTS_TWICE = np.array(C), np.array(B), np.array(B_TWICE)
 _ONCE, _TWICE, _SERIES = (np.ascontiguousarray(matrix.T) for matrix in (A, A_TWICE, SERIES))
-MANY_SWEEPS, MAX_SWEEPS = (
-    8,
-    24,
-)  # of one step: beyond them the next one is to contract faster, or this one is rejected
+# of one step: beyond them the next one is to contract faster, or this one is rejected
+MANY_SWEEPS, MAX_SWEEPS = 8, 24
 SETTLED = 0.3  # of the tolerance: what the sweeps may leave
-FIRST, STATE, NEW = (
-    1,
-    9,
-    10,
-)  # rows of a scratch: derivatives at the stages from FIRST on, state, new derivative
+# rows of a scratch: derivatives at the stages from FIRST on, state, new derivative
+FIRST, STATE, NEW = 1, 9, 10
 # between tolerance and aim: what errors vary by from step to step, or steps would be rejected in
 # turn
 MARGIN = 10.0
@@ -103,8 +98,7 @@ class Gauss16(NamedTuple):
 
     It controls the rms of error / (atol + rtol |x|).
 
-    |x| is the most that an entry is within a step of size h from where it begins: |x| + |h x'|
-    there.
+    There |x| stands for the most that an entry can be within a step of size h: |x| + |h x'|.
     """
 
     rtol: Positive = 1e-12  # -, relative tolerance

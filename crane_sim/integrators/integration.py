@@ -59,9 +59,8 @@ MAX_STAGES = 12
 class Scratch(NamedTuple):
     """Work arrays of steps of a state (n,), allocated once a run, undefined between steps."""
 
-    # (MAX_STAGES + 5, n): of the stages, the state at a stage, three that `events` needs, one of
-    # `leapfrog`
-    rows: Any
+    rows: Any  # (MAX_STAGES + 5, n): of the stages, the state at a stage, three that `events`
+    # needs, one of `leapfrog`
     work: Any  # the model's workspace
 
 

@@ -26,9 +26,8 @@ class Leapfrog(NamedTuple):
     A step takes one evaluation, two beside events.
     """
 
-    # s, shortened so that a whole number fills each control period; without control it may span
-    # several
-    step: Positive
+    step: Positive  # s, shortened so that a whole number fills each control period; without control
+    # it may span several
     stages, last_stage = 2, 0
 
     def safe_step(self, frequency: float) -> float:

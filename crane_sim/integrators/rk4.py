@@ -17,9 +17,8 @@ class RK4(NamedTuple):
     A step that is unstable for the stiffest motion is refused.
     """
 
-    # s, shortened so that a whole number fills each control period; without control it may span
-    # several
-    step: Positive
+    step: Positive  # s, shortened so that a whole number fills each control period; without control
+    # it may span several
     tableau = make_tableau(A, B, C)
     stages, last_stage = 4, 3
     take_step = take_explicit_step

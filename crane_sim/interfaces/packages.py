@@ -23,9 +23,8 @@ class Package(NamedTuple):
 
     name: str
     folder: Path | None  # of its Python module, None where it is not importable
-    built: (
-        str | None
-    )  # digest of the definitions that it was built from, None where it came from elsewhere
+    built: str | None  # digest of the definitions that it was built from, None where it came from
+    # elsewhere
 
     @property
     def missing(self) -> bool:

@@ -157,9 +157,8 @@ class QuadraticFriction(NamedTuple):
 
     def moments(self, n, w1, w2):
         """Return as `LinearFriction.moments` does."""
-        c2 = sqrt(
-            n[1] * n[1] + n[2] * n[2]
-        )  # θ1' = w1 / c2 has no limit at c2 = 0: there the model itself ends
+        # θ1' = w1 / c2 has no limit at c2 = 0: there the model itself ends
+        c2 = sqrt(n[1] * n[1] + n[2] * n[2])
         return self.tangential * abs(w1) * w1 / c2, self.radial * abs(w2) * w2
 
 

@@ -75,8 +75,8 @@ class BodyState(NamedTuple):
     rows: tuple[Vector, Vector, Vector]  # of R, which takes vectors of the body to the base
     omega: Vector  # rad/s, in the body's axes
     quaternion: tuple[float, float, float, float]
-    # (3,) m, of mass, from the point of the coordinates, in the body's axes; None: it is that point
-    centre: Any = None
+    centre: Any = None  # (3,) m, of mass, from the point of the coordinates, in the body's axes;
+    # None: it is that point
     number: Any = None  # of the load, where loads are exchanged
 
 

@@ -14,9 +14,8 @@ from crane_sim.models.guards import (
 )
 from crane_sim.system import Switching
 
-MIN_LENGTH = (
-    1e-3  # m, of a rope that a winch has reeled in: below it the swing's rate grows without bound
-)
+# m, of a rope that a winch has reeled in: below it the swing's rate grows without bound
+MIN_LENGTH = 1e-3
 # s: the length is extrapolated by its rate over it, as a length that passes zero would grow again
 LOOKAHEAD_TIME = 0.01
 WINCH = 3  # index of the winch among the joints that friction can hold

@@ -14,10 +14,8 @@ from crane_sim.tracing.operations import fma as fma
 from crane_sim.tracing.operations import select, to_integer
 
 _TWO_OVER_PI = 0.6366197723675814
-_HALF_PI, _HALF_PI_REST = (
-    1.57079632673412561417,
-    6.07710050650619224932e-11,
-)  # the first has 33 bits
+# the first has 33 bits
+_HALF_PI, _HALF_PI_REST = 1.57079632673412561417, 6.07710050650619224932e-11
 _ROUND = 6755399441055744.0  # 1.5 * 2^52: adding and taking it away rounds to an integer
 
 

@@ -51,10 +51,8 @@ _DEFAULTS_BY_JOINT = {  # estimates, for drives whose scene sets none
     "rope": SpeedBounds(0.4, 0.4),
     "hoist": SpeedBounds(0.4, 0.4),
 }
-_DEFAULTS_BY_UNIT = {
-    "rad": SpeedBounds(0.1, 0.05),
-    "m": SpeedBounds(0.5, 0.25),
-}  # of all other joints
+# of all other joints
+_DEFAULTS_BY_UNIT = {"rad": SpeedBounds(0.1, 0.05), "m": SpeedBounds(0.5, 0.25)}
 LAW_GROUPS = ("control", "inputs", "reference")  # of a scene, replaced by an operator
 _EFFORT_DRIVE_KEYS = ("lag", "rate_limit", "deadband")  # that a speed drive does not have
 

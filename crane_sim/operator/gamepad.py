@@ -19,14 +19,8 @@ MISSING = (
     f"needs the Python package evdev, which is not installed ({sys.prefix}/bin/pip install evdev "
     "compiles it)"
 )
-_STICKS = (
-    "ABS_X",
-    "ABS_Y",
-    "ABS_RX",
-    "ABS_RY",
-    "ABS_Z",
-    "ABS_RZ",
-)  # by the numbers of axes; evdev: right and back > 0
+# by the numbers of axes; evdev: right and back > 0
+_STICKS = ("ABS_X", "ABS_Y", "ABS_RX", "ABS_RY", "ABS_Z", "ABS_RZ")
 _BUTTONS = (
     *("BTN_SOUTH", "BTN_EAST", "BTN_WEST", "BTN_NORTH", "BTN_SELECT", "BTN_MODE", "BTN_START"),
     *(
@@ -85,9 +79,8 @@ class Gamepad:
         Raises:
             OSError: the gamepad is gone.
         """
-        events_were_lost = (
-            False  # by the kernel, whose buffer was full: the release of a button, for instance
-        )
+        # by the kernel, whose buffer was full: the release of a button, for instance
+        events_were_lost = False
         with suppress(BlockingIOError):
             for event in self._device.read():
                 if event.type == ecodes.EV_ABS and event.code in self._codes:

@@ -50,9 +50,8 @@ def demand_of(sample: Sample, assignment: Assignment) -> Demand:
 
     def axis(number: int) -> float:
         value = float(axes[number]) if 0 <= number < len(axes) else 0.0
-        return (
-            min(max(value, -1.0), 1.0) if DEAD_ZONE < abs(value) < inf else 0.0
-        )  # also where it is no number
+        # also where it is no number
+        return min(max(value, -1.0), 1.0) if DEAD_ZONE < abs(value) < inf else 0.0
 
     pressed = [
         0 <= number < len(buttons) and bool(buttons[number]) for number in assignment.buttons

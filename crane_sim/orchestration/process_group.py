@@ -21,12 +21,10 @@ class _GracePeriods(NamedTuple):
 
 _POLL = 0.1  # s between two checks whether a shutdown was requested
 _GRACE = _GracePeriods(5.0, 2.0)
-_SHORT_GRACE = _GracePeriods(
-    0.3, 0.2
-)  # once a shutdown is requested, after the results have been reported
-_SHUTDOWN_TIMEOUT = (
-    2.4  # s for a requested shutdown: 3 s are promised, and the program itself has to end, too
-)
+# once a shutdown is requested, after the results have been reported
+_SHORT_GRACE = _GracePeriods(0.3, 0.2)
+# s for a requested shutdown: 3 s are promised, and the program itself has to end, too
+_SHUTDOWN_TIMEOUT = 2.4
 
 
 class ProcessGroup:

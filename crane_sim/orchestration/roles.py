@@ -9,9 +9,8 @@ from crane_sim.orchestration.child import Child
 from crane_sim.orchestration.process_group import ProcessGroup
 
 _STANDBYS = 2  # a second process may be killed before the next standby has started
-_RESTART_LIMIT = (
-    3  # fail-overs while the plant takes no step; the next process would fail at the same state
-)
+# fail-overs while the plant takes no step; the next process would fail at the same state
+_RESTART_LIMIT = 3
 
 
 class RoleSpec(NamedTuple):
@@ -35,10 +34,8 @@ class Role:
     def __init__(self, group: ProcessGroup, spec: RoleSpec, restart: bool = False) -> None:
         """Start the active process; one that is to `restart` after a failure gets standbys."""
         self.name, self.restarts, self.failure = spec.name, 0, ""
-        self._failure_step, self._failures_at_step = (
-            -1,
-            0,
-        )  # the plant's step at the last failure, and their number
+        # the plant's step at the last failure, and their number
+        self._failure_step, self._failures_at_step = -1, 0
         self._group, self._spec, self._started = group, spec, 1
         self.active = group.start(spec.name, spec.module, spec.namespace, spec.settings)
         self._standbys: list[Child] = []
@@ -64,10 +61,8 @@ class Role:
             return False
         if not self._standbys:
             self._add_standby()
-        exited, self.active = (
-            self.active,
-            max(self._standbys, key=lambda child: child.ready),
-        )  # the first ready one
+        # the first ready one
+        exited, self.active = self.active, max(self._standbys, key=lambda child: child.ready)
         self._standbys.remove(self.active)
         self.restarts += 1
         self.active.send(f"go {self._resume_state(exited)}".strip())

@@ -26,9 +26,8 @@ def reserve_domain(domain_id: int | None = None) -> Iterator[int]:
     for domain in (*DOMAINS[first:], *DOMAINS[:first]):
         with closing(socket.socket(socket.AF_UNIX)) as lock:
             try:
-                lock.bind(
-                    f"\0crane_sim domain {domain}"
-                )  # abstract name: the kernel frees it when this process ends
+                # abstract name: the kernel frees it when this process ends
+                lock.bind(f"\0crane_sim domain {domain}")
             except OSError:
                 continue
             if not _is_in_use(domain):
@@ -38,9 +37,8 @@ def reserve_domain(domain_id: int | None = None) -> Iterator[int]:
 
 
 def _is_in_use(domain: int) -> bool:
-    base = (
-        7400 + 250 * domain
-    )  # discovery: the multicast port, then one unicast port per participant
+    # discovery: the multicast port, then one unicast port per participant
+    base = 7400 + 250 * domain
     for port in (base, *range(base + 10, base + 20, 2)):
         with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as probe:
             try:
@@ -66,9 +64,8 @@ def node_environment(domain: int, log_folder: Path) -> dict[str, str]:
     )
     if not os.path.isfile(profile):  # Fast DDS would silently use every interface
         raise RuntimeError(f"CRANE_SIM_DDS = {profile}: there is no such file")
-    folder, name = os.path.split(
-        profile
-    )  # Fast DDS 3 rejects a file of version 2, where one element has another name
+    # Fast DDS 3 rejects a file of version 2, where one element has another name
+    folder, name = os.path.split(profile)
     newer = os.path.join(folder, name.replace("fastdds_", "fastdds3_", 1))
     fixed = {
         "ROS_DOMAIN_ID": str(domain),
@@ -93,7 +90,6 @@ def _search_paths() -> dict[str, str]:
     paths = {
         name: [*folders, *filter(None, [os.environ.get(name)])] for name, folders in own.items()
     }
-    bootstrapped = (
-        {"_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"} if "LD_LIBRARY_PATH" in own else {}
-    )  # in no random order
+    # in no random order
+    bootstrapped = {"_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"} if "LD_LIBRARY_PATH" in own else {}
     return {name: os.pathsep.join(folders) for name, folders in paths.items()} | bootstrapped

@@ -29,9 +29,8 @@ class Callbacks(NamedTuple):
 
     on_progress: Callable[[int], object]  # steps done
     on_news: Callable[[str], object]  # one line
-    on_activated: Callable[
-        [str, int], object
-    ]  # name of a role, process id of its active node from now on
+    on_activated: Callable[[str, int], object]  # name of a role, process id of its active node from
+    # now on
 
 
 class Supervisor:
@@ -227,9 +226,8 @@ class Supervisor:
             self._callbacks.on_news(f"the plant waits: {self.plant.waiting}")
         own_controller, waiting_time = self._own_controller, time.monotonic() - self._waiting_since
         if not all(role.active.active for role in self._roles):
-            self._waiting_since = (
-                time.monotonic()
-            )  # a pause or a deactivation is on purpose, and no failure
+            # a pause or a deactivation is on purpose, and no failure
+            self._waiting_since = time.monotonic()
         elif own_controller and waiting_time > _ANSWER_TIMEOUT:
             self._waiting_since = time.monotonic()  # the next one has as long
             # it is alive and does not answer: it is replaced like a dead one

@@ -36,9 +36,8 @@ if TYPE_CHECKING:
     from crane_sim.scenes.scene import Scene
     from crane_sim.simulation.rollout import Rollout
 
-    StepChanges = tuple[
-        str, NDArray[np.int64], list[str]
-    ]  # timeline, steps at which it changes, states from then on
+    # timeline, steps at which it changes, states from then on
+    StepChanges = tuple[str, NDArray[np.int64], list[str]]
 
 
 class Motion(NamedTuple):
@@ -177,9 +176,8 @@ def _targets(
     """
     if scene.crane == "overhead":
         return to_world(hanging_still(scene.actuated, reference, nodes), base)
-    neutral_q = np.where(
-        np.array(scene.joint_units) == "m", q, 0.0
-    )  # undriven lengths stay as they are
+    # undriven lengths stay as they are
+    neutral_q = np.where(np.array(scene.joint_units) == "m", q, 0.0)
     neutral_q[:, [scene.joint_names.index(name) for name in scene.actuated]] = reference
     for i, (name, unit) in enumerate(zip(scene.joint_names, scene.joint_units, strict=True)):
         if unit == "1" and name[-2:] in NEUTRAL_COMPONENTS:

@@ -27,19 +27,14 @@ FIELD_SLOPE = tan(radians(0.5 * FIELD_OF_VIEW))
 ASPECT = 0.84  # width over height of the view, a little less than on a screen of 16:9
 PATH_SAMPLES = 50  # instants of a path whose positions have to be in the picture
 MAX_RAIL_RATIO = 10.0  # longest rail that is shown whole, by the depth of the cable
-HOIST_ARROW_RATIO = (
-    0.33  # height of the longest arrow of a hoist above the trolley, by the crane's size
-)
+# height of the longest arrow of a hoist above the trolley, by the crane's size
+HOIST_ARROW_RATIO = 0.33
 TROLLEY = "crane/trolley"
-MARGIN, MIN_MARGIN = (
-    0.08,
-    0.03,
-)  # of the crane's size, around the nodes of a motion: in a new picture, and in any
+# of the crane's size, around the nodes of a motion: in a new picture, and in any
+MARGIN, MIN_MARGIN = 0.08, 0.03
 MAX_REACH = 20.0  # by the crane's size: a camera does not look for what is farther away
-PLANAR_VIEW, SPATIAL_VIEW = (
-    (-70.0, 14.0),
-    (-78.0, 24.0),
-)  # degrees: heading and elevation of the eye, overhead cranes
+# degrees: heading and elevation of the eye, overhead cranes
+PLANAR_VIEW, SPATIAL_VIEW = (-70.0, 14.0), (-78.0, 24.0)
 
 
 class Framing(NamedTuple):
@@ -50,10 +45,8 @@ class Framing(NamedTuple):
     ground_size: float  # from its middle to its edge
     eye: Vector
     look_at: Vector
-    deck: tuple[float, float] = (
-        0.9,
-        0.6,
-    )  # half length and half width of a vessel's deck, of `ground_size`
+    deck: tuple[float, float] = (0.9, 0.6)  # half length and half width of a vessel's deck, of
+    # `ground_size`
     follows: str = ""  # the entity that the eye follows at a constant distance
 
 
@@ -61,9 +54,8 @@ def of_knuckle(scene: Scene) -> Framing:
     """Return how to draw a scene's knuckle-boom crane."""
     support = structure_of(scene.model.support)
     size = support.boom.length + support.jib.length
-    heading = 0.5 * (
-        scene.initial_q[0] + (scene.reference or scene.initial_q)[0]
-    )  # where the crane works
+    # where the crane works
+    heading = 0.5 * (scene.initial_q[0] + (scene.reference or scene.initial_q)[0])
     aside = heading - radians(72.0)
     return Framing(
         size=size,

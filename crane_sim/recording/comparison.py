@@ -49,18 +49,14 @@ class Comparison:
 
     runs: tuple[RecordedRun, ...]  # n
     names: tuple[str, ...]  # (n,)
-    # (K,) s, steps of the first run within the time that all runs have; others are interpolated
-    # linearly
-    t: Array
-    metrics: dict[
-        str, tuple[float | None, ...]
-    ]  # (n,) values by name, None where a run has no such metric
-    differences: tuple[
-        dict[str, Difference], ...
-    ]  # (n - 1,) by quantity, see RecordedRun.columns, and of `payload`
-    not_compared: tuple[
-        tuple[str, ...], ...
-    ]  # (n - 1,) quantities that only one of two runs has as finite numbers
+    t: Array  # (K,) s, steps of the first run within the time that all runs have; others are
+    # interpolated linearly
+    metrics: dict[str, tuple[float | None, ...]]  # (n,) values by name, None where a run has no
+    # such metric
+    differences: tuple[dict[str, Difference], ...]  # (n - 1,) by quantity, see RecordedRun.columns,
+    # and of `payload`
+    not_compared: tuple[tuple[str, ...], ...]  # (n - 1,) quantities that only one of two runs has
+    # as finite numbers
 
     def __repr__(self) -> str:
         """Return names and common time in one line."""

@@ -90,9 +90,8 @@ class Ropes(NamedTuple):
     tip: int  # which of the nodes is the upper end of the cable
     falls: Falls | None  # the ropes of a load that hangs on several
     tensions: tuple[str, ...]  # names of the recorded tensions
-    reeved: tuple[
-        str, ...
-    ]  # names of those of lead line and falls of a rope over sheaves, none without
+    reeved: tuple[str, ...]  # names of those of lead line and falls of a rope over sheaves, none
+    # without
 
 
 class Stand(NamedTuple):
@@ -118,12 +117,10 @@ class Layout(NamedTuple):
     units: tuple[str, ...]  # of the coordinates: "rad", "m" or, of components of unit vectors, "1"
     actuated: tuple[str, ...]  # nu of the joints
     effort_units: tuple[str, ...]
-    command_units: tuple[
-        str, ...
-    ]  # the same, but of joints whose drives take a speed or a position
-    effort_scales: tuple[
-        float, ...
-    ]  # (nu,) the efforts that are drawn as arrows of a seventh of the crane's size
+    command_units: tuple[str, ...]  # the same, but of joints whose drives take a speed or a
+    # position
+    effort_scales: tuple[float, ...]  # (nu,) the efforts that are drawn as arrows of a seventh of
+    # the crane's size
     length_plots: tuple[LengthPlot, ...]
     swings: tuple[str, ...]  # joints with the angles of the cable that are plotted
     suspension: Suspension | None  # an overhead crane's
@@ -138,16 +135,13 @@ class Layout(NamedTuple):
     lyapunov: bool  # the law comes with a Lyapunov function
     timeline_inputs: TimelineInputs  # what timelines of states follow from, beside the steps
     properties: Mapping[str, Any]  # run properties that are known at the start
-    sensed: tuple[
-        int, ...
-    ] = ()  # coordinates, and nq + i for rates, whose measured values are known beside true ones
-    path_unit: str = (
-        "m"  # of the coordinates of the scene's path, empty where they have different ones
-    )
+    sensed: tuple[int, ...] = ()  # coordinates, and nq + i for rates, whose measured values are
+    # known beside true ones
+    path_unit: str = "m"  # of the coordinates of the scene's path, empty where they have different
+    # ones
     paced: bool = True  # the run has a real-time factor: it is one over ROS
-    spans: Mapping[str, Span] = MappingProxyType(
-        {}
-    )  # of the curves that are written, by entity; none before the run
+    spans: Mapping[str, Span] = MappingProxyType({})  # of the curves that are written, by entity;
+    # none before the run
 
     @property
     def robot(self) -> str:
@@ -210,9 +204,8 @@ class Block(NamedTuple):
     reeved: Array | None  # (K, 1 + n) N, lead line and falls of a rope that is reeved over sheaves
     swing: Array  # (K,) angle from the vertical of the line from the tip to the payload
     measured: Array | None  # (K, 2 nq) measured q and v, where q and v are the true ones
-    contact: (
-        Array | None
-    )  # (K,) N, normal force of a surface on the load, of a load that may touch one
+    contact: Array | None  # (K,) N, normal force of a surface on the load, of a load that may touch
+    # one
     lyapunov: Array | None  # (K, 2) V [J] and its rate [W]
 
     def part(self, rows: Any) -> Block:

@@ -122,10 +122,8 @@ def shown_unit(unit: str) -> tuple[str, float]:
     return (unit.replace("rad", "deg"), degrees(1.0)) if unit.startswith("rad") else (unit, 1.0)
 
 
-_UNITS = {
-    "final_error": "rad, m",
-    "peak_effort": "N m, N",
-}  # of metrics whose entries have different ones
+# of metrics whose entries have different ones
+_UNITS = {"final_error": "rad, m", "peak_effort": "N m, N"}
 
 
 def summary_properties(summary: Mapping[str, Any]) -> dict[str, Any]:

@@ -86,9 +86,8 @@ def replay(run: RecordedRun, law: str | None = None) -> Replay:
         raise SceneError(
             f"replay: step {missing[0] + 1} is not in the recording: its command is not known"
         )
-    commanded = scene.sampled or bool(
-        np.isfinite(run.commands).any()
-    )  # a node commanded a scene without a law
+    # a node commanded a scene without a law
+    commanded = scene.sampled or bool(np.isfinite(run.commands).any())
     if not commanded and scene.law is None and scene.law_name is not None:
         scene = run.load_scene()  # which says that it is not executed
     plant, command = (

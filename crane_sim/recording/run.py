@@ -44,18 +44,15 @@ class Crane(NamedTuple):
 
     kind: str  # kind of crane: knuckle, tower, overhead, ...
     joint_names: tuple[str, ...]  # nq, in the order of q
-    joint_units: tuple[
-        str, ...
-    ]  # "rad", "m" or, of components of unit vectors and quaternions, "1"
+    joint_units: tuple[str, ...]  # "rad", "m" or, of components of unit vectors and quaternions,
+    # "1"
     actuated: tuple[str, ...]  # nu of the joints
     effort_units: tuple[str, ...]  # (nu,)
-    command_units: tuple[
-        str, ...
-    ]  # (nu,) the same but of joints whose drives take a speed or a position
+    command_units: tuple[str, ...]  # (nu,) the same but of joints whose drives take a speed or a
+    # position
     tip_index: int  # which of the nodes is the upper end of the cable
-    framing: dict[
-        str, Any
-    ]  # size, ground, ground_size, eye and look_at of `crane_sim.recording.camera`, m
+    framing: dict[str, Any]  # size, ground, ground_size, eye and look_at of
+    # `crane_sim.recording.camera`, m
     urdf: str  # URDF document
 
     @property
@@ -83,44 +80,38 @@ class RecordedRun:
 
     path: Path | None  # the recording, None for a run that has none
     crane: Crane
-    properties: dict[
-        str, Any
-    ]  # scene, law, seed, period [s], duration [s], derived, scene_file, provenance, drawn
+    properties: dict[str, Any]  # scene, law, seed, period [s], duration [s], derived, scene_file,
+    # provenance, drawn
     t: Array  # (K,) s
     q: Array  # (K, nq) m or rad
     v: Array  # (K, nq) m/s or rad/s
-    q_measured: (
-        Array | None
-    )  # (K, nq) measured by sensors, where q is the true one; None without sensors
+    q_measured: Array | None  # (K, nq) measured by sensors, where q is the true one; None without
+    # sensors
     v_measured: Array | None  # (K, nq) likewise
     u: Array  # (K, nu) efforts applied from t on, after limits, in crane.effort_units
-    # (K, nu) what the law demanded, in crane.command_units; NaN where it demanded nothing
-    commands: Array
+    commands: Array  # (K, nu) what the law demanded, in crane.command_units; NaN where it demanded
+    # nothing
     reference: Array | None  # (K, nu) m or rad, targets of the actuated joints; None without
     tip: Array  # (K, 3) m
     payload: Array  # (K, 3) m
     base: Array | None  # (K, 6) surge, sway, heave [m], roll, pitch, yaw [rad] of a base that moves
-    # (K, L) N, of the links from the top to the payload, or of the falls; the first 12 at most
-    tensions: Array
-    reeved: (
-        Array | None
-    )  # (K, 1 + n) N, of lead line and n falls of a rope that is reeved over sheaves
+    tensions: Array  # (K, L) N, of the links from the top to the payload, or of the falls; the
+    # first 12 at most
+    reeved: Array | None  # (K, 1 + n) N, of lead line and n falls of a rope that is reeved over
+    # sheaves
     swing: Array  # (K,) rad, angle of the line from tip to payload from the vertical
     kinetic: Array  # (K,) J
     potential: Array  # (K,) J, from height 0 of the world
     lyapunov: Array | None  # (K, 2) V [J] and dV/dt [W] of a law that shapes an energy
     contact: Array | None  # (K,) N, normal force of a surface on a load that may touch one
     frames: AnimationFrames
-    states: dict[
-        str, Changes
-    ]  # by timeline, such as "brakes": (s, state from then on); none without a change of state
+    states: dict[str, Changes]  # by timeline, such as "brakes": (s, state from then on); none
+    # without a change of state
     events: list[tuple[float, str]]  # (s, what happened)
-    summary: dict[
-        str, Any
-    ]  # the metrics, as docs/summary.md explains them; empty where the recorder was killed
-    completeness: Completeness = (
-        Completeness()
-    )  # of the file, whose steps that are not good are left out
+    summary: dict[str, Any]  # the metrics, as docs/summary.md explains them; empty where the
+    # recorder was killed
+    completeness: Completeness = Completeness()  # of the file, whose steps that are not good are
+    # left out
 
     def __repr__(self) -> str:
         """Return scene, law, length and how the run ended, in two lines."""

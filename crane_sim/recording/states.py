@@ -72,9 +72,8 @@ class TimelineInputs(NamedTuple):
     """Inputs of timelines other than the steps of a run."""
 
     limit_switches: LimitSwitches | None  # None without any
-    only_limits_change_efforts: (
-        bool  # an applied effort differs from its command only where a limit acts
-    )
+    only_limits_change_efforts: bool  # an applied effort differs from its command only where a
+    # limit acts
 
 
 def make_timeline_inputs(hardware: Any) -> TimelineInputs:

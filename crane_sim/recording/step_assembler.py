@@ -10,9 +10,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 Vector = Sequence[float]
-MAX_ROWS_PENDING = (
-    5000  # steps that a row is held for its command, which may be sent again seconds later
-)
+# steps that a row is held for its command, which may be sent again seconds later
+MAX_ROWS_PENDING = 5000
 _MAX_COMMANDS = 8  # different commands of one stamp that are kept
 
 
@@ -23,9 +22,8 @@ class Row(NamedTuple):
     q: Vector
     v: Vector
     effort: Vector
-    demanded: (
-        Vector | None
-    )  # None without a command of this stamp, or where it is not known which one counted
+    demanded: Vector | None  # None without a command of this stamp, or where it is not known which
+    # one counted
     reference: Vector | None
     measured: tuple[Vector, Vector] | None = None  # (q, v) as sensors measure them
     braked: bool = False  # the plant reports that its brakes act
@@ -64,9 +62,8 @@ class StepAssembler:
         self._efforts: dict[int, Vector] = {}
         self._commands: dict[int, list[Vector]] = {}
         self._braked: set[int] = set()
-        self._acceptance_known = (
-            False  # the plant publishes which commands count, as it does in real time
-        )
+        # the plant publishes which commands count, as it does in real time
+        self._acceptance_known = False
         self._references: list[tuple[int, Vector | None]] = [(0, reference)]
         self._done = after * period_ns  # newest stamp returned
         self._newest_state = self._newest_effort = self._newest_command = (
@@ -115,9 +112,8 @@ class StepAssembler:
         """
         if not self._acceptance_known:
             self._acceptance_known = True
-            braked_since = (
-                stamp if effort is None else 0
-            )  # lockstep, where every command before has counted
+            # lockstep, where every command before has counted
+            braked_since = stamp if effort is None else 0
             self._commands = {
                 at: commands for at, commands in self._commands.items() if at < braked_since
             }

@@ -19,10 +19,8 @@ its recording."""
 AXIS_COLOR = "#8a95a1"
 MIN_SPAN_FRACTION = 0.1  # of an axis: a curve with a smaller span gets an axis of its own
 MAX_TITLE_NAMES = 4  # names of curves in a title
-PREFIXES = (
-    (1e6, 2e6, "M"),
-    (1e3, 2e4, "k"),
-)  # factor, smallest peak for which it is used, SI prefix
+# factor, smallest peak for which it is used, SI prefix
+PREFIXES = ((1e6, 2e6, "M"), (1e3, 2e4, "k"))
 UNITS_WITH_PREFIX = ("N", "N m", "J", "W")
 
 

@@ -90,9 +90,8 @@ def _stand_by(
     buffer = ReplayBuffer(NAMES if settings.mcap else TOPICS, settings.resets)
     subscriptions = RecorderSubscriptions(host.node, [buffer.callbacks()])
     if settings.path:
-        from crane_sim.recording.rerun.recorder import (
-            warm_up,
-        )  # imports Rerun before the fail-over, not in it
+        # imports Rerun before the fail-over, not in it
+        from crane_sim.recording.rerun.recorder import warm_up
 
         warm_up(scene)
     host.wait(partial(subscriptions.missing, is_sensed(scene)))

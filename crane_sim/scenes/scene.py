@@ -53,18 +53,15 @@ class Scene:
     duration: float  # s
     period: float  # s, between published states, and between commands when sampled
     method: Any  # settings of the integrator
-    law: Law | None = field(
-        compare=False
-    )  # a callable(t, q, v), see `crane_sim.laws`; None without one
+    law: Law | None = field(compare=False)  # a callable(t, q, v), see `crane_sim.laws`; None
+    # without one
     law_name: str | None  # None without a law
-    # drives are commanded once a period; otherwise the equations evaluate `source`, except for
-    # `held`
-    sampled: bool
+    sampled: bool  # drives are commanded once a period; otherwise the equations evaluate `source`,
+    # except for `held`
     source: Any = field(compare=False)  # open-loop Inputs or a continuous law; None when sampled
     reference: tuple[float, ...] | None  # (nu,)
-    trajectory: Any = field(
-        compare=False
-    )  # compiled `trajectories.trajectory.Trajectory`, None without one
+    trajectory: Any = field(compare=False)  # compiled `trajectories.trajectory.Trajectory`, None
+    # without one
     seed: int  # of everything random
     description: str  # in plain words
     joint_names: tuple[str, ...]  # (nq,)
@@ -74,12 +71,10 @@ class Scene:
     limits: tuple[TravelLimits, ...]  # travel limits of the joints that have some
     notes: Mapping[str, Any]  # automatic settings and warnings, entries of the summary
     document: Mapping[str, Any]  # the file as it was read, with all changes
-    file: SceneFile = field(
-        compare=False
-    )  # as it was checked, defaults included and uncertain parameters drawn
-    hardware: Any = field(
-        default=None, compare=False
-    )  # `hardware.settings.HardwareConfig`; None where all is ideal
+    file: SceneFile = field(compare=False)  # as it was checked, defaults included and uncertain
+    # parameters drawn
+    hardware: Any = field(default=None, compare=False)  # `hardware.settings.HardwareConfig`; None
+    # where all is ideal
     instruments: Instruments | None = None  # camera and motion reference unit; None without
 
     @cached_property

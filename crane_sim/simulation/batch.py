@@ -165,12 +165,10 @@ class Batch:
     lanes: int  # cranes that moved in step
     setup_time: float  # s, to check the scenes and to compile what moves them
     wall_time: float  # s, to move them
-    notes: tuple[
-        Mapping[str, Any], ...
-    ]  # (n,), of the scenes: what was chosen, `rounded`, `warnings`
-    metrics: Mapping[str, npt.NDArray[Any]] | None = (
-        None  # (n,) each, of the summaries of `simulate`, if asked for
-    )
+    notes: tuple[Mapping[str, Any], ...]  # (n,), of the scenes: what was chosen, `rounded`,
+    # `warnings`
+    metrics: Mapping[str, npt.NDArray[Any]] | None = None  # (n,) each, of the summaries of
+    # `simulate`, if asked for
     events: tuple[tuple[Any, ...], ...] | None = None  # (n,), likewise
 
     @property
@@ -298,9 +296,8 @@ def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) 
     start, n = time.perf_counter(), len(scenes)
     grid = TimeGrid(scenes[0].period, scenes[0].steps, times)
     scenes = [*scenes, *[scenes[-1]] * (-n % LANES if wide else 0)]
-    cranes = stack_columns(
-        [make_driven(scene) for scene in scenes]
-    )  # first: it rejects scenes that differ
+    # first: it rejects scenes that differ
+    cranes = stack_columns([make_driven(scene) for scene in scenes])
     arrays = allocate_arrays(scenes, len(times))
     batch = cranes, grid, arrays
     alone: Share = partial(simulate_range, *batch)
@@ -310,9 +307,8 @@ def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) 
     ready = time.perf_counter()
     with ThreadPoolExecutor(threads) as pool:
         unit = LANES if wide else 1
-        size = unit * (
-            1 + n // (8 * threads * unit)
-        )  # some eight pieces for each thread: they may differ in length
+        # some eight pieces for each thread: they may differ in length
+        size = unit * (1 + n // (8 * threads * unit))
         list(
             pool.map(
                 lambda first: share(first, min(first + size, len(scenes))),

@@ -14,9 +14,8 @@ from crane_sim.scenes.scene import Scene
 
 Array = npt.NDArray[np.float64]
 
-DIFFERENCE_STEP = (
-    1e-3  # s: rounding leaves 1e-8 of an acceleration, what the third power of time does less
-)
+# s: rounding leaves 1e-8 of an acceleration, what the third power of time does less
+DIFFERENCE_STEP = 1e-3
 
 
 def tip_acceleration(p, t, q, v, u):

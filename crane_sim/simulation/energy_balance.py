@@ -19,8 +19,8 @@ class Balance(NamedTuple):
     last: Any  # (2, nu), positions and efforts of the last instant
     extremes: Any  # (4,) J: largest error and kinetic energy, lowest and highest potential
     count: Any  # (1,) instants
-    # (2,), of the end and the largest of all instants, relative to the range of the energies
-    errors: Any
+    errors: Any  # (2,), of the end and the largest of all instants, relative to the range of the
+    # energies
 
 
 def empty_balance(nu: int, *runs: int) -> Balance:

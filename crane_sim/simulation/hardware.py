@@ -116,9 +116,8 @@ def joint_mechanics(scene: Scene) -> JointMechanics:
         ]
 
     forwards = accelerations(np.zeros(nu))
-    at_rest = 0.5 * (
-        forwards + accelerations(np.zeros(nu), -1.0)
-    )  # without dry friction, whatever it holds
+    # without dry friction, whatever it holds
+    at_rest = 0.5 * (forwards + accelerations(np.zeros(nu), -1.0))
     mobility: Array = np.column_stack([accelerations(unit) - forwards for unit in np.eye(nu)])
     static_load: Array = -np.linalg.lstsq(mobility, at_rest, rcond=None)[0].astype(np.float64)
     free: Array = 1.0 / np.maximum(np.diag(mobility), 1e-12)

@@ -70,9 +70,8 @@ def resume(metered: Any, integration: Any, t: float, q: Sequence[float], v: Sequ
 
     It goes on from time t [s] and joints q, v.
     """
-    initial, _, _ = begin(
-        metered, np.array(q), np.array(v)
-    )  # without a meter no part of a state depends on the time
+    # without a meter no part of a state depends on the time
+    initial, _, _ = begin(metered, np.array(q), np.array(v))
     evaluations, steps, rejected = integration.evaluations, integration.steps, integration.rejected
     return initial._replace(t0=t, t=t, evaluations=evaluations, steps=steps, rejected=rejected)
 

@@ -34,8 +34,8 @@ class LinearModel:
     b: Array  # (2 n, nu)
     q: Array  # (nq,) joint positions at rest
     u: Array  # (nu,) efforts that hold them
-    # (nq, n): deviations of joint positions are basis @ x[:n]; the identity without unit vectors
-    basis: Array
+    basis: Array  # (nq, n): deviations of joint positions are basis @ x[:n]; the identity without
+    # unit vectors
     states: tuple[str, ...]  # (2 n,) names: those of joints, of their rates with /s
     state_units: tuple[str, ...]  # (2 n,)
     inputs: tuple[str, ...]  # (nu,) names of actuated joints

@@ -217,15 +217,13 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
         if np.max(np.abs(qdd)) < ZERO_ACCELERATION:
             return q, u
         n = basis.shape[1]
-        rounding = (
-            1e-15 * np.max(np.abs(a[n:, :n])) * (1.0 + np.max(np.abs(q)))
-        )  # of stiff springs' accelerations
+        # of stiff springs' accelerations
+        rounding = 1e-15 * np.max(np.abs(a[n:, :n])) * (1.0 + np.max(np.abs(q)))
         if np.max(np.abs(qdd)) < ZERO_ACCELERATION + rounding:
             return q, u
         free = ~(imposed_rows(a, b) | np.any(basis[actuated] != 0.0, axis=0))
-        pulls = a[n:, :n] * (
-            np.abs(a[n:, :n]) > ROUNDING * np.max(np.abs(a))
-        )  # else a load turns by rounding
+        # else a load turns by rounding
+        pulls = a[n:, :n] * (np.abs(a[n:, :n]) > ROUNDING * np.max(np.abs(a)))
         step = np.linalg.lstsq(np.hstack([pulls[:, free], b[n:]]), -basis.T @ qdd)[0]
         dq, du = basis[:, free] @ step[: free.sum()], step[free.sum() :]
         scale = _step_scale(scene, dq)
@@ -349,7 +347,6 @@ def imposed_rows(a: Array, b: Array) -> npt.NDArray[np.bool_]:
     """
     slopes = np.abs(np.concatenate([a, b], axis=-1)[..., a.shape[-1] // 2 :, :])
     largest = slopes.max(axis=-2, keepdims=True)
-    sizes = np.maximum(
-        largest, REACH * largest.max(axis=-1, keepdims=True)
-    )  # one may have nothing but rounding
+    # one may have nothing but rounding
+    sizes = np.maximum(largest, REACH * largest.max(axis=-1, keepdims=True))
     return ~np.any(slopes > ROUNDING * sizes, axis=-1)

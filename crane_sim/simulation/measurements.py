@@ -24,9 +24,8 @@ class ImuSample(NamedTuple):
 
     specific_force: Array  # (3,) m/s², acceleration less gravity
     angular_velocity: Array  # (3,) rad/s
-    rotation: (
-        Array | None
-    )  # (3, 3), takes vectors of the base to the world; None where it is not measured
+    rotation: Array | None  # (3, 3), takes vectors of the base to the world; None where it is not
+    # measured
 
 
 def measure_imu(scene: Scene, imu: Imu, k: int) -> ImuSample:

@@ -214,9 +214,8 @@ def _margins(first: Scene, ended: Ended) -> dict[str, Any]:
 
 def _angles(first: Scene, totals: Totals) -> dict[str, Any]:
     """Return the largest angles of a load and of a structure that bends."""
-    shown = (
-        ("tilt",) if "slew" in first.joint_names else Tilt._fields
-    )  # a slewing crane turns the load on purpose
+    # a slewing crane turns the load on purpose
+    shown = ("tilt",) if "slew" in first.joint_names else Tilt._fields
     load = {} if totals.tilt is None else dict(zip(shown, totals.tilt.T, strict=False))
     furthest = np.abs(totals.ranges).max(axis=1)
     bends = {

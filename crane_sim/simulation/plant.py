@@ -86,14 +86,12 @@ class Plant:
         Raises:
             SceneError: the crane cannot be in that state; the plant is unchanged.
         """
-        self._start = scene = with_initial(
-            self.scene, q, v
-        )  # the scene with the state that this run began in
+        # the scene with the state that this run began in
+        self._start = scene = with_initial(self.scene, q, v)
         self.seen: tuple[tuple[float, ...], tuple[float, ...]]
         integration, self.q, self.v, self.seen, self._hardware = make_initial(scene)
-        self._failed: Any = (
-            None  # the integration that ended within the period that begins, until one succeeds
-        )
+        # the integration that ended within the period that begins, until one succeeds
+        self._failed: Any = None
         self.rates_before = self.v
         self.k, self._flushed, self._saturated, self._still, self._braking = 0, 0, 0, 0, False
         # the last step was one under the scene's own source: it may have passed the period

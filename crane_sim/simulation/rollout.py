@@ -40,9 +40,8 @@ class RawRun(NamedTuple):
     saturated: int  # periods in which a command was limited
     commands: Array  # (periods, nu), of the law before limits; NaN without one
     hardware: HardwareRun | None = None  # of a scene with hardware
-    loads: Array = np.empty(
-        (0, 2)
-    )  # (begun periods, 2) of the payload: kg, J that its changes supplied up to there
+    loads: Array = np.empty((0, 2))  # (begun periods, 2) of the payload: kg, J that its changes
+    # supplied up to there
 
     def segments(self, scene: Scene) -> list[tuple[int, int, Any]]:
         """Return (first period, last one + 1, model) of stretches of constant payload mass."""
@@ -174,15 +173,13 @@ class Rollout:
     q: Array  # (K, nq)
     v: Array  # (K, nq)
     u: Array  # (K, nu), efforts applied from t on
-    tensions: (
-        Array  # (K, L) N, of the links from the top to the payload, positive where a link pulls
-    )
-    # (periods, nu) efforts that the law demanded at the start of each period; NaN in open loop
-    commands: Array
+    tensions: Array  # (K, L) N, of the links from the top to the payload, positive where a link
+    # pulls
+    commands: Array  # (periods, nu) efforts that the law demanded at the start of each period; NaN
+    # in open loop
     derived: Derived  # what is computed from the states: nodes, energies, swing, ...
-    stats: dict[
-        str, Any
-    ]  # rhs_evaluations, steps, rejected, wall_time, and compile_time, which is no part of that [s]
+    stats: dict[str, Any]  # rhs_evaluations, steps, rejected, wall_time, and compile_time, which is
+    # no part of that [s]
     summary: dict[str, Any]  # the metrics that docs/summary.md explains
     events: list[tuple[float, str]]  # (s, what happened), of models whose equations switch
 

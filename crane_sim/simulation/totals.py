@@ -36,18 +36,15 @@ class Watched(NamedTuple):
     """What a run's metrics depend on besides its rows; of many runs, each number is a column."""
 
     late: Any  # s, when the last part of the run begins
-    metered: (
-        Any  # whether the model's meter tells what is supplied, and not the work of held efforts
-    )
+    metered: Any  # whether the model's meter tells what is supplied, and not the work of held
+    # efforts
     driven: Any  # (nu,), indices of the actuated joints
     target: Any  # (nu,), of the actuated joints
     near: Any  # (nu,), which distance from it counts as near
-    limits: tuple[
-        tuple[Any, Any], ...
-    ]  # lowest and highest positions of the joints with travel limits
-    attitude: (
-        Any  # index of the first entry of a load's quaternion among the joints; None without one
-    )
+    limits: tuple[tuple[Any, Any], ...]  # lowest and highest positions of the joints with travel
+    # limits
+    attitude: Any  # index of the first entry of a load's quaternion among the joints; None without
+    # one
     joint_path: Trajectory | None  # of the actuated joints
     payload_path: Trajectory | None  # in the axes of the base
 
@@ -56,9 +53,8 @@ class Totals(NamedTuple):
     """Largest and least values and sums of one run; of many runs, each array is a column."""
 
     balance: Balance
-    # (2, 4) m, from tip to payload at the largest swing of the run, and of its last part; distance
-    # across
-    swing: Any
+    swing: Any  # (2, 4) m, from tip to payload at the largest swing of the run, and of its last
+    # part; distance across
     effort: Any  # (nu,), largest magnitudes
     tension: Any  # (2,) N, the least and the greatest of all links
     ranges: Any  # (2, nq), least and greatest joint positions
@@ -66,12 +62,10 @@ class Totals(NamedTuple):
     pushed: Any  # (1,), instants at which a link pushed
     tilt: Any  # (4,) rad, largest magnitudes of `Tilt`; None without a body
     contact: Any  # (1,) N, largest normal force; None without contact
-    # (2, n + 2), of `system.fall_tensions` the largest magnitudes, and those of an instant; None
-    # without
-    falls: Any
-    # (4,), errors from the path: sums of squares and of sizes, the largest; m/s², of the tip; or
-    # None
-    tracking: Any
+    falls: Any  # (2, n + 2), of `system.fall_tensions` the largest magnitudes, and those of an
+    # instant; None without
+    tracking: Any  # (4,), errors from the path: sums of squares and of sizes, the largest; m/s², of
+    # the tip; or None
 
 
 class Tilt(NamedTuple):

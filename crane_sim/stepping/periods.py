@@ -52,8 +52,8 @@ class Output(NamedTuple):
     steps: int
     rows: Any  # (steps, width) or more, at the start of each period
     commands: Any  # (steps, nu), of law or inputs at the start of each period, before limits
-    # (1, width), the row at the end, or at the start of the period in which the integration failed
-    end: Any
+    end: Any  # (1, width), the row at the end, or at the start of the period in which the
+    # integration failed
     times: Any  # (m,) s, increasing: sample times
     samples: Any  # (m, width), rows at these times
 

@@ -82,9 +82,8 @@ def record_selected(result: StudyResult) -> None:
         file = folder / f"{number:06d}.rrd"
         if file.exists():
             continue
-        unfinished_name(file).unlink(
-            missing_ok=True
-        )  # of a process that was killed: the same run is recorded anew
+        # of a process that was killed: the same run is recorded anew
+        unfinished_name(file).unlink(missing_ok=True)
         run, _, _ = simulate_case(listed[number], document)
         if run is not None and len(run.t):  # a scene that was refused has no run
             run.record(file)

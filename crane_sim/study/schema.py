@@ -87,8 +87,8 @@ Parameter = Annotated[Any, BeforeValidator(_read_parameter), PlainSerializer(_wr
 class Worst(_Group):
     """Runs to record because they are the worst ones by a metric."""
 
-    # a column of the table; the worst values are the largest, those of `LARGER_IS_BETTER` the least
-    metric: str
+    metric: str  # a column of the table; the worst values are the largest, those of
+    # `LARGER_IS_BETTER` the least
     count: Count = 3  # -
 
 
@@ -120,12 +120,10 @@ class Tune(_Group):
     """What `crane tune` searches: the gains of least metrics, judged on other samples."""
 
     gains: Annotated[dict[str, Gain], Field(min_length=1)]  # by dotted key of the scene
-    changes: dict[
-        str, Any
-    ] = {}  # of the scene in every trial, by dotted key: another law, a list that gains enter
-    objectives: Annotated[
-        tuple[str, ...], Field(min_length=1)
-    ]  # metrics whose mean over the samples shall be least
+    changes: dict[str, Any] = {}  # of the scene in every trial, by dotted key: another law, a list
+    # that gains enter
+    objectives: Annotated[tuple[str, ...], Field(min_length=1)]  # metrics whose mean over the
+    # samples shall be least
     trials: Count = 100  # -
     keep: Count = 3  # -, of the Pareto-optimal gains, evaluated beside the best of each objective
 
@@ -144,20 +142,17 @@ class Study(_Group):
     design: Literal["grid", "latin_hypercube", "sobol", "monte_carlo", "morris", "saltelli"] = (
         "grid"
     )
-    samples: Count | None = (
-        None  # -, of every design but the grid, which has as many as its values make; of morris:
-    )
-    # paths of one more samples than parameters, of saltelli: base samples, each with two more than
-    # parameters
+    samples: Count | None = None  # -, of every design but the grid, which has as many as its values
+    # make; of morris: paths of one more samples than parameters, of saltelli: base samples, each
+    # with two more than parameters
     seed: Seed = 0  # of the samples, and of the scenes' own random numbers
     duration: Positive | None = None  # s; left out: the scene's
     changes: dict[str, Any] = {}  # of the scene in every run, by dotted key
     parameters: Annotated[dict[str, Parameter], Field(min_length=1)]  # by dotted key of the scene
-    variants: dict[
-        str, dict[str, Any]
-    ] = {}  # name: changes by dotted key; all run on the same samples
-    # FILE.py:FUNCTION or MODULE:FUNCTION, a function of a run: its further metrics, numbers by name
-    metrics: str = ""
+    variants: dict[str, dict[str, Any]] = {}  # name: changes by dotted key; all run on the same
+    # samples
+    metrics: str = ""  # FILE.py:FUNCTION or MODULE:FUNCTION, a function of a run: its further
+    # metrics, numbers by name
     recordings: Recordings = Recordings()
     tune: Tune | None = None  # what `crane tune` searches; other commands refuse it
 

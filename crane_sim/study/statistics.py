@@ -30,13 +30,12 @@ class PairedDifference(NamedTuple):
 
     pairs: int
     mean: float  # in the metric's unit
-    # ends of the 95 % interval of the mean: Student's of fewer than FEW pairs, normal of more than
-    # MANY,
-    low: float
-    # else bootstrapped, bias-corrected and accelerated; the mean where differences do not vary
-    high: float
-    # mean by standard deviation of the differences (Cohen's d_z); NaN where they do not vary
-    effect_size: float
+    low: float  # ends of the 95 % interval of the mean: Student's of fewer than FEW pairs, normal
+    # of more than MANY,
+    high: float  # else bootstrapped, bias-corrected and accelerated; the mean where differences do
+    # not vary
+    effect_size: float  # mean by standard deviation of the differences (Cohen's d_z); NaN where
+    # they do not vary
     p_value: float  # Wilcoxon's signed-rank test, two-sided; 1 where no pair differs
     share: float  # of pairs in which the second variant has the smaller metric, ties count half
 
@@ -47,8 +46,8 @@ class FailureDifference(NamedTuple):
     first_only: int
     second_only: int
     both: int
-    # McNemar's exact test: both variants fail as often; 1 where no sample tells them apart
-    p_value: float
+    p_value: float  # McNemar's exact test: both variants fail as often; 1 where no sample tells
+    # them apart
 
 
 class IntervalEstimate(NamedTuple):

@@ -108,9 +108,8 @@ class Store:
             write_whole(file, lambda path: path.write_text(content + "\n"))
         elif (known := read_identity(file)).get("hash") != hash_of(self.identity):
             known.pop("hash", None)
-            recordings = {
-                "recordings": self.identity["study"]["recordings"]
-            }  # are no part of the rows
+            # are no part of the rows
+            recordings = {"recordings": self.identity["study"]["recordings"]}
             if hash_of(known | {"study": known.get("study", {}) | recordings}) != hash_of(
                 self.identity
             ):

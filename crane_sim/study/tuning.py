@@ -67,9 +67,8 @@ class Candidate(NamedTuple):
 class TuningResult(NamedTuple):
     """What a search has found."""
 
-    front: list[
-        Candidate
-    ]  # no other trial is better in all objectives; least first objective first
+    front: list[Candidate]  # no other trial is better in all objectives; least first objective
+    # first
     chosen: dict[str, Candidate]  # by variant of `held_out`
     trials: int  # that were run
     infeasible: int  # of them: a run failed, or had no such metric
@@ -103,9 +102,8 @@ def tune(
     if settings is None:
         raise SceneError("study: tune is missing: gains, objectives, trials")
     listed, place = check_search(training, settings), Path(folder)
-    loaded = training.model_copy(
-        update={"scene": scene_document(training)}
-    )  # else every trial would read its file
+    # else every trial would read its file
+    loaded = training.model_copy(update={"scene": scene_document(training)})
     with start_workers(workers, None) as pool:
         if not (place / SEARCH).exists():
             check_metrics(listed)
@@ -225,9 +223,8 @@ def _locked(folder: Path, study: Study) -> Iterator[None]:
 
 def _open_search(optuna: Any, study: Study, folder: Path) -> Any:
     """Return the search in a folder, with the trials that are there."""
-    file = (
-        folder.absolute() / JOURNAL
-    )  # the text of Optuna's lock, a symbolic link, which would dangle else
+    # the text of Optuna's lock, a symbolic link, which would dangle else
+    file = folder.absolute() / JOURNAL
     _drop_unfinished_line(file)
     journal = optuna.storages.JournalStorage(optuna.storages.journal.JournalFileBackend(str(file)))
     directions = ["minimize"] * len(study.tune.objectives) if study.tune else []

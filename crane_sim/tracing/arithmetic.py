@@ -331,9 +331,8 @@ def _divide_reals(graph: Graph, operation: str, a: Any, b: Any) -> Any:
     result = choose(
         combine("equal", quotient, 0.0), call_function("copy_sign", 0.0, ratio), rounded
     )
-    return choose(
-        combine("equal", y, 0.0), ratio, result
-    )  # as NumPy has it; Python raises an error
+    # as NumPy has it; Python raises an error
+    return choose(combine("equal", y, 0.0), ratio, result)
 
 
 def choose(condition: Any, a: Any, b: Any) -> Any:

@@ -51,9 +51,8 @@ class SourceState:
     def __init__(self, folders: tuple[Path, ...] = _PACKAGES) -> None:
         """Take a snapshot of the sources below `folders`, those of `digest`."""
         self._folders = folders
-        self._stamps = (
-            self._read_stamps()
-        )  # stamps first, so that a change during hashing is noticed later
+        # stamps first, so that a change during hashing is noticed later
+        self._stamps = self._read_stamps()
         self.digest = digest(folders)
 
     def is_current(self) -> bool:

@@ -181,9 +181,8 @@ def _state_of(x: Any) -> str:
     if not file or SOURCES_AT_IMPORT.includes(file):
         return f"{module.__name__} {name}"
     defaults = tuple(getattr(x, "_field_defaults", {}).values()) or getattr(x, "__defaults__", None)
-    line = getattr(
-        getattr(x, "__code__", None), "co_firstlineno", 0
-    )  # a condition may decide which of two it is
+    # a condition may decide which of two it is
+    line = getattr(getattr(x, "__code__", None), "co_firstlineno", 0)
     return f"{module.__name__} {name}:{line} {_digest_of(file)} {_state_of(defaults)}"
 
 

@@ -72,13 +72,11 @@ class Call:
         self._memory = bytearray(entry.size)
         self._address = ctypes.addressof(ctypes.c_char.from_buffer(self._memory))
         self._arguments: list[Any] = [_UNKNOWN] * count
-        self._shapes = {
-            i: None for i, key in enumerate(entry.keys) if _is_array(key)
-        }  # of arrays, which may be set
+        # of arrays, which may be set
+        self._shapes = {i: None for i, key in enumerate(entry.keys) if _is_array(key)}
         self._arrays: dict[int, dict[int, Any]] = {}  # of each argument, by address
-        self._large: list[
-            int
-        ] = []  # arguments whose arrays would take much memory until the next call
+        # arguments whose arrays would take much memory until the next call
+        self._large: list[int] = []
 
     def take(self, arguments: tuple[Any, ...]) -> bool:
         """Take the arguments of a call; return whether their structure is that of the code.

@@ -16,9 +16,8 @@ class Function(NamedTuple):
     graph: Graph
     block: Block
     inlined: bool  # into what calls it
-    without_lanes: Any = (
-        None  # a function with the same results, where no loop around it becomes lanes
-    )
+    without_lanes: Any = None  # a function with the same results, where no loop around it becomes
+    # lanes
 
     @property
     def parameter_kinds(self) -> tuple[Kind, ...]:

@@ -48,9 +48,8 @@ class Graph:
         self.simd_loops: set[int] = set()  # whose turns are independent, by their first results
         self.least: dict[int, int] = {}  # what integers are known not to be less than
         self.taken_apart: dict[Any, Any] = {}  # tuples with what they consist of, see `calls`
-        self.structural = (
-            False  # the integers 0 and 1 are structure where they meet a real, see `arithmetic`
-        )
+        # the integers 0 and 1 are structure where they meet a real, see `arithmetic`
+        self.structural = False
 
     def close(self) -> None:
         """Forget what only further recording needs: most of what a trace takes in memory."""

@@ -27,9 +27,8 @@ class Instruction(NamedTuple):
     operation: str
     arguments: tuple[int, ...]
     results: tuple[int, ...]
-    literal: Any = (
-        None  # a constant, an offset into an array, the function that is called, or blocks
-    )
+    literal: Any = None  # a constant, an offset into an array, the function that is called, or
+    # blocks
 
 
 class Block(NamedTuple):

@@ -69,9 +69,8 @@ def declarations() -> Iterator[str]:
     for name, count in INTRINSIC.values():
         yield f"declare double @llvm.{name}.f64({', '.join(['double'] * count)})"
     for name, count in LIBRARY.values():
-        known = (
-            "nobuiltin" if name == "pow" else "memory(none) nounwind willreturn"
-        )  # pow(x, 2) is not always x x
+        # pow(x, 2) is not always x x
+        known = "nobuiltin" if name == "pow" else "memory(none) nounwind willreturn"
         yield f"declare double @{name}({', '.join(['double'] * count)}) {known}"
 
 

@@ -121,11 +121,8 @@ def _target_machine(level: int = 3) -> Any:
 
 def _tuning(level: int) -> Any:
     options = llvm.create_pipeline_tuning_options(speed_level=level)
-    options.slp_vectorization = (
-        False  # it takes as long as all other passes together, for a few per cent of speed
-    )
-    options.loop_vectorization, options.loop_unrolling = (
-        True,
-        False,
-    )  # lanes of the loops that ask for them
+    # it takes as long as all other passes together, for a few per cent of speed
+    options.slp_vectorization = False
+    # lanes of the loops that ask for them
+    options.loop_vectorization, options.loop_unrolling = True, False
     return options

@@ -46,9 +46,8 @@ class MountedBase(NamedTuple):
 
     vessel: Any  # Base or SplineBase, of the vessel's reference point
     position: tuple[float, float, float]  # m, of the base's origin in the vessel's axes
-    rows: tuple[
-        tuple[float, float, float], ...
-    ]  # (3, 3) of M, which takes vectors of the base to the vessel
+    rows: tuple[tuple[float, float, float], ...]  # (3, 3) of M, which takes vectors of the base to
+    # the vessel
 
 
 AnyBase = Base | SplineBase | MountedBase

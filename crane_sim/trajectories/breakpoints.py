@@ -18,9 +18,8 @@ from crane_sim.trajectories.profiles import Motion
 from crane_sim.trajectories.trajectory import Trajectory
 
 _CLOSEST = 1e-9  # s, between two breakpoints
-_BASE_INTERVAL = (
-    1.0  # s, between those of a base's spline, which is smooth, but may be at rest for long
-)
+# s, between those of a base's spline, which is smooth, but may be at rest for long
+_BASE_INTERVAL = 1.0
 _ULPS = 1e-15  # of a breakpoint: a few of its last digits
 
 

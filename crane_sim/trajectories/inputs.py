@@ -29,10 +29,8 @@ class Sine(NamedTuple):
 class Polynomial(NamedTuple):
     """The sum of coefficients[k] t^k."""
 
-    coefficients: Annotated[
-        tuple[Real, ...], Field(min_length=1)
-    ]  # input's unit, of the powers 0, 1, 2, ... of t,
-    # over s, s², ...
+    coefficients: Annotated[tuple[Real, ...], Field(min_length=1)]  # input's unit, of the powers 0,
+    # 1, 2, ... of t, over s, s², ...
 
 
 class Table(NamedTuple):

@@ -47,13 +47,10 @@ class Point(NamedTuple):
 
     positions: tuple[Real, ...]  # coordinate's unit, of each
     time_from_start: Annotated[NonNegative, BeforeValidator(_seconds)]  # s, or `{sec, nanosec}`
-    velocities: tuple[
-        Real, ...
-    ] = ()  # coordinate's unit/s, of each; left out: linear between points
-    accelerations: tuple[
-        Real, ...
-    ] = ()  # coordinate's unit/s², of each; left out: cubic with velocities, quintic with
-    # both
+    velocities: tuple[Real, ...] = ()  # coordinate's unit/s, of each; left out: linear between
+    # points
+    accelerations: tuple[Real, ...] = ()  # coordinate's unit/s², of each; left out: cubic with
+    # velocities, quintic with both
     effort: tuple[Real, ...] = ()  # effort's unit, of the message; not used by a path
 
 
@@ -66,10 +63,8 @@ class Waypoints(NamedTuple):
     file.
     """
 
-    joint_names: Annotated[
-        tuple[str, ...], Field(min_length=1)
-    ]  # names of the coordinates: the actuated joints', or
-    # x, y, z
+    joint_names: Annotated[tuple[str, ...], Field(min_length=1)]  # names of the coordinates: the
+    # actuated joints', or x, y, z
     points: Annotated[tuple[Point, ...], Field(min_length=1)]  # in the order of time
     start: Real = 0.0  # s, from which the points' times count
 
@@ -111,10 +106,8 @@ class Waypoints(NamedTuple):
 
     def to_polynomials(self) -> PiecewisePolynomial:
         """Return the motion."""
-        from scipy.interpolate import (
-            BPoly,
-            PPoly,
-        )  # here: few scenes have one, and it takes long to import
+        # here: few scenes have one, and it takes long to import
+        from scipy.interpolate import BPoly, PPoly
 
         times = self.start + np.array([point.time_from_start for point in self.points])
         derivatives = [np.array([point.positions for point in self.points])]

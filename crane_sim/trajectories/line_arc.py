@@ -38,8 +38,8 @@ class Line(NamedTuple):
     end: Coordinates  # coordinate's unit, position where the path ends
     duration: Duration  # s, of the motion
     start: Real = 0.0  # s, time at which the motion begins
-    # of the path parameter over time: a sine's acceleration, or the quintic of minimum jerk
-    profile: Profile = "sine"
+    profile: Profile = "sine"  # of the path parameter over time: a sine's acceleration, or the
+    # quintic of minimum jerk
 
     def find_error(self) -> str:
         """Return one line on values that do not fit together, empty when all do."""
@@ -57,13 +57,11 @@ class Line(NamedTuple):
 class Arc(NamedTuple):
     """An arc of a circle about `centre` in the plane of two coordinates, a third one held."""
 
-    centre: Annotated[
-        tuple[Real, ...], Field(min_length=2, max_length=3)
-    ]  # coordinate's unit, position of the centre
+    centre: Annotated[tuple[Real, ...], Field(min_length=2, max_length=3)]  # coordinate's unit,
+    # position of the centre
     radius: Positive  # coordinate's unit, of the circle
-    # rad, from the first coordinate's axis towards the second's; more than a turn is text, such as
-    begin: Angle
-    # `720 deg`
+    begin: Angle  # rad, from the first coordinate's axis towards the second's; more than a turn is
+    # text, such as `720 deg`
     end: Angle  # rad, likewise
     duration: Duration  # s, of the motion
     start: Real = 0.0  # s, time at which the motion begins

@@ -32,13 +32,10 @@ _AT_REST = [(1, 0.0), (2, 0.0)]
 class MinimumJerk(NamedTuple):
     """Waypoints, with their times, or with limits that give the times."""
 
-    points: Annotated[
-        tuple[Coordinates, ...], Field(min_length=2)
-    ]  # coordinate's unit, of each point
-    times: Annotated[tuple[Real, ...], Field(min_length=2)] | None = (
-        None  # s, increasing, of the points; left out: the
-    )
-    # limits give them
+    points: Annotated[tuple[Coordinates, ...], Field(min_length=2)]  # coordinate's unit, of each
+    # point
+    times: Annotated[tuple[Real, ...], Field(min_length=2)] | None = None  # s, increasing, of the
+    # points; left out: the limits give them
     velocity: Limits | None = None  # coordinate's unit/s, limit of all, or of each; left out: none
     acceleration: Limits | None = None  # coordinate's unit/s², likewise
     jerk: Limits | None = None  # coordinate's unit/s³, likewise
@@ -92,9 +89,8 @@ def minimum_jerk_spline(points: Array, times: Array) -> PiecewisePolynomial:
 
     It is at rest before and after.
     """
-    from scipy.interpolate import (
-        make_interp_spline,
-    )  # here: few scenes have one, and it takes long to import
+    # here: few scenes have one, and it takes long to import
+    from scipy.interpolate import make_interp_spline
 
     spline = make_interp_spline(times - times[0], points, k=5, bc_type=(_AT_REST, _AT_REST))
     starts = times[:-1] - times[0]

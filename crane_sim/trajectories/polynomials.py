@@ -17,9 +17,8 @@ class PiecewisePolynomial(NamedTuple):
     """n coordinates as piecewise polynomials of time."""
 
     starts: Array  # (pieces,) s, increasing; the first piece also holds before, the last one after
-    coefficients: (
-        Array  # (pieces, n, degree + 1), of powers of t - starts[piece], from the constant on
-    )
+    coefficients: Array  # (pieces, n, degree + 1), of powers of t - starts[piece], from the
+    # constant on
 
 
 def with_rest_at_ends(times: Array, coefficients: Array) -> PiecewisePolynomial:

@@ -47,9 +47,8 @@ class SmoothMotion(NamedTuple):
             6.0 * change / span**5,
         ]
         rest = [0.0] * 5
-        starts = np.array(
-            [self.start - 1.0, self.start, self.start + span]
-        )  # any instant before: it holds there, too
+        # any instant before: it holds there, too
+        starts = np.array([self.start - 1.0, self.start, self.start + span])
         return Motion(starts, np.array([[self.begin, *rest], rise, [self.end, *rest]]))
 
 
@@ -71,9 +70,8 @@ class SineMotion(NamedTuple):
 class PolynomialMotion(NamedTuple):
     """The sum of coefficients[k] t^k, k from 0 on."""
 
-    coefficients: Annotated[
-        tuple[Real, ...], Field(min_length=1)
-    ]  # m, coefficient of t^k, k = 0, 1, 2, ..., over s^k
+    coefficients: Annotated[tuple[Real, ...], Field(min_length=1)]  # m, coefficient of t^k, k = 0,
+    # 1, 2, ..., over s^k
 
     def motion(self) -> Motion:
         """Return the motion."""
@@ -92,9 +90,8 @@ class SplineMotion(NamedTuple):
 
     def motion(self) -> Motion:
         """Return the motion."""
-        from scipy.interpolate import (
-            CubicSpline,
-        )  # here: few scenes have one, and it takes long to import
+        # here: few scenes have one, and it takes long to import
+        from scipy.interpolate import CubicSpline
 
         pieces = CubicSpline(self.times, self.values, bc_type="clamped").c[::-1].T
         before, after = (np.array([[self.values[i], 0.0, 0.0, 0.0]]) for i in (0, -1))

@@ -23,13 +23,10 @@ class Shaping(NamedTuple):
     The motion ends later by the delay.
     """
 
-    kind: Literal[
-        "zv", "zvd"
-    ]  # `zv`: no swing at the frequency; `zvd`: little beside it as well, at twice the delay
-    frequency: Positive | Literal["auto"] = (
-        "auto"  # rad/s, of the undamped swing; `auto`: small swings of a point load
-    )
-    # on the scene's whole rope
+    kind: Literal["zv", "zvd"]  # `zv`: no swing at the frequency; `zvd`: little beside it as well,
+    # at twice the delay
+    frequency: Positive | Literal["auto"] = "auto"  # rad/s, of the undamped swing; `auto`: small
+    # swings of a point load on the scene's whole rope
     damping: Annotated[NonNegative, Field(lt=1.0)] = 0.0  # -, ratio of the swing
 
 

@@ -22,12 +22,10 @@ class Trajectory(NamedTuple):
     """
 
     starts: Any  # (pieces,) s, increasing; the first piece also holds before
-    coordinates: tuple[
-        Any, ...
-    ]  # (n,) of (pieces, degree + 1), of powers of t - starts[piece], from the constant on
-    of_joints: bool = (
-        False  # of the actuated joints, in the scene's order, rather than of the payload
-    )
+    coordinates: tuple[Any, ...]  # (n,) of (pieces, degree + 1), of powers of t - starts[piece],
+    # from the constant on
+    of_joints: bool = False  # of the actuated joints, in the scene's order, rather than of the
+    # payload
 
 
 def compile_trajectory(polynomials: PiecewisePolynomial, of_joints: bool = False) -> Trajectory:

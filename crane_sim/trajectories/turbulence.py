@@ -40,9 +40,8 @@ class Spectrum(NamedTuple):
 
     density: Callable[[Array, int], Array]  # s(x)
     below: Callable[[Array, int], Array]  # the part of the variance below x, the integral of s
-    ratios: Callable[
-        [float], tuple[float, ...]
-    ]  # σ of each component over the first one's at a height [m]
+    ratios: Callable[[float], tuple[float, ...]]  # σ of each component over the first one's at a
+    # height [m]
     lengths: Callable[[float], tuple[float, ...]]  # L of each component [m] at a height [m]
     heights: tuple[float, float] = (0.0, np.inf)  # m, for which the two hold
 

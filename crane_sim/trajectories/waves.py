@@ -18,9 +18,8 @@ GRAVITY = 9.81  # m/s²
 BREAKING_STEEPNESS = 1.0 / 7.0
 """Height over length at which a wave breaks in deep water (Michell, Phil. Mag. 36 (1893);
 DNV-RP-C205, 3.4.6)."""
-CUTOFF_RATIO = (
-    5.0  # highest sampled over peak frequency; the 0.2 % of energy above is redistributed
-)
+# highest sampled over peak frequency; the 0.2 % of energy above is redistributed
+CUTOFF_RATIO = 5.0
 
 
 class Sea(NamedTuple):
@@ -73,9 +72,8 @@ def _spectral_shape(x: Array, gamma: float) -> Array:
 @lru_cache(maxsize=8)  # many seeds of one sea share it, and it takes as long as all else of a scene
 def _split_energy(gamma: float) -> tuple[Array, Array]:
     """Return (frequencies in units of the peak's, energy below each of them), without units."""
-    x = geometric_sequence(
-        0.3, 30.0, 40001
-    )  # exp(-154) of the energy is below, 1.5e-6 of it beyond
+    # exp(-154) of the energy is below, 1.5e-6 of it beyond
+    x = geometric_sequence(0.3, 30.0, 40001)
     shape = _spectral_shape(x, gamma)
     return x, np.append(0.0, np.cumsum(0.5 * (shape[1:] + shape[:-1]) * np.diff(x)))
 

@@ -19,9 +19,8 @@ Height = Annotated[Positive, Field(ge=1e-6, le=1e4)]
 class PowerLaw(NamedTuple):
     """The mean grows with height like height^exponent."""
 
-    exponent: Annotated[
-        NonNegative, Field(le=2.0)
-    ]  # -, some 0.1 over water, 0.14 over grass, 0.3 in towns
+    exponent: Annotated[NonNegative, Field(le=2.0)]  # -, some 0.1 over water, 0.14 over grass, 0.3
+    # in towns
     lowest: Height = 1.0  # m, height above the ground below which the mean does not change
 
 
@@ -29,8 +28,8 @@ class LogarithmicLaw(NamedTuple):
     """The mean grows with height like ln(height / roughness)."""
 
     roughness: Height  # m, some 0.0002 of open water, 0.03 of grass, 1 of towns
-    # m, height above the ground below which the mean does not change; more than the roughness
-    lowest: Height = 1.0
+    lowest: Height = 1.0  # m, height above the ground below which the mean does not change; more
+    # than the roughness
 
     def find_error(self) -> str:
         """Return what is wrong with the law as a whole, in one line; empty when nothing is."""
@@ -46,9 +45,8 @@ class Gust(NamedTuple):
     """A component of the gusts: quintic Hermite interpolation, periodic, continuous curvature."""
 
     rate: float  # 1/s, nodes per second
-    # (n, 3) m/s, value g, its derivatives as g' h and g'' h² / 2, h = 1 / rate; the first one at t
-    # = 0
-    nodes: Any
+    nodes: Any  # (n, 3) m/s, value g, its derivatives as g' h and g'' h² / 2, h = 1 / rate; the
+    # first one at t = 0
 
 
 class Kink(NamedTuple):
@@ -61,9 +59,8 @@ class Wind(NamedTuple):
     speed: float  # m/s, mean at the reference height
     height: float  # m, reference height above the ground
     profile: PowerLaw | LogarithmicLaw | None  # None: the mean is the same at all heights
-    direction: tuple[
-        float, float
-    ]  # unit vector along x and y of the world: where the mean blows to
+    direction: tuple[float, float]  # unit vector along x and y of the world: where the mean blows
+    # to
     origin_height: float  # m, of the world's origin above the ground
     density: float  # kg/m³, of the air
     gusts: tuple[Gust | None, Gust | None, Gust | None]  # u, v, w

@@ -74,9 +74,8 @@ def test_references_that_decide_agree_with_a_second_method(name: str) -> None:
         (Path(__file__).parents[1] / "data" / f"{name}.json").read_text()
     ).values():
         if "agreement_taylor_m" in case:
-            assert (
-                case["agreement_taylor_m"] <= case["agreement_m"]
-            )  # of the solution's own two settings
+            # of the solution's own two settings
+            assert case["agreement_taylor_m"] <= case["agreement_m"]
             checked += 1
     assert checked == (5 if name == "overhead" else 1)
 
@@ -96,9 +95,8 @@ def test_our_runs_converge_at_their_order(
     trials = [run_trial(r, reference_of(CASES[0])) for r in runs]
     steps = [10.0 / (t.steps or 1) for t in trials]
     slope = np.polyfit(np.log(steps), np.log([t.error for t in trials]), 1)[0]
-    assert slope == pytest.approx(
-        order, abs=0.5
-    )  # at a swing of 60° and these steps the order is not yet exact
+    # at a swing of 60° and these steps the order is not yet exact
+    assert slope == pytest.approx(order, abs=0.5)
     assert all(t.evaluations == (12 if method == "rk8" else 4) * (t.steps or 0) for t in trials)
 
 

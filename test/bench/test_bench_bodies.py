@@ -82,9 +82,8 @@ def test_the_mechanism_starts_as_the_crane(case: BodyCase) -> None:
     moved = [load_pose(made, q + sign * h * v) for sign in (-1.0, 1.0)]
     spin = turn.T @ (moved[1][1] - moved[0][1]) / (2.0 * h)
     omega = START[case.id].get("initial.rigging", {}).get("angular_velocity", [0.0, 0.0, 0.0])
-    assert [spin[2, 1], spin[0, 2], spin[1, 0]] == pytest.approx(
-        omega, abs=1e-9
-    )  # of central differences
+    # of central differences
+    assert [spin[2, 1], spin[0, 2], spin[1, 0]] == pytest.approx(omega, abs=1e-9)
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.id)

@@ -148,9 +148,8 @@ def test_the_tension_of_the_stiff_spring(kind: type[Engine], method: str, step: 
     outcome = run.execute(1)
     assert error("overhead_spring", outcome) < 3e-7  # at these steps the worst one is 9e-8
     exact = hardcase_references()["overhead_spring"]["tension"][-1][-1]
-    assert outcome.tension == pytest.approx(
-        exact, abs=0.3
-    )  # N of 383: 1e6 N/m times the position error above
+    # N of 383: 1e6 N/m times the position error above
+    assert outcome.tension == pytest.approx(exact, abs=0.3)
     assert np.array_equal(run.execute(2).payload, outcome.payload)
 
 
@@ -190,14 +189,12 @@ def test_heyokas_equations_are_those_of_the_scene(
     tested_engine = engine(Heyoka)
     monkeypatch.setattr(heyoka_taylor, "TOLERANCES", [1e-11])
     monkeypatch.setattr(heyoka_taylor, "COARSE_TOLERANCES", [1e-11])
-    monkeypatch.setattr(
-        heyoka_taylor, "MAX_UNROLLED", 1
-    )  # recurrences of ten links take half a minute to compile
+    # recurrences of ten links take half a minute to compile
+    monkeypatch.setattr(heyoka_taylor, "MAX_UNROLLED", 1)
     (taylor,) = tested_engine.runs(PROBLEMS[name])
     outcome = taylor.execute(1)
-    assert (
-        error(name, outcome) < 2e-11
-    )  # its tolerance is per step and relative; chaotic terms of the chain double it
+    # its tolerance is per step and relative; chaotic terms of the chain double it
+    assert error(name, outcome) < 2e-11
     assert np.array_equal(taylor.execute(2).payload, outcome.payload)
 
 

@@ -98,9 +98,8 @@ def test_orders(scene: tuple[str, Loops]) -> None:
     for _, method, order, steps, bound in (row for row in ORDERS if row[0] == name):
         coarse, fine = (error(name, loops.fixed(method, n, 1).payload) for n in (steps, 2 * steps))
         assert fine < bound, method
-        assert np.log2(coarse / fine) > order - 0.3, (
-            method
-        )  # 0.3: what the next order adds at these steps
+        # 0.3: what the next order adds at these steps
+        assert np.log2(coarse / fine) > order - 0.3, method
 
 
 @pytest.mark.long(cases=["overhead_chain"])
@@ -108,9 +107,8 @@ def test_error_control(scene: tuple[str, Loops]) -> None:
     """The adaptive method's error at the end falls with its tolerance, to near rounding."""
     name, loops = scene
     errors = [error(name, loops.adaptive(rtol, 1).payload) for rtol in (1e-6, 1e-11)]
-    assert (
-        errors[1] < 1e-8
-    )  # a thousand times the tolerance: 10 s of motion of some metres, errors add up
+    # a thousand times the tolerance: 10 s of motion of some metres, errors add up
+    assert errors[1] < 1e-8
     assert errors[1] < 1e-2 * errors[0]
 
 
@@ -137,9 +135,8 @@ def test_crumpled_chains(links: int, compiler: Compiler) -> None:
     chain = Chain(3.0, masses, lengths, random.uniform(-1.5, 1.5, links), 9.81, 0.3)
     hand_c = Loops(compiler, c_loop_input(chain)).fixed("rk8", 400, 1).payload
     scipy = [run for run in Scipy().runs(chain) if run.method == "DOP853"][-1].execute(1).payload
-    assert (
-        np.max(np.abs(hand_c - scipy)) < 1e-9
-    )  # tolerance 1e-12, and crumpled chains amplify some hundredfold
+    # tolerance 1e-12, and crumpled chains amplify some hundredfold
+    assert np.max(np.abs(hand_c - scipy)) < 1e-9
 
 
 def test_tension_of_a_spring_at_rest(compiler: Compiler) -> None:
@@ -148,9 +145,8 @@ def test_tension_of_a_spring_at_rest(compiler: Compiler) -> None:
     start = np.array([0.0, -(2.0 + weight / stiffness)])
     hanging = Spring(3.0, 4.0, 2.0, stiffness, start, 9.81, 1.0)
     result = Loops(compiler, c_loop_input(hanging)).fixed("rk4", 1000, 1)
-    assert result.tension == pytest.approx(
-        weight, rel=1e-10
-    )  # rounding of the length, times the stiffness
+    # rounding of the length, times the stiffness
+    assert result.tension == pytest.approx(weight, rel=1e-10)
     assert result.payload == pytest.approx((0.0, 0.0, start[1]), abs=1e-12)
 
 
@@ -166,9 +162,8 @@ def test_sweeps_reach_the_reference(engine: type[Engine], name: str, compiler: C
     if engine is CasadiC and find_spec("casadi") is None:
         pytest.skip("casadi is not installed")
     *runs, finest = (run for run in engine().runs(problem(name)) if run.method in ("rk8", "DOP853"))
-    run = next(
-        (run for run in runs if run.setting < 1.1e-9), finest
-    )  # of tolerances, 1e-9: tighter is slow
+    # of tolerances, 1e-9: tighter is slow
+    run = next((run for run in runs if run.setting < 1.1e-9), finest)
     assert error(name, run.execute(1).payload) < 1e-6
 
 

@@ -203,12 +203,10 @@ def test_quantiles_of_period_errors() -> None:
     errors = sorted(1e6 * abs(b - a) for a, b in zip(lateness, lateness[1:], strict=False))
     results = timing.metrics()["period_error_us"]
     for name, i in (("p50", 499), ("p99", 989)):
-        assert (
-            errors[i] - 1e-6 <= results[name] <= errors[i] + 1.000001
-        )  # a bin, and rounding in the last digits
-    assert results["max"] == pytest.approx(
-        errors[-1], abs=1e-6
-    )  # µs: differences of times near 1 s round at 1e-10 s
+        # a bin, and rounding in the last digits
+        assert errors[i] - 1e-6 <= results[name] <= errors[i] + 1.000001
+    # µs: differences of times near 1 s round at 1e-10 s
+    assert results["max"] == pytest.approx(errors[-1], abs=1e-6)
     before = timing.metrics()["period_error_us"]["max"]
     timing.pause()
     timing.note(50.0, 50.09)

@@ -111,9 +111,8 @@ def test_closed_forms() -> None:
     crane, q, v = random_crane(1, 1)
     bare, a = LumpedCrane(crane.trolley, crane.masses), np.array([0.3, -1.1, 0.8])
     expected = chain.mass_matrix(bare, q) @ a + chain.bias(bare, q, v)
-    assert (
-        np.max(np.abs(closed.forces_one(bare, q, v, a) - expected)) < EXACT * 100.0
-    )  # forces of up to 100 N
+    # forces of up to 100 N
+    assert np.max(np.abs(closed.forces_one(bare, q, v, a) - expected)) < EXACT * 100.0
 
 
 @given(st.integers(1, 6), st.integers(0, 2**32 - 1))
@@ -161,13 +160,11 @@ def test_accelerations_agree_with_the_simulator(hoisted: bool) -> None:
     a = np.concatenate(
         [accelerations[:1], coordinates.relative(accelerations[1 + hoisted :]), [drawn, 0.0, 0.0]]
     )
-    forces = np.array(
-        [7.0, 0.0, 0.0, 0.0, -80.0 - 2.0 * drawn, 0.0, 0.0]
-    )  # the drum takes its share of the hoist's
+    # the drum takes its share of the hoist's
+    forces = np.array([7.0, 0.0, 0.0, 0.0, -80.0 - 2.0 * drawn, 0.0, 0.0])
     computed = chain.chain_acceleration(crane, q, v, forces, (1,) if hoisted else ())
-    assert (
-        relative_difference(computed, a) < 1e-11
-    )  # the dense matrix loses its condition number, some 1e3
+    # the dense matrix loses its condition number, some 1e3
+    assert relative_difference(computed, a) < 1e-11
 
 
 @pytest.mark.parametrize("erratum", ERRATA, ids=lambda erratum: erratum.where.replace(" ", "_"))

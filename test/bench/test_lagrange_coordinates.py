@@ -29,9 +29,8 @@ def test_maps_between_coordinates(n: int) -> None:
         relative_difference(jacobian, properties.gradient(coordinates.to_horizontal, q).T) < EXACT
     )
     sines = np.sin(coordinates.absolute(q[1 : n + 1]))
-    assert np.linalg.det(jacobian) == pytest.approx(
-        np.prod(sines), rel=1e-10
-    )  # as (189); elimination of up to 11 rows
+    # as (189); elimination of up to 11 rows
+    assert np.linalg.det(jacobian) == pytest.approx(np.prod(sines), rel=1e-10)
     for matrix in (coordinates.absolute_map(n), jacobian):
         rates = matrix @ v
         assert 0.5 * rates @ coordinates.transform_mass(mass, matrix) @ rates == pytest.approx(
@@ -48,9 +47,8 @@ def test_collocated_linearisation(n: int) -> None:
     assert properties.smallest_eigenvalue(reduced.mass) > 0.0
     forces[[0, n + 1]] = reduced.forces(wanted)
     found = chain.chain_acceleration(crane, q, v, forces, (1,))
-    assert (
-        relative_difference(found[[0, n + 1]], wanted) < 1e-10
-    )  # loads of 1e2 through matrices of condition 1e4
+    # loads of 1e2 through matrices of condition 1e4
+    assert relative_difference(found[[0, n + 1]], wanted) < 1e-10
     assert relative_difference(reduced.angles(wanted), found[1 : n + 1]) < 1e-10
 
 

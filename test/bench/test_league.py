@@ -83,9 +83,8 @@ def test_a_shaped_path_is_only_in_the_nominal_scene() -> None:
     scene = load_scene(trial_scene(trial_of("obstacle"), shaped, 0))
     assert scene.trajectory is not None and scene.trajectory.starts[-1] == 50.0
     nominal_path = scene.law.trajectory  # pyright: ignore[reportAttributeAccessIssue, reportOptionalMemberAccess]
-    assert nominal_path.starts[-1] == pytest.approx(
-        50.0 + 1.1237, abs=1e-4
-    )  # half a swing, pi sqrt(1.255 / 9.81)
+    # half a swing, pi sqrt(1.255 / 9.81)
+    assert nominal_path.starts[-1] == pytest.approx(50.0 + 1.1237, abs=1e-4)
 
 
 def test_settings_are_those_of_the_catalogue() -> None:
@@ -119,14 +118,12 @@ def test_metrics_of_a_cell_are_those_of_the_summary() -> None:
     cell = evaluate(Group("pendulum", "path", (), ()), ANGULAR, trial)
     summary = simulate(load_scene(trial_scene(trial, ANGULAR, 0))).summary
     assert cell.metrics is not None and not cell.refused and not cell.failed and cell.runs == 1
-    assert cell.metrics.mse == pytest.approx(
-        summary["tracking_mse"], rel=1e-9
-    )  # the same sum in another order
+    # the same sum in another order
+    assert cell.metrics.mse == pytest.approx(summary["tracking_mse"], rel=1e-9)
     assert cell.metrics.mae == pytest.approx(summary["tracking_mae"], rel=1e-9)
     assert cell.metrics.peak_error == pytest.approx(summary["tracking_peak"], rel=1e-9)
-    hardest = summary[
-        "peak_tip_acceleration"
-    ]  # of the control steps; the cell has the last state, too
+    # of the control steps; the cell has the last state, too
+    hardest = summary["peak_tip_acceleration"]
     assert cell.metrics.tip_acceleration == pytest.approx(hardest, rel=0.01)
     assert 0.0 < (cell.metrics.settling or 0.0) < 10.0  # the scene ends 10 s after its path
 

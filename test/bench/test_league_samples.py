@@ -93,9 +93,8 @@ def test_cells_are_statistics_of_rows_and_rows_are_single_runs(whole: WholeLeagu
         energy.metrics["payload_mae"].low >= errors.min()
         and energy.metrics["payload_mae"].high <= errors.max()
     )
-    assert (
-        energy.controlled is not None and energy.controlled.value == 0.0
-    )  # nothing settles within 0.4 s
+    # nothing settles within 0.4 s
+    assert energy.controlled is not None and energy.controlled.value == 0.0
     assert energy.metrics["payload_settling"].value == np.inf
     row, case = still.table.to_pylist()[1], cases(still.study)[1]
     run = simulate(load_scene(scene_document(still.study), case.changes))
@@ -218,10 +217,8 @@ def test_better_is_significant_for_all_pairs_together() -> None:
         "a": np.zeros(100),
         "b": np.array([*-np.linspace(0.1, 0.2, 55), *np.linspace(1.0, 1.5, 45)]),
     }
-    assert better_laws(skewed) == {
-        "a": ("b",),
-        "b": (),
-    }  # by ranks, though b is less in more than half
+    # by ranks, though b is less in more than half
+    assert better_laws(skewed) == {"a": ("b",), "b": ()}
     failed = {"a": small, "b": np.full(8, np.inf)}
     assert better_laws(failed) == {"a": ("b",), "b": ()}
 
@@ -239,9 +236,8 @@ def test_a_page_says_where_samples_are_too_few() -> None:
         told = not any(better_laws(errors).values())
         text = describe_samples(samples, laws)
         assert (f"no difference among {laws} laws" in text) == told
-        assert ("too narrow" in text) == (
-            samples <= 5
-        )  # 2 / 2**5: the median is outside of 5 values more often
+        # 2 / 2**5: the median is outside of 5 values more often
+        assert ("too narrow" in text) == (samples <= 5)
     assert describe_samples(12, 8) == "12 samples of each trial."
 
 
@@ -293,9 +289,8 @@ def test_cranes_are_added_to_the_page(tmp_path: Path) -> None:
     )
     page, cells = (tmp_path / "league_samples.md").read_text(), read_cells(tmp_path)
     assert [(cell.crane, cell.samples) for cell in cells] == [(first, 12), (last, 12), (last, 12)]
-    assert page == format_samples(cells) and repr(cells[0]) == repr(
-        cell_of(first, 12)
-    )  # NaN equals nothing
+    # NaN equals nothing
+    assert page == format_samples(cells) and repr(cells[0]) == repr(cell_of(first, 12))
     assert f"`crane {command_of(12, (first, last))}`" in page.splitlines()[2]
     assert "| 1 (0.5 … -) | - | 0.5 (0.4 … 0.6), 11 pairs | energy |" in page
     save_samples([cell_of(last, 4)], tmp_path)
@@ -343,9 +338,8 @@ def test_infeasible_scenes_are_counted(tmp_path: Path, capsys: pytest.CaptureFix
 
     Page and terminal say how many.
     """
-    group = GROUP._replace(
-        trials=(STILL,), entrants=(ENERGY, LQR), uncertain={MASSES: 10.0}
-    )  # some are negative
+    # some are negative
+    group = GROUP._replace(trials=(STILL,), entrants=(ENERGY, LQR), uncertain={MASSES: 10.0})
     cells = list(evaluate_samples(5, tmp_path, [group], 1))
     status = read_result(tmp_path / study_of(group, STILL, 5).folder).column("status").reshape(5, 2)
     refused = (status == "refused").sum(axis=0).tolist()

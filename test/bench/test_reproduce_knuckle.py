@@ -38,10 +38,11 @@ def test_results_agree_with_an_independent_simulation(rows: list[knuckle.ClaimRe
         assert results[claim] == pytest.approx(
             expected, rel=0.02
         )  # of few digits; there LQR was evaluated continuously
+    # 40 s of 40 s
     assert results["Fig. 6, rope: settled to 2 % after, s"] == (
         "never",
         pytest.approx(3.1, rel=0.02),
-    )  # 40 s of 40 s
+    )
 
 
 def test_verdicts_of_the_claims(rows: list[knuckle.ClaimResult]) -> None:

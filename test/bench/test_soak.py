@@ -39,9 +39,8 @@ def test_a_drift_is_distinguished_from_noise(fall: float) -> None:
     """
     trend = drift(noisy_rates(fall))
     assert trend.low < -fall < trend.high
-    assert trend.change == pytest.approx(
-        -fall, abs=3.0
-    )  # %: noise of 10 % over 30 medians of 30 leaves about 0.9 %
+    # %: noise of 10 % over 30 medians of 30 leaves about 0.9 %
+    assert trend.change == pytest.approx(-fall, abs=3.0)
     passed = [metric.passed for metric in drift_metrics(noisy_rates(fall), [1e7] * 900)]
     assert passed == [True, True, True, fall < MAX_FALL, True]
 
@@ -56,9 +55,8 @@ def test_the_processor_s_clock_is_no_drift(fall: float) -> None:
     }
     assert named["rate, change from begin to end"].value < -25.0
     of_clock = named["processor's speed, change from begin to end"].value
-    assert of_clock == pytest.approx(
-        -34.2, abs=0.3
-    )  # % of 0.85; the medians of the ends are 29 / 30 of it apart
+    # % of 0.85; the medians of the ends are 29 / 30 of it apart
+    assert of_clock == pytest.approx(-34.2, abs=0.3)
     judged = named["rate at constant speed, change from begin to end"]
     assert judged.value == pytest.approx(-fall, abs=3.0)  # %: see above
     assert judged.passed == (fall < MAX_FALL)
@@ -95,13 +93,11 @@ def test_a_run_over_ros_is_sampled_to_its_end() -> None:
         warm = next(mb for t, mb in zip(data["seconds"], samples, strict=True) if t >= 2.0)
         assert growth.value == pytest.approx(samples[-1] - warm, abs=1e-9)
         assert growth.passed == (growth.value <= memory.MAX_GROWTH)
-    lengths = np.diff(
-        [0.0, *data["seconds"]]
-    )  # s; samples that a stall has delayed follow one another quickly
+    # s; samples that a stall has delayed follow one another quickly
+    lengths = np.diff([0.0, *data["seconds"]])
     assert named["steps"].value > lengths @ data["steps_per_second"] > 0.0
-    assert named[
-        "plant, growth since the warm-up"
-    ].passed  # the recorder's buffers still fill in the first seconds
+    # the recorder's buffers still fill in the first seconds
+    assert named["plant, growth since the warm-up"].passed
 
 
 def test_the_mean_rate_is_that_of_all_messages() -> None:
@@ -112,13 +108,11 @@ def test_the_mean_rate_is_that_of_all_messages() -> None:
     sent = [1_000_000_000 + 1_000_000 * k for k in range(10_001)]
     assert realtime.mean_rate(sent) == pytest.approx(1000.0, rel=1e-12)
     late = [*sent[:-1], sent[-1] + 2_000_000]
-    assert realtime.mean_rate(late) == pytest.approx(
-        1000.0, abs=2e-4
-    )  # Hz: 6 / 10 001 of the 0.2 Hz of the ends alone
+    # Hz: 6 / 10 001 of the 0.2 Hz of the ends alone
+    assert realtime.mean_rate(late) == pytest.approx(1000.0, abs=2e-4)
     fast = [1_000_000_000 + 999_900 * k for k in range(10_001)]
-    assert realtime.mean_rate(fast) == pytest.approx(
-        1000.1, abs=1e-4
-    )  # Hz: 1 / 0.9999 is 1.00010001
+    # Hz: 1 / 0.9999 is 1.00010001
+    assert realtime.mean_rate(fast) == pytest.approx(1000.1, abs=1e-4)
 
 
 @pytest.mark.long

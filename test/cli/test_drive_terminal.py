@@ -214,9 +214,8 @@ def test_a_drive_by_keys(tmp_path: Path) -> None:
         terminal.type_until(b"", "dead man's switch open")
         terminal.type_until(b"w", "in operation")
         terminal.type_until(b"w", "━━━━")
-        terminal.type_until(
-            b" ", " s    emergency stop "
-        )  # behind the time: the last line names the key, too
+        # behind the time: the last line names the key, too
+        terminal.type_until(b" ", " s    emergency stop ")
         terminal.type_until(b"w", " s    emergency stop ")
         terminal.type_until(b"\r", "dead man's switch open")
         os.write(terminal.master, b"\t")

@@ -19,9 +19,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    monkeypatch.setattr(
-        "crane_sim.recording.rerun.rrd_file.whole_size", lambda _: None
-    )  # they count as whole
+    # they count as whole
+    monkeypatch.setattr("crane_sim.recording.rerun.rrd_file.whole_size", lambda _: None)
     for name, age in (("b", 10.0), ("a", 20.0)):
         file = tmp_path / "runs" / f"{name}.rrd"
         file.parent.mkdir(exist_ok=True)

@@ -95,9 +95,8 @@ def test_the_feedback_damps_the_swing_as_it_says() -> None:
     servo = {"max_acceleration": 50.0, "max_jerk": 1e6}
     run = simulate(scene(control, servo=servo, initial={"angles": 0.01}))
     real, frequency = decay(run, 0.5)
-    assert real == pytest.approx(
-        -0.2 * OMEGA, rel=0.02
-    )  # the speed is held for a period: 0.01 s × k of delay
+    # the speed is held for a period: 0.01 s × k of delay
+    assert real == pytest.approx(-0.2 * OMEGA, rel=0.02)
     assert frequency == pytest.approx(OMEGA * sqrt(1.0 - 0.2**2), rel=0.02)
 
 
@@ -129,9 +128,8 @@ def test_speeds_that_begin_with_the_run_are_shaped(kind: str, sums: tuple[float,
     speeds = {"trolley": {"times": [0.0], "values": [0.4]}}
     law: Any = scene({"damping": 0.0, "speeds": speeds, "shaping": {"kind": kind}}).law
     commands = [law((i + 0.5) * pi / OMEGA, (0.0, 0.0), (0.0, 0.0))[0] for i in range(len(sums))]
-    assert commands == pytest.approx(
-        [0.4 * part for part in sums], abs=1e-12
-    )  # rounding of the weights
+    # rounding of the weights
+    assert commands == pytest.approx([0.4 * part for part in sums], abs=1e-12)
     assert law(0.0, (0.0, 0.0), (0.0, 0.0))[0] == pytest.approx(0.4 * sums[0], abs=1e-12)
 
 
@@ -182,9 +180,8 @@ def test_joints_move_the_tip_by_the_offset_together(name: str, q: tuple[float, .
             derive_instant(loaded, 0.0, (initial + way).tolist(), still).tip for way in ways
         )
         moved = (forward - back)[0, :2] / (2.0 * step)
-        np.testing.assert_allclose(
-            moved, offset, atol=1e-6
-        )  # of the differences: step² and rounding / step
+        # of the differences: step² and rounding / step
+        np.testing.assert_allclose(moved, offset, atol=1e-6)
 
 
 def test_parallel_joints_that_span_one_direction() -> None:

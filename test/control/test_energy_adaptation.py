@@ -85,14 +85,14 @@ def proof_function(law: Any, mass: float, t: float, q: Any, v: Any) -> float:
     nominal, winch, kd = law.nominal, law.parameters.rope, law.parameters.kd
     true = EnergyLaw(law.parameters, nominal._replace(load=nominal.load._replace(mass=mass)))
     value, _ = compute_lyapunov(true, t, tuple(q), tuple(v))
+    # B
     bound = (
         nominal.support.boom.length**2 / kd[1]
         + nominal.support.jib.length**2 / kd[2]
         + 1.0 / winch.kd
-    )  # B
-    filter_error = (
-        (nominal.load.mass - mass) * nominal.gravity * exp(-law.filter_rate * t)
-    )  # f - m a
+    )
+    # f - m a
+    filter_error = (nominal.load.mass - mass) * nominal.gravity * exp(-law.filter_rate * t)
     return value + 0.5 * bound / law.filter_rate * filter_error**2
 
 

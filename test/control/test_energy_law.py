@@ -80,9 +80,8 @@ def test_v_only_falls_along_a_continuous_closed_loop(loop: str) -> None:
     run = simulate(crane_sim.load_scene("knuckle_continuous", {"duration": 4.0, **LOOPS[loop]}))
     value, rate = run.lyapunov().T
     assert np.all(rate <= 1e-12)
-    assert (
-        np.max(np.diff(value)) < 1e-9 * value[0]
-    )  # the integrator's tolerance, where V stands still
+    # the integrator's tolerance, where V stands still
+    assert np.max(np.diff(value)) < 1e-9 * value[0]
     # Simpson's rule over 20 ms, error h^4 / 180 of the fourth derivative, (7 rad/s)^4 of ~1 W
     fallen = np.cumsum((rate[:-2:2] + 4.0 * rate[1:-1:2] + rate[2::2]) * 0.01 / 3.0)
     assert np.allclose(value[2::2] - value[0], fallen, rtol=0, atol=1e-4 * value[0])
@@ -99,9 +98,8 @@ def test_the_rate_of_v_is_that_of_every_instant() -> None:
     disturbed = {"payload_force": {"x": wind}, "base_motion": swell}
     run = simulate(crane_sim.load_scene("knuckle_continuous", {"duration": 2.0, **disturbed}))
     value, rate = run.lyapunov().T
-    fallen = np.cumsum(
-        (rate[:-2:2] + 4.0 * rate[1:-1:2] + rate[2::2]) * 0.01 / 3.0
-    )  # Simpson's rule, as above
+    # Simpson's rule, as above
+    fallen = np.cumsum((rate[:-2:2] + 4.0 * rate[1:-1:2] + rate[2::2]) * 0.01 / 3.0)
     assert np.allclose(value[2::2] - value[0], fallen, rtol=0, atol=1e-4 * value[0])
     assert np.max(rate) > 0.5  # W: V does rise
 

@@ -24,10 +24,8 @@ COMMON = {
     "control": {"law": "lqr", "period": 0.05},
     "integrator": {"method": "dop853", "rtol": 1e-4, "atol": 1e-4},
 }
-BENT = {
-    "vertical": {"stiffness": 1e5},
-    "jib": {"mass": 50.0, "centre": 3, "inertia": 80},
-}  # by 0.12 rad, 0.7 m
+# by 0.12 rad, 0.7 m
+BENT = {"vertical": {"stiffness": 1e5}, "jib": {"mass": 50.0, "centre": 3, "inertia": 80}}
 CRANES: dict[str, Any] = {
     "tower": {
         "slew": {"drive": "force", "inertia": 5e3},
@@ -97,7 +95,6 @@ def test_lqr_linearises_an_untwisted_load() -> None:
     }
     gantry = load_scene("spreader_skew", start)
     q, u = equilibrium(gantry)
-    assert (
-        np.abs(acceleration(gantry, q, 0.0 * q, u)).max() < 1e-8
-    )  # m/s²: rounding of falls that carry 0.5 MN
+    # m/s²: rounding of falls that carry 0.5 MN
+    assert np.abs(acceleration(gantry, q, 0.0 * q, u)).max() < 1e-8
     assert np.allclose(q[:3], gantry.reference) and q[6] > np.cos(np.radians(1.0))

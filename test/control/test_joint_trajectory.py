@@ -45,9 +45,8 @@ def test_commands_are_those_of_the_formula() -> None:
         loaded = scene("velocity", PATH, control={"position_gain": 3.0})
         ((x,), (rate,), _), q = sample_trajectory(loaded.trajectory, np.array([t]))[0], (0.7, 0.1)
         assert loaded.law is not None
-        assert loaded.law(t, q, (0.0, 0.0)) == pytest.approx(
-            (rate + 3.0 * (x - 0.7),), abs=1e-15
-        )  # rounding
+        # rounding
+        assert loaded.law(t, q, (0.0, 0.0)) == pytest.approx((rate + 3.0 * (x - 0.7),), abs=1e-15)
         by_position = scene("position", PATH).law
         assert by_position is not None and by_position(t, q, (0.0, 0.0)) == (x,)
 

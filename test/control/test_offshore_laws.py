@@ -17,19 +17,11 @@ from crane_sim.laws import with_initial_state
 from crane_sim.scenes.scene import load_scene
 
 LENGTH, G = 1.255, 9.81
-KP, KD = (
-    G / LENGTH,
-    0.4 * sqrt(G / LENGTH),
-)  # of the paper's table 2: the pendulum's own frequency, damping 0.2
+# of the paper's table 2: the pendulum's own frequency, damping 0.2
+KP, KD = G / LENGTH, 0.4 * sqrt(G / LENGTH)
 Q = (1.3, 0.05, 0.0, 0.06, -0.08, -sqrt(1.0 - 0.06**2 - 0.08**2))
-V = (
-    0.02,
-    -0.03,
-    0.0,
-    0.1,
-    0.2,
-    (0.06 * 0.1 - 0.08 * 0.2) / sqrt(1.0 - 0.06**2 - 0.08**2),
-)  # across the link
+# across the link
+V = (0.02, -0.03, 0.0, 0.1, 0.2, (0.06 * 0.1 - 0.08 * 0.2) / sqrt(1.0 - 0.06**2 - 0.08**2))
 Y, DY = np.array(Q[:2]) + LENGTH * np.array(Q[3:5]), np.array(V[:2]) + LENGTH * np.array(V[3:5])
 E1, E2 = Y - (1.35, 0.0), DY  # the path of the scenes rests at (1.35, 0) for ten seconds
 
@@ -142,9 +134,8 @@ def test_the_velocity_fed_forward_is_the_setpoints_rate(base: float) -> None:
 
     step = 1e-5
     rate = (setpoint(step)[0] - setpoint(-step)[0]) / (2.0 * step)
-    assert setpoint(0.0)[1] == pytest.approx(
-        rate, abs=1e-8
-    )  # the difference: rounding / step, and step²
+    # the difference: rounding / step, and step²
+    assert setpoint(0.0)[1] == pytest.approx(rate, abs=1e-8)
 
 
 def lyapunov(learner: Any, true_weights: Any, e: Any, de: Any, zone: bool) -> float:

@@ -78,13 +78,11 @@ def test_what_the_tables_rest_on() -> None:
     forward, printed_sway, constant, damped = (
         next(offshore.measure_errors(experiment, 1)).ours for experiment in offshore.OTHERWISE
     )
-    assert (
-        forward < 0.1 * offshore.PAIRS[0][0].printed.mse.value
-    )  # the Cartesian law is at 0.007 of it
+    # the Cartesian law is at 0.007 of it
+    assert forward < 0.1 * offshore.PAIRS[0][0].printed.mse.value
     assert printed_sway > 10.0 * offshore.NO_LEARNING.mse.value  # "far off"
-    assert constant == pytest.approx(
-        offshore.LEARNING.mse.value, rel=0.05
-    )  # the tolerance of the table
+    # the tolerance of the table
+    assert constant == pytest.approx(offshore.LEARNING.mse.value, rel=0.05)
     assert damped < offshore.LEARNING.mse.value
 
 

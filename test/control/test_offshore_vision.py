@@ -14,14 +14,8 @@ from crane_sim.scenes.scene import load_scene
 
 LENGTH, KP = 1.255, 9.81 / 1.255  # m, 1/s²
 Q = (1.3, 0.05, 0.0, 0.06, -0.08, -sqrt(1.0 - 0.06**2 - 0.08**2))
-V = (
-    0.02,
-    -0.03,
-    0.0,
-    0.1,
-    0.2,
-    (0.06 * 0.1 - 0.08 * 0.2) / sqrt(1.0 - 0.06**2 - 0.08**2),
-)  # across the link
+# across the link
+V = (0.02, -0.03, 0.0, 0.1, 0.2, (0.06 * 0.1 - 0.08 * 0.2) / sqrt(1.0 - 0.06**2 - 0.08**2))
 
 
 def law_of(scene: str, changes: dict[str, Any] | None = None) -> Any:
@@ -54,10 +48,8 @@ def test_the_observer_finds_a_disturbance_that_it_was_not_told() -> None:
     The force is that of the moment.
     """
     vision, w, force = {"rate": 30.0, "latency": 0.05, "noise": 0.0}, 3.5, 0.3
-    observer = {
-        "wander": 0.5,
-        "rope": 0.0,
-    }  # the rope's length is unobservable while the tip is at rest
+    # the rope's length is unobservable while the tip is at rest
+    observer = {"wander": 0.5, "rope": 0.0}
     control = {"law": "harmonic", "period": 0.004, "vision": vision, "observer": observer}
     law, t = law_of("offshore_obstacle", {"control": control}), 0.0
     ekf = law.tracker.disturbance_estimator.ekf

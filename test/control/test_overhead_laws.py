@@ -61,9 +61,8 @@ def test_v_only_falls_along_a_continuous_closed_loop(loop: str) -> None:
     run = simulate(scene_of(**groups | {"control": control}), duration=10.0)
     value, rate = run.lyapunov().T
     assert np.all(rate <= 0.0)
-    assert (
-        np.max(np.diff(value)) < 1e-9 * value[0]
-    )  # the integrator's tolerance, where V stands still
+    # the integrator's tolerance, where V stands still
+    assert np.max(np.diff(value)) < 1e-9 * value[0]
     # Simpson's rule over 20 ms, error h^4 / 180 of the fourth derivative: of exp(-20 t), the
     # fastest, 1e-5
     fallen = np.cumsum((rate[:-2:2] + 4.0 * rate[1:-1:2] + rate[2::2]) * 0.01 / 3.0)
@@ -198,9 +197,8 @@ def test_lqr_in_space_is_that_in_the_plane_of_a_steady_force(force: float) -> No
         "initial": {"directions": [[0, 0, -1]]},
     }
     spatial: Any = scene_of(**steady, **space, control=control, reference={"q": [3.0, 1.0]}).law
-    swing = np.arctan2(
-        force, 10.0 * G
-    )  # to 1e-9 / ω², and as much of every second-order error below
+    # to 1e-9 / ω², and as much of every second-order error below
+    swing = np.arctan2(force, 10.0 * G)
     assert planar.target == pytest.approx([3.0, swing], abs=1e-8)
     assert spatial.target == pytest.approx([3.0, 1.0, np.sin(swing), 0.0, -np.cos(swing)], abs=1e-8)
     # differences of 1e-10 over what Riccati equations lose, see above

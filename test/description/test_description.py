@@ -161,9 +161,8 @@ def test_the_nodes_are_the_models(scene: Scene) -> None:
     n = len(nodes) - 1
     for k in {1, n // 2, n - 1, n} - {0}:
         actual = link_position(document, joints, "payload_link" if k == n else f"node_{k}")
-        assert actual == pytest.approx(
-            nodes[k], abs=1e-12
-        )  # rounding of up to 200 lengths, 10 m together
+        # rounding of up to 200 lengths, 10 m together
+        assert actual == pytest.approx(nodes[k], abs=1e-12)
 
 
 def test_a_hoist_in_space_is_exact_below_the_trolley() -> None:

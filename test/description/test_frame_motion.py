@@ -87,6 +87,5 @@ def test_a_long_cable_has_all_its_frames() -> None:
     )
     tree = TransformTree(urdf(scene), scene.joint_names)
     motions = frame_motions(scene, tree, 0.0, scene.initial_q, scene.initial_v)
-    assert -motions["payload_link"].position[2] == pytest.approx(
-        links * length, rel=1e-12
-    )  # rounding of 500 sums
+    # rounding of 500 sums
+    assert -motions["payload_link"].position[2] == pytest.approx(links * length, rel=1e-12)

@@ -41,9 +41,8 @@ def test_a_ship_to_shore_crane_has_a_boom(name: str) -> None:
     assert max(heights) == pytest.approx(
         portal.top, abs=portal.unit
     ) and portal.top > portal.leg_top + 0.3 * (root - tip)
-    assert (
-        portal.half_span > 0.5 * box_edges(scene.model.load)[1] + 1.0
-    )  # the load passes between the legs
+    # the load passes between the legs
+    assert portal.half_span > 0.5 * box_edges(scene.model.load)[1] + 1.0
 
 
 def test_a_container_has_its_true_size() -> None:

@@ -64,11 +64,8 @@ FALLS: dict[str, dict[str, Any]] = {
     "pendulum": {"initial": {"tip": [1.0, 2.0, 3.0], "length": 2.0}},
 }
 """Cranes with falls that no scene of the catalogue has, on a ship."""
-TIPS = {
-    "overhead": "trolley_link",
-    "pendulum": "tip_link",
-    "gantry": "trolley_link",
-}  # others: swing_link
+# others: swing_link
+TIPS = {"overhead": "trolley_link", "pendulum": "tip_link", "gantry": "trolley_link"}
 
 
 def test_every_kind_of_scene_is_among_the_names() -> None:

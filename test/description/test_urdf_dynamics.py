@@ -93,10 +93,8 @@ def child_frame(
 ) -> Frame:
     """Return the frame of a joint's child link, from that of its parent link."""
     R, origin, J_v, J_w = parent
-    mimic, coefficients = (
-        joint.find("mimic"),
-        np.zeros(len(names)),
-    )  # of the joint's position: coefficients @ q
+    # of the joint's position: coefficients @ q
+    mimic, coefficients = joint.find("mimic"), np.zeros(len(names))
     if joint.attrib["type"] != "fixed":
         leader = joint.attrib["name"] if mimic is None else mimic.attrib["joint"]
         coefficients[names.index(leader)] = (
@@ -130,9 +128,8 @@ def mass_matrix(document: str, names: tuple[str, ...], q: np.ndarray) -> np.ndar
         if body is None:
             continue
         R, _, J_v, J_w = frames[link.attrib["name"]]
-        J_c = (
-            J_v + np.cross(J_w.T, R @ numbers(body.find("origin"), "xyz")).T
-        )  # of the centre of mass
+        # of the centre of mass
+        J_c = J_v + np.cross(J_w.T, R @ numbers(body.find("origin"), "xyz")).T
         moments = [numbers(body.find("inertia"), key)[0] for key in ("ixx", "iyy", "izz")]
         matrix += numbers(body.find("mass"), "value")[0] * J_c.T @ J_c
         matrix += J_w.T @ R @ np.diag(moments) @ R.T @ J_w
@@ -175,9 +172,8 @@ def test_kinetic_energy_of_the_urdf_is_the_cranes(scene: Scene) -> None:
         if scene.crane == "pendulum":
             v[2] = 0.0  # the height of this one is fixed
         kinetic = crane_sim.energy(scene, q, v) - crane_sim.energy(scene, q, np.zeros(len(q)))
-        assert 0.5 * v @ matrix @ v == pytest.approx(
-            kinetic, abs=1e-9
-        )  # of energies of up to 1e3 J
+        # of energies of up to 1e3 J
+        assert 0.5 * v @ matrix @ v == pytest.approx(kinetic, abs=1e-9)
 
 
 def test_nothing_weighs_more_than_in_the_scene() -> None:

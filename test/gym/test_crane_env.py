@@ -21,9 +21,8 @@ def test_gymnasium_accepts_the_environments(crane: str) -> None:
     env = gymnasium.make(f"crane_sim/{crane.capitalize()}-v0")
     with warnings.catch_warnings(record=True) as noted:
         check_env(env.unwrapped, skip_render_check=True)
-    own = [
-        str(warning.message) for warning in noted if warning.category is UserWarning
-    ]  # Gymnasium's, not numpy's
+    # Gymnasium's, not numpy's
+    own = [str(warning.message) for warning in noted if warning.category is UserWarning]
     assert own and all("normalized space" in line or "infinity" in line for line in own)
 
 
@@ -120,13 +119,13 @@ def test_a_path_is_followed() -> None:
     assert env.observation_units[-4:] == ("m", "m", "m/s", "m/s")
     assert len(observation) == len(env.observation_names) == 2 * len(scene.joint_names) + 4
     run = simulate(scene, lambda t, q, v: (0.0, 0.0))
+    # rounding
     assert info["error"] == pytest.approx(
         np.hypot(*(run.payload[0, :2] - observation[-4:-2])), rel=1e-12
-    )  # rounding
+    )
     total = sum(env.step([0.0, 0.0])[1] for _ in range(scene.steps))
-    assert total == pytest.approx(
-        -compute_metrics(run, True).mae, rel=1e-13
-    )  # sums in another order
+    # sums in another order
+    assert total == pytest.approx(-compute_metrics(run, True).mae, rel=1e-13)
 
 
 def test_spaces_have_the_scene_s_bounds_and_units() -> None:

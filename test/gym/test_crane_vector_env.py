@@ -20,9 +20,8 @@ UNIFORM: dict[str, Any] = {"distribution": "uniform"}
 UNCERTAIN = {"payload.mass": UNIFORM | {"low": 0.5, "high": 2.0}}
 NOISY = {"sensors.all.noise": [0.01, 0.01], "actuators.all.delay": 0.01}
 LIMITED = {"trolley.limits": [-1.0, 0.05], "reference.q": [0.0]}
-NEAR = {
-    "trolley.limits": [-0.02, 0.02]
-}  # m: behind its delay the trolley is at rest for one period of four
+# m: behind its delay the trolley is at rest for one period of four
+NEAR = {"trolley.limits": [-0.02, 0.02]}
 KINDS: dict[str, tuple[str, dict[str, Any], float]] = {
     "sensors, drives and a limit that ends episodes": (
         "overhead_energy",
@@ -201,9 +200,8 @@ def test_a_seed_that_draws_another_kind_is_one_line(case: str) -> None:
     assert re.fullmatch(rf"seed = \d+: {rule}", str(refused.value))
     with pytest.raises(gymnasium.error.ResetNeeded):
         envs.step(np.zeros((2, 2)))
-    envs.reset(
-        seed=[scene.seed] * 2
-    )  # the same kind: an episode of two periods, after which seeds are drawn
+    # the same kind: an episode of two periods, after which seeds are drawn
+    envs.reset(seed=[scene.seed] * 2)
     with pytest.raises(SceneError, match=rule):
         for _ in range(40):
             envs.step(np.zeros((2, 2)))

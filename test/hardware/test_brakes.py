@@ -64,9 +64,8 @@ def test_a_brake_slips_at_its_capacity() -> None:
     }
     plant = Plant(load_scene(ROD | light))
     brake(plant, 190)
-    assert plant.v[0] == pytest.approx(
-        1.0 - 1.9 * 5.0 / 10.0, abs=1e-6
-    )  # a ten-millionth of the mass swings
+    # a ten-millionth of the mass swings
+    assert plant.v[0] == pytest.approx(1.0 - 1.9 * 5.0 / 10.0, abs=1e-6)
     brake(plant, 30)
     assert plant.at_rest
     # the spring of 200 rad/s gives back F / k = 1.25e-5 m, and damps in some 5 ms
@@ -117,9 +116,8 @@ def test_what_holds_a_trolley_below_a_swing(degrees: float, trolley: float) -> N
     a = np.linspace(0.0, angle, 100001)
     brute = 5.0 * 9.81 * np.max(np.sin(a) * (3.0 * np.cos(a) - 2.0 * np.cos(angle)))
     assert pull == pytest.approx(brute, rel=1e-9)  # of the grid: (0.8 rad / 1e5)²
-    assert not slips(
-        float(angle), trolley, 1.03 * pull
-    )  # the trolley's own spring and damper add some percent
+    # the trolley's own spring and damper add some percent
+    assert not slips(float(angle), trolley, 1.03 * pull)
     assert slips(float(angle), trolley, 0.97 * pull)
 
 
@@ -264,13 +262,13 @@ def test_a_brake_takes_over_what_the_drive_delivered(
     plant.advance((0.0, command, 0.0, 0.0))
     drive = plant._hardware.state.drives[1]
     assert abs(delivered) > 50.0 and drive.engaged
-    assert drive.stiffness * (drive.anchor - position) == pytest.approx(
-        delivered, rel=1e-9
-    )  # rounding of positions
+    # rounding of positions
+    assert drive.stiffness * (drive.anchor - position) == pytest.approx(delivered, rel=1e-9)
 
 
 def test_dry_friction_is_no_load() -> None:
     """Nothing holds a trolley on a level jib: with dry friction a speed drive begins at 0."""
+    # N
     assert joint_mechanics(load_scene("tower_beam_turns")).static_load[1] == pytest.approx(
         0.0, abs=1e-6
-    )  # N
+    )

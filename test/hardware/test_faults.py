@@ -55,9 +55,8 @@ def test_a_stuck_joint_stops_and_is_freed() -> None:
     """A joint held by its brake rests whatever is commanded, and moves when the fault ends."""
     held = {"kind": "stuck", "joint": "trolley", "at": 1.0, "until": 2.0}
     true, _, applied = history(rod(faults={"held": held}), 300, lambda t: 12.0)
-    assert (
-        abs(true[95, 2]) > 0.3 and np.max(abs(true[160:200, 2])) < 5e-3
-    )  # the payload swings, and bends the brake
+    # the payload swings, and bends the brake
+    assert abs(true[95, 2]) > 0.3 and np.max(abs(true[160:200, 2])) < 5e-3
     assert np.max(abs(true[160:200, 1])) > 0.02
     assert true[250, 2] > 0.3 and set(applied[:100]) == set(applied[200:]) == {12.0}
 
@@ -78,9 +77,8 @@ def test_another_payload() -> None:
         reference.v, abs=1e-12
     )
     summary = plant.summary()
-    assert (
-        summary["energy_audit_max"] < 1e-6
-    )  # the method's own error; 0.8 if the change's energy were not counted
+    # the method's own error; 0.8 if the change's energy were not counted
+    assert summary["energy_audit_max"] < 1e-6
     assert summary["faults"] == [{"t": 0.5, "name": "drop", "on": True}]
 
 
@@ -130,9 +128,8 @@ def test_energies_follow_the_current_payload() -> None:
     first, heavy, light, still_light, again, end = run.energy
     # neither driven nor damped: the method's own error
     assert heavy == pytest.approx(first, rel=1e-6) and still_light == pytest.approx(light, rel=1e-6)
-    assert end == pytest.approx(again, rel=1e-6) and abs(light - heavy) > 10.0 < abs(
-        again - light
-    )  # J
+    # J
+    assert end == pytest.approx(again, rel=1e-6) and abs(light - heavy) > 10.0 < abs(again - light)
     assert np.array_equal(simulate(scene).energy[[10, 50, 80, 90]], run.energy[[0, 2, 4, 5]])
 
 

@@ -18,9 +18,8 @@ LATE_STEP: dict[str, Any] = {
     "cable": {"lengths": [1.0], "node_masses": [1e-9]},
 }
 FOLLOWS = {"drive": "velocity", "servo": {"gain": inf, "max_acceleration": 1.0}}
-LAGGED = 0.5 * (
-    END**2 / 2.0 - 0.5 * END + 0.25 * (1.0 - exp(-END / 0.5))
-)  # m: a = 0.5 (1 - exp(-t / 0.5)) m/s²
+# m: a = 0.5 (1 - exp(-t / 0.5)) m/s²
+LAGGED = 0.5 * (END**2 / 2.0 - 0.5 * END + 0.25 * (1.0 - exp(-END / 0.5)))
 STEPS: tuple[tuple[dict[str, Any], float, float], ...] = (  # (drive, step, m after 2 s)
     ({"delay": 0.5}, FORCE, 0.5625),
     ({"lag": 0.5}, FORCE, LAGGED),
@@ -55,9 +54,8 @@ def test_a_step_at_the_start(case: int, by_law: bool) -> None:
     inputs = {} if by_law else {"inputs": {"trolley": {"kind": "constant", "value": step}}}
     law = (lambda t, q, v: (step,)) if by_law else None
     run = simulate(LATE_STEP | inputs | {"actuators": {"trolley": drive}}, law=law)
-    assert run.q[-1, 0] == pytest.approx(
-        position, abs=1e-8
-    )  # m, of the steps and of the nanogram of load
+    # m, of the steps and of the nanogram of load
+    assert run.q[-1, 0] == pytest.approx(position, abs=1e-8)
     assert run.summary["initial_demand"] == {"trolley": drive.get("initial_demand", 0.0)}
 
 
@@ -91,9 +89,8 @@ def test_a_hoist_holds_its_load(document: dict[str, Any], lateness: dict[str, An
     weight, index = mass * 9.81, scene.actuated.index(joint)
     command = tuple(-weight if name == joint else 0.0 for name in scene.actuated)
     run = simulate(scene, law=lambda t, q, v: command)
-    assert run.summary["initial_demand"][joint] == pytest.approx(
-        -weight, rel=1e-10
-    )  # of the differences of an energy
+    # of the differences of an energy
+    assert run.summary["initial_demand"][joint] == pytest.approx(-weight, rel=1e-10)
     assert run.q == pytest.approx(np.tile(run.q[0], (len(run.q), 1)), abs=1e-9)
     assert run.u[0, index] == pytest.approx(-weight, rel=1e-10)
 

@@ -67,9 +67,8 @@ def test_a_unit_beside_the_origin_feels_what_a_base_there_does() -> None:
     )
     for k in (0, 50, 90):
         sample, expected = measure_imu(scene, imu_of(scene), k), base_state(there, k * scene.period)
-        assert sample.specific_force == pytest.approx(
-            expected.specific_force, abs=1e-13
-        )  # rounding
+        # rounding
+        assert sample.specific_force == pytest.approx(expected.specific_force, abs=1e-13)
         assert sample.angular_velocity == pytest.approx(expected.angular_velocity, abs=1e-15)
         assert sample.rotation is None
 
@@ -107,9 +106,10 @@ def test_a_camera_sees_the_payload_from_the_base() -> None:
     )[0, 0]
     noise = [normal(41, CAMERA_STREAM + 2 * i, k) for i in range(3)]
     expected = aboard + [0.1, 0.0, -0.1] + 0.02 * np.array(noise)
+    # rounding
     assert measure_payload(scene, camera_of(scene), k, payload) == pytest.approx(
         expected, abs=1e-14
-    )  # rounding
+    )
 
 
 class Publisher:

@@ -115,10 +115,8 @@ def test_a_limit_switch_stops_its_joint() -> None:
         "trolley.limits": [-2.0, 2.0],
     }
     run = crane_sim.simulate(load_scene(OVERHEAD, changes))
-    seen, speed = (
-        1.01**2,
-        2.02,
-    )  # at 2 m/s², at the end of the period in which the switch was passed
+    # at 2 m/s², at the end of the period in which the switch was passed
+    seen, speed = 1.01**2, 2.02
     expected = seen - 1.001 + speed**2 / (2.0 * 4.0)
     # the brake's spring gives at the stop: the deceleration times the period squared, and half of
     # that in return

@@ -76,9 +76,8 @@ def test_rate_and_dropout() -> None:
         plant.advance((0.0,))
     assert measured[2:] == held[:-2] and measured[:2] == held[:1] * 2
     assert abs(lost / 999 - 0.3) < 5.0 * sqrt(0.3 * 0.7 / 999)
-    speeds = sum(
-        uniform(11, 3 * 2 + 2, k) < 0.3 for k in range(4, 4001, 4)
-    )  # the velocity's samples are lost, too
+    # the velocity's samples are lost, too
+    speeds = sum(uniform(11, 3 * 2 + 2, k) < 0.3 for k in range(4, 4001, 4))
     assert plant.summary()["lost_samples"] == lost + speeds + (uniform(11, 2, 4000) < 0.3)
 
 
@@ -105,12 +104,10 @@ def test_a_lag_is_an_exponential() -> None:
     """An effort behind a lag is exponential between its demands, also within periods."""
     effort, run = follow({"lag": 0.03, "initial_demand": 2.0}, [2.0] * 2 + [10.0] * 8, TIMES)
     expected = [2.0 if t < 0.02 else 10.0 - 8.0 * exp(-(t - 0.02) / 0.03) for t in TIMES]
-    assert effort == pytest.approx(
-        expected, rel=1e-13
-    )  # rounding of some exponentials, one for each period
-    assert (
-        run.summary["energy_audit_error"] < 1e-7
-    )  # of the method's step: 1.2e-8 with the same efforts and no lag
+    # rounding of some exponentials, one for each period
+    assert effort == pytest.approx(expected, rel=1e-13)
+    # of the method's step: 1.2e-8 with the same efforts and no lag
+    assert run.summary["energy_audit_error"] < 1e-7
 
 
 def test_a_rate_limit_is_a_ramp() -> None:

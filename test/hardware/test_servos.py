@@ -63,9 +63,8 @@ def test_a_speed_step_is_that_of_a_second_order_system() -> None:
     assert run.summary["energy_audit_error"] < 1e-12
     # the effort that is shown is the loop's: m v' of the closed form
     slope = np.gradient(expected, times)
-    assert (
-        np.max(np.abs(run.u[2:-2, 0] - MASS * slope[2:-2])) < 1.0
-    )  # N of 3000: of the differences
+    # N of 3000: of the differences
+    assert np.max(np.abs(run.u[2:-2, 0] - MASS * slope[2:-2])) < 1.0
 
 
 def motion(phases: Any, times: Any) -> Any:
@@ -341,9 +340,8 @@ def test_a_brake_takes_over_and_gives_back() -> None:
     assert abs(plant.v[0]) < 1e-3 and abs(plant.applied[0]) < 50.0
     for _ in range(500):
         plant.advance((0.4,))
-    assert plant.v[0] == pytest.approx(
-        0.4, abs=1e-3
-    )  # the loop's poles have real parts of -2.5 / s
+    # the loop's poles have real parts of -2.5 / s
+    assert plant.v[0] == pytest.approx(0.4, abs=1e-3)
 
 
 @pytest.mark.parametrize(

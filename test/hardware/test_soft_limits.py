@@ -21,9 +21,8 @@ def reference_by_quadrature(
     x, v, a = motion
     dt = s / n
     for _ in range(n):
-        to_fade = v + a * abs(a) / (
-            2.0 * bounds.jerk
-        )  # the speed if the acceleration faded from now on
+        # the speed if the acceleration faded from now on
+        to_fade = v + a * abs(a) / (2.0 * bounds.jerk)
         jerk = bounds.jerk * np.sign(command - to_fade)
         a_new = min(max(a + jerk * dt, -bounds.acceleration), bounds.acceleration)
         x, v, a = x + v * dt + 0.5 * a * dt * dt, v + 0.5 * (a + a_new) * dt, a_new
@@ -44,9 +43,8 @@ def test_the_reference_in_closed_form(s: float, v: float, a: float, command: flo
         follow(start, command, bounds, s),
         reference_by_quadrature(start, command, bounds, s),
     )
-    assert there == pytest.approx(
-        again, abs=2e-3
-    )  # chatter of the acceleration: jerk × step × a few
+    # chatter of the acceleration: jerk × step × a few
+    assert there == pytest.approx(again, abs=2e-3)
 
 
 @pytest.mark.parametrize("bounds", RAMPS)
@@ -57,9 +55,8 @@ def test_a_joint_stops_at_its_end(bounds: Bounds) -> None:
         speed = permitted_speed(motion, bounds.speed, bounds, -inf, 5.0, REACTION_TIME)
         motion = follow(motion, speed, bounds, PERIOD)
         assert motion.position <= 5.0 + ROUNDING
-    assert motion == pytest.approx(
-        (5.0, 0.0, 0.0), abs=1e-3
-    )  # the last millimetres are approached ever slower
+    # the last millimetres are approached ever slower
+    assert motion == pytest.approx((5.0, 0.0, 0.0), abs=1e-3)
 
 
 def test_no_lever_leads_beyond() -> None:
@@ -84,9 +81,8 @@ def test_no_lever_leads_beyond() -> None:
         assert speed == command or limits.limited == ["trolley"]
         free += speed == command
         if abs(motion.position) < 1.0:
-            assert (
-                speed == command
-            )  # 1.7 m are more than the way to rest from 0.9 m/s, with the time ahead
+            # 1.7 m are more than the way to rest from 0.9 m/s, with the time ahead
+            assert speed == command
     assert 1000 < free < 6000
 
 

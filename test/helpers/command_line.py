@@ -25,9 +25,8 @@ def crane_here(
     The process is no terminal and has loaded everything.
     """
     monkeypatch.setattr("sys.argv", ["crane", *arguments])
-    monkeypatch.setattr(
-        "crane_sim.process_signals.exit_on_signal", lambda end: None
-    )  # pytest has its own handlers
+    # pytest has its own handlers
+    monkeypatch.setattr("crane_sim.process_signals.exit_on_signal", lambda end: None)
     capsys.readouterr()
     code = cli.main()
     return subprocess.CompletedProcess(list(arguments), code, *capsys.readouterr())

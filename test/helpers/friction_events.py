@@ -39,9 +39,8 @@ class Reference(NamedTuple):
     There is a constraint for each joint that sticks.
     """
 
-    equations: Callable[
-        [Vector, Vector, Vector], tuple[Vector, Vector]
-    ]  # of (q, v, u): mass matrix and force
+    equations: Callable[[Vector, Vector, Vector], tuple[Vector, Vector]]  # of (q, v, u): mass
+    # matrix and force
     waves: dict[str, tuple[float, float, float]]
     friction: Rubbing
 
@@ -97,9 +96,8 @@ class Reference(NamedTuple):
             solution = solve(t, y, 0.05)
             if not len(solution.t_events[0]):
                 return found
-            before = solution.t[
-                -2
-            ]  # once more in short steps: events are located by interpolation of lower order
+            # once more in short steps: events are located by interpolation of lower order
+            before = solution.t[-2]
             solution = solve(before, solution.y[:, -2], (solution.t[-1] - before) / 20.0)
             t, y = solution.t[-1], solution.y[:, -1]
             joint = int(np.argmin(self.margins(t, y, modes)))

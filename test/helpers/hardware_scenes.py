@@ -9,10 +9,8 @@ from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.plant import Plant
 
 PERIOD = 0.01  # s, of a scene without a law
-MASS: dict[str, Any] = {
-    "kind": "payload",
-    "mass": 2.0,
-}  # kg; without a time it begins when it is set
+# kg; without a time it begins when it is set
+MASS: dict[str, Any] = {"kind": "payload", "mass": 2.0}
 ROD: dict[str, Any] = {
     "crane": "overhead",
     "duration": 2.0,

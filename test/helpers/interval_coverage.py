@@ -21,9 +21,8 @@ class Case(NamedTuple):
     truth: Mapping[str, float]  # of the parameters to identify
     duration: float = 15.0  # s
     segment: float = 5.0  # s
-    through_sensors: bool = (
-        False  # the scene's own sensors measure; else encoders with normal noise
-    )
+    through_sensors: bool = False  # the scene's own sensors measure; else encoders with normal
+    # noise
 
 
 MASSES = {"cable.lengths.0": 2.1, "cable.node_masses.0": 9.0, "trolley.mass": 22.0}

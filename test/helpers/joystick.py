@@ -41,9 +41,8 @@ class Joystick:
         self.axes, self.pressed, self.silent = [0.0] * 4, set[int](), False
         self.commands: dict[str, float] = {}
         self.held: dict[str, float] = {}
-        self.velocities: dict[str, float] = defaultdict(
-            lambda: nan
-        )  # no speed before the first state
+        # no speed before the first state
+        self.velocities: dict[str, float] = defaultdict(lambda: nan)
         self._joy = self._node.create_publisher(Joy, "/joy", 10)
         for topic, taken in (("joint_commands", "commands"), ("held_command", "held")):
             self._node.create_subscription(
@@ -85,9 +84,8 @@ class Joystick:
             message.velocity or [0.0] * len(message.name),
             message.effort or [0.0] * len(message.name),
         )
-        numbers = [
-            v if v == v else e for v, e in zip(*vectors, strict=True)
-        ]  # NaN: the drive takes the other field
+        # NaN: the drive takes the other field
+        numbers = [v if v == v else e for v, e in zip(*vectors, strict=True)]
         setattr(self, where, dict(zip(message.name, numbers, strict=True)))
 
     def _on_state(self, message: JointState) -> None:

@@ -90,10 +90,8 @@ def accelerations(crane: Crane, group: dict[str, Any], t: float, y: Array) -> Ar
     force = np.append(np.zeros(2), np.kron(crane.masses, DOWN))
     force[0] = crane.trolley * along[0] @ (DOWN - top[2])
     force[1] = along[1] @ (crane.trolley * (DOWN - top[2]) + crane.bridge * (DOWN - beam[2]))
-    pulls, known = (
-        np.zeros((n, size)),
-        np.zeros(n),
-    )  # by links: the direction in which a unit of tension pulls
+    # by links: the direction in which a unit of tension pulls
+    pulls, known = np.zeros((n, size)), np.zeros(n)
     for k in range(n):
         pulls[k, 2 + 3 * k : 5 + 3 * k] = -apart[k]
         if k > 0:

@@ -16,10 +16,8 @@ from mpmath import mp, mpf
 
 Point = tuple[Any, Any, Any]
 Places = Callable[[Any, Sequence[Any]], list[tuple[Any, Point]]]
-DIGITS, STEP = (
-    60,
-    mpf(10) ** -18,
-)  # the error of a central difference is that of the step's square: 36 digits
+# the error of a central difference is that of the step's square: 36 digits
+DIGITS, STEP = 60, mpf(10) ** -18
 G = mpf("9.81")
 
 

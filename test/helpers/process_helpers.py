@@ -16,9 +16,8 @@ from typing import Any
 
 from crane_sim.process_signals import set_parent_death_signal
 
-LIMIT = (
-    500.0  # s for a program or a wait, only so that a failure ends: the first of a scene compiles
-)
+# s for a program or a wait, only so that a failure ends: the first of a scene compiles
+LIMIT = 500.0
 _EXIT_TIMEOUT = 20.0  # s for a killed process to exit, and for reading the rest of its pipes
 
 

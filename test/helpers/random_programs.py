@@ -96,14 +96,8 @@ class Program:
 
     def _element(self) -> str:
         at = self._index
-        return self._pick(
-            lambda: f"a[{at(5)}]",
-            lambda: f"m[{at(3)}, {at(2)}]",
-            lambda: f"m[{at(3)}][{at(2)}]",
-            # fmt: skip
-            lambda: f"m[:, {at(2)}][{at(3)}]",
-            lambda: f"a[1:4][{at(3)}]",
-        )
+        return self._pick(lambda: f"a[{at(5)}]", lambda: f"m[{at(3)}, {at(2)}]", lambda: f"m[{at(3)}][{at(2)}]",  # noqa: E501
+                          lambda: f"m[:, {at(2)}][{at(3)}]", lambda: f"a[1:4][{at(3)}]")  # fmt: skip  # noqa: E501
 
     def _index(self, length: int) -> str:
         return self._pick(

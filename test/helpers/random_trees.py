@@ -22,7 +22,8 @@ class RandomStructure(NamedTuple):
 def random_tree(rng: np.random.Generator, n: int) -> Tree:
     """Return a tree of n joints of all kinds, with branches, offsets and bodies off their axes."""
     joints: list[Joint] = []
-    # the base, and the joints between it and the last one: branches are numbered one after another
+    # the base, and the joints between it and the last one: branches are numbered one after the
+    # other
     below = [-1]
     for i in range(n):
         del below[int(rng.integers(1, len(below) + 1)) :]

@@ -13,9 +13,8 @@ import mpmath as mp
 from crane_sim.models.moving_base import BaseKinematics
 from crane_sim.multibody.tree import Joint, Tree
 
-STEP = (
-    mp.mpf(10) ** -12
-)  # of differences: errors of 1e-24, and three nested ones leave 20 of 60 digits
+# of differences: errors of 1e-24, and three nested ones leave 20 of 60 digits
+STEP = mp.mpf(10) ** -12
 GRAVITY = 9.81
 
 

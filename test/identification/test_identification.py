@@ -250,9 +250,8 @@ def test_sensors_are_undone(tmp_path: Path) -> None:
     there = np.isfinite(data.q)
     assert np.abs(data.q - run.q[rows])[there].max() < 1e-15
     assert np.all(rows[there[:, 1]] % 2 == 0)
-    assert (
-        130 < there[:, 0].sum() < 180 and 60 < there[:, 1].sum() < 95
-    )  # of 197 and 98, a fifth is lost
+    # of 197 and 98, a fifth is lost
+    assert 130 < there[:, 0].sum() < 180 and 60 < there[:, 1].sum() < 95
 
 
 @pytest.mark.parametrize("begin", [0, 1, 2, 3])
@@ -424,9 +423,8 @@ def test_inputs_of_drives_that_hold_them_are_commands(
         0.5 * np.sin(3.0 * PERIOD * np.arange(len(data.commands))), abs=1e-14
     )
     again = Shooting(scene, data, ["cable.lengths.0"], 1.0, {0: (run.q[0], run.v[0])})
-    assert (
-        np.abs(again.predict(again.start) - data.q).max() < 1e-9
-    )  # tolerances of both runs are below
+    # tolerances of both runs are below
+    assert np.abs(again.predict(again.start) - data.q).max() < 1e-9
 
 
 def test_what_commands_are_possible_is_said(tmp_path: Path) -> None:

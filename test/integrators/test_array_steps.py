@@ -150,9 +150,8 @@ def test_the_cubic_through_first_and_last_stage_is_of_order_four(method: Any) ->
         guard_between(x, p, (), StepEnds(0.0, START, h, x), space.rows, 0.5, space.work)
         RK8(1.0).take_step(p, 0.0, START, (), 0.5 * h, scratch(START, p), middle)
         errors.append(float(np.linalg.norm(space.rows[BETWEEN] - middle)))
-    assert np.log2(errors[0] / errors[1]) == pytest.approx(
-        4.0, abs=0.2
-    )  # the next term is h times as large
+    # the next term is h times as large
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.2)
 
 
 def test_steps_in_one_piece_end_where_a_state_is_not_finite() -> None:

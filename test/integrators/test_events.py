@@ -85,9 +85,8 @@ def test_a_short_stay_beyond_a_guard_is_seen(top: float, forced: float) -> None:
             Status.TERMINATED,
             3,
         ) and integration.event_log.total == 1
-        assert integration.t == pytest.approx(
-            top - half, abs=1e-13
-        )  # the method is exact for a parabola
+        # the method is exact for a parabola
+        assert integration.t == pytest.approx(top - half, abs=1e-13)
 
 
 @pytest.mark.parametrize("forced", [0, 1])

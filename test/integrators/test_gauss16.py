@@ -126,9 +126,8 @@ def test_measured_order(kind: Any, x: Any) -> None:
 def test_error_follows_the_tolerance(kind: Any, x: Any, rtol: float) -> None:
     """The global error stays within a small multiple of the tolerance; evaluations are counted."""
     integration = integrate(Gauss16(rtol, rtol), kind(FORCE), x, 20.0)
-    assert (
-        np.max(np.abs(np.array(integration.x) - exact(20.0, FORCE))) < 20.0 * rtol
-    )  # local errors add up over 20 s
+    # local errors add up over 20 s
+    assert np.max(np.abs(np.array(integration.x) - exact(20.0, FORCE))) < 20.0 * rtol
     assert integration.status == Status.OK
     # a step's own k1 and whole sweeps over eight stages, whether it is accepted or not; one to
     # choose the first step
@@ -137,10 +136,8 @@ def test_error_follows_the_tolerance(kind: Any, x: Any, rtol: float) -> None:
 
 def test_a_step_far_too_long_is_rejected() -> None:
     """Sweeps that do not settle make the step shorter instead of ending the integration."""
-    p, x = (
-        Oscillators(0.0),
-        (1e3, 0.0, 0.0, 1e3),
-    )  # without x in it, an error of 0.1 of atol allows steps of a minute
+    # without x in it, an error of 0.1 of atol allows steps of a minute
+    p, x = Oscillators(0.0), (1e3, 0.0, 0.0, 1e3)
     integration = integrate(Gauss16(1e-3, 1e6), p, x, 100.0)
     assert integration.status == Status.OK and integration.rejected > 0 and integration.steps > 15
 

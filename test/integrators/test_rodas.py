@@ -159,17 +159,15 @@ def test_a_stiff_component_costs_nothing() -> None:
         integrate(Rodas(1e-6, 1e-6), Pendulum(0.7, rate), X0, 10.0)[0] for rate in (1.5, 1e8)
     )
     assert stiff.status == Status.OK and stiff.steps < 2 * mild.steps
-    assert stiff.x[2] == pytest.approx(
-        sin(20.0), abs=1e-5
-    )  # within 1e-8 of its target, errors of 1e-6 a step
+    # within 1e-8 of its target, errors of 1e-6 a step
+    assert stiff.x[2] == pytest.approx(sin(20.0), abs=1e-5)
 
 
 def test_a_fast_decay_ends_in_one_step() -> None:
     """The method is L-stable: a step much longer than a decay ends where the decay goes."""
     x = steps(Rodas(), Pendulum(0.0, 1e9), np.array([0.0, 0.0, 1.0]), 1, 0.5)
-    assert x[2] == pytest.approx(
-        sin(1.0), abs=1e-7
-    )  # the stability function falls like 1 / (rate h)
+    # the stability function falls like 1 / (rate h)
+    assert x[2] == pytest.approx(sin(1.0), abs=1e-7)
 
 
 @entry_point

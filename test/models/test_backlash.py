@@ -42,10 +42,8 @@ SUPPORTS = {
         (0.3, -0.2, 0.1),
     ),
 }
-RIGGING = (
-    (2.5, 0.2, -0.3, 0.0, 0.6, -0.8),
-    (0.1, 0.3, -0.2, 0.4, 0.0, 0.0),
-)  # rope, swing, second link: q, v
+# rope, swing, second link: q, v
+RIGGING = (2.5, 0.2, -0.3, 0.0, 0.6, -0.8), (0.1, 0.3, -0.2, 0.4, 0.0, 0.0)
 PLAY, STIFFNESS, DAMPING = (0.02, 0.03, 0.01), (4e3, 5e3, 6e3), (20.0, 30.0, 0.0)
 INERTIA, SHARE = (1.5, 2.0, 3.0), (0.4, 0.6, 1.0)
 EFFORTS = (12.0, -7.0, 5.0)
@@ -101,9 +99,8 @@ def test_a_joint_moves_by_what_its_shafts_push(name: str, case: str) -> None:
     p, plain, ns = crane(name, drives()), crane(name, None), len(SUPPORTS[name][1])
     q, v = posture(name, ((lead, rate), (0.0, 0.2), (lead, rate)))
     x, u = system.state(p, 0.0, q, v), (*EFFORTS[:ns], -60.0)
-    last = (
-        1.0 if case == "leaving" else mode
-    )  # the shaft without damping pushes until its spring is at rest
+    # the shaft without damping pushes until its spring is at rest
+    last = 1.0 if case == "leaving" else mode
     assert list(x[-3:]) == [mode, 0.0, last]
     push = [0.0] * 3
     for i, m in ((0, mode), (2, last)):
@@ -115,15 +112,15 @@ def test_a_joint_moves_by_what_its_shafts_push(name: str, case: str) -> None:
     u_plain = (push[0] + push[1], push[2], *EFFORTS[2:ns], -60.0)
     y = system.state(plain, 0.0, q[:-3], v[:-3])
     got, expected = system.acceleration(p, 0.0, x, u), system.acceleration(plain, 0.0, y, u_plain)
+    # rounding
     np.testing.assert_allclose(
         got[:-3], expected, rtol=0.0, atol=1e-12 * max(1.0, abs(expected).max())
-    )  # rounding
+    )
     own = [(SHARE[i] * EFFORTS[j] - push[i]) / INERTIA[i] for i, j in enumerate((0, 0, 1))]
     np.testing.assert_allclose(got[-3:], own, rtol=1e-12)
     read = system.joints(p, x)
-    np.testing.assert_allclose(
-        np.array(read), np.array([q, v]), rtol=0.0, atol=1e-14
-    )  # rounding of swing angles
+    # rounding of swing angles
+    np.testing.assert_allclose(np.array(read), np.array([q, v]), rtol=0.0, atol=1e-14)
     check_meter(p, x, u)
 
 
@@ -158,9 +155,8 @@ def test_a_gantry_moves_by_what_its_shafts_push(case: str) -> None:
     y = system.state(plain.model, 0.0, q, v)
     got, u_plain = system.acceleration(p, 0.0, x, u), (300.0, push, 0.1)
     expected = system.acceleration(plain.model, 0.0, y, u_plain)
-    np.testing.assert_allclose(
-        got, [*expected, (500.0 - push) / 900.0], rtol=1e-12, atol=1e-12
-    )  # rounding
+    # rounding
+    np.testing.assert_allclose(got, [*expected, (500.0 - push) / 900.0], rtol=1e-12, atol=1e-12)
     np.testing.assert_array_equal(np.array(system.joints(p, x))[:, -1], [q[1] + lead, v[1] + rate])
     check_meter(p, x, u)
 
@@ -240,15 +236,13 @@ def test_a_drive_that_bounces_in_its_play_has_the_period_of_two_masses() -> None
     plant.reset(None, [0.0, 0.0, 0.0, 0.0, 0.0, v])
     for _ in range(plant.scene.steps):
         plant.advance(None)
-        assert MASS * plant.v[1] + MOTOR * plant.v[5] == pytest.approx(
-            MOTOR * v, rel=1e-12
-        )  # momentum
+        # momentum
+        assert MASS * plant.v[1] + MOTOR * plant.v[5] == pytest.approx(MOTOR * v, rel=1e-12)
     flight, touch = GAP / v, pi * sqrt(MOTOR * MASS / (MOTOR + MASS) / SPRING)
     expected = [0.5 * flight + (k + 1) // 2 * touch + k // 2 * flight for k in range(12)]
     summary = plant.summary()
-    assert contacts(summary)[:12] == pytest.approx(
-        expected, abs=1e-10
-    )  # of the tolerance, over the run
+    # of the tolerance, over the run
+    assert contacts(summary)[:12] == pytest.approx(expected, abs=1e-10)
     assert summary["energy_audit_max"] < 1e-9
 
 
@@ -270,9 +264,8 @@ def test_a_drive_that_is_pushed_bounces_on_one_flank() -> None:
     touch = 2.0 * (pi - atan(speed / frequency / rest)) / frequency
     flight = 2.0 * speed / acceleration
     expected = [crossing + k // 2 * (touch + flight) + k % 2 * touch for k in range(8)]
-    assert contacts(summary)[:8] == pytest.approx(
-        expected, abs=1e-9
-    )  # of the tolerance, over the run
+    # of the tolerance, over the run
+    assert contacts(summary)[:8] == pytest.approx(expected, abs=1e-9)
     assert summary["energy_audit_max"] < 1e-9
 
 

@@ -35,12 +35,8 @@ from crane_sim.trajectories.base_motion import Base
 T, FRICTION, SLIP = 0.9, 0.4, 1e-3
 CORNERS = np.array([[0.8, 0.6, -1.0], [0.8, -0.6, -1.0], [-0.7, 0.6, -1.0], [-0.7, -0.6, -1.0]])
 HEAVE = {"heave": {"amplitude": 0.3, "frequency": 0.8, "phase": 0.5}}
-TILTS = {
-    1: (0.12, 0.08),
-    2: (0.12, 0.0),
-    3: (0.0, 0.0),
-    4: (0.0, 0.0),
-}  # rad, that leave so many corners closed
+# rad, that leave so many corners closed
+TILTS = {1: (0.12, 0.08), 2: (0.12, 0.0), 3: (0.0, 0.0), 4: (0.0, 0.0)}
 EFFORTS = (15.0, -8.0, -120.0)
 
 
@@ -170,13 +166,11 @@ def test_closed_corners_follow_the_surface(count: int, sea: bool) -> None:
         expected += normal_force * (pushed - free)
     got = system.acceleration(crane, T, x, EFFORTS)
     second = mapped(q, v, expected)[2]
-    np.testing.assert_allclose(
-        got, second, rtol=0.0, atol=1e-11 * abs(second).max()
-    )  # rounding of stiff springs
+    # rounding of stiff springs
+    np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-11 * abs(second).max())
     parting = [along(gap_of(load.corners[i]), T, q, v, expected)[2] for i in load.closed]
-    np.testing.assert_allclose(
-        parting, 0.0, atol=1e-9
-    )  # rounding of gaps, times the rate of their correction
+    # rounding of gaps, times the rate of their correction
+    np.testing.assert_allclose(parting, 0.0, atol=1e-9)
 
 
 def test_indeterminate_normal_forces_are_the_least_squares() -> None:
@@ -241,27 +235,23 @@ def test_a_load_tips_on_a_base_that_heels_beyond_its_edge(
 
     Then the upper corners lift off.
     """
-    heel, points = (
-        side * atan(part * reach),
-        CORNERS - (0.05, 0.0, 0.0),
-    )  # a rectangle about the centre
+    # a rectangle about the centre
+    heel, points = side * atan(part * reach), CORNERS - (0.05, 0.0, 0.0)
     crane, x = sticking(
         RigidContact(points, Surface(-10.0, 5.0, SLIP), 0.0, 0.01), heeled(axis, heel)
     )
     value, _, _ = system.guard(crane, 0.0, x, (0.0, 0.0), None)
     weight = crane.load.mass * 9.81 * cos(heel)
-    assert value == pytest.approx(
-        0.25 * weight * (1.0 - part), rel=1e-8
-    )  # rounding, relative to the weight
+    # rounding, relative to the weight
+    assert value == pytest.approx(0.25 * weight * (1.0 - part), rel=1e-8)
 
 
 def test_forces_at_the_corners_hold_a_load_that_sticks() -> None:
     """Normal forces and their friction add up to the force and tilting moment of the hold."""
     amplitudes, ones = np.zeros((6, 1)), np.ones((6, 1))
     amplitudes[:2, 0] = 1.5, -0.8
-    deck = Base(
-        np.zeros(6), amplitudes, ones, 0.5 * pi * ones
-    )  # which is not moving at t = 0, but accelerates
+    # which is not moving at t = 0, but accelerates
+    deck = Base(np.zeros(6), amplitudes, ones, 0.5 * pi * ones)
     contact = RigidContact(CORNERS, Surface(-10.0, FRICTION, SLIP, deck), 0.0, 0.01)
     crane, x = sticking(contact, base(), yaw=0.6)
     scene = displacement_at(deck, 0.0), body_state(crane, x)
@@ -272,9 +262,8 @@ def test_forces_at_the_corners_hold_a_load_that_sticks() -> None:
     normal_forces = np.array([normal_force_on(held, i, lever) for i, lever in enumerate(levers)])
     force, moment = held.wrench
     assert min(map(abs, (*force, *moment))) > 0.01  # N and N m, in all directions
-    forces = np.outer(
-        normal_forces / force[2], force
-    )  # with friction in proportion; more of it turns about z alone
+    # with friction in proportion; more of it turns about z alone
+    forces = np.outer(normal_forces / force[2], force)
     forces[:, 2] = normal_forces
     np.testing.assert_allclose(forces.sum(axis=0), force, rtol=1e-12)  # rounding of the solution
     tilting = np.cross(levers, forces).sum(axis=0)[:2]
@@ -293,11 +282,8 @@ def test_a_rocking_block_loses_what_housner_says() -> None:
     It neither bounces nor slips.
     """
     half, tall, depth, mass = 0.3, 1.0, 0.2, 7.0
-    sizes = (
-        (half, tall),
-        (depth, tall),
-        (half, depth),
-    )  # half is along y, tall along z, depth along x
+    # half is along y, tall along z, depth along x
+    sizes = (half, tall), (depth, tall), (half, depth)
     moments = [mass / 3.0 * (a * a + b * b) for a, b in sizes]
     points = np.array([[x, y, -tall] for y in (-half, half) for x in (-depth, depth)])
     contact = RigidContact(points, Surface(0.0, 1e3, SLIP), 0.0, 0.01)
@@ -342,9 +328,8 @@ def test_impacts_give_no_energy_and_leave_no_approach() -> None:
         change = 0.5 * load.mass * (np.dot(after.velocity, after.velocity) - velocity @ velocity)
         change += 0.5 * (np.array(after.omega) @ INERTIA @ after.omega - omega @ INERTIA @ omega)
         work = impulse_work(impulse, before, after, ZERO)
-        assert (
-            work == pytest.approx(change, rel=0.0, abs=1e-12) and work < 1e-12
-        )  # rounding of tens of joules
+        # rounding of tens of joules
+        assert work == pytest.approx(change, rel=0.0, abs=1e-12) and work < 1e-12
         assert impulse.force[2] >= 0.0
         drag = np.hypot(*impulse.force[:2])
         assert drag <= contact.surface.friction * impulse.force[2] * (1.0 + 1e-12)

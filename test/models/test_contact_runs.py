@@ -123,13 +123,8 @@ def test_peak_of_a_load_that_is_picked_up_at_a_speed() -> None:
     weight. From there the load oscillates about its equilibrium, with the deck's speed, away from
     the deck.
     """
-    length, k, size, rate, start = (
-        15.0,
-        4e5,
-        0.1,
-        2.0,
-        0.15,
-    )  # m, N/m, m, rad/s, s from start to lift-off
+    # m, N/m, m, rad/s, s from start to lift-off
+    length, k, size, rate, start = 15.0, 4e5, 0.1, 2.0, 0.15
     speed, omega = size * rate, sqrt(k / MASS)
     phase = pi - rate * start
     deck = {"heave": {"amplitude": size, "frequency": rate, "phase": phase}}
@@ -147,9 +142,8 @@ def test_peak_of_a_load_that_is_picked_up_at_a_speed() -> None:
     duration = start + 0.5 * pi / omega
     loaded = crane_sim.load_scene(scene(contact, initial, 1.0, falls=falls, integrator=exact))
     run = crane_sim.simulate(replace(loaded, period=duration / 20, duration=duration))
-    assert times_of(run, "leaves") == pytest.approx(
-        [start] * 4, abs=1e-8
-    )  # s, depth of touching corners over v_r
+    # s, depth of touching corners over v_r
+    assert times_of(run, "leaves") == pytest.approx([start] * 4, abs=1e-8)
     assert run.tensions[-1].sum() == pytest.approx(MASS * G * (1.0 + speed / G * omega), rel=1e-9)
     assert run.summary["energy_audit_max"] < 1e-9
 
@@ -164,20 +158,16 @@ def test_a_load_on_a_ship_moves_with_it() -> None:
     run = crane_sim.simulate(scene({"friction": 0.3, "motion": None}, start, 0.6, base_motion=ship))
     assert times_of(run, "sticks to the surface")
     rest = run.t > times_of(run, "sticks to")[-1]
-    assert (
-        rest.any() and np.ptp(run.q[rest, 3:], axis=0).max() < 1e-9
-    )  # m, the depth at which corners touch
+    # m, the depth at which corners touch
+    assert rest.any() and np.ptp(run.q[rest, 3:], axis=0).max() < 1e-9
     assert run.summary["energy_audit_max"] < 1e-9
 
 
 def test_a_load_tips_over_on_a_deck_that_surges() -> None:
     """A tall load that friction holds on an accelerating deck tips as a block on a pivot."""
     half, tall, inertia, slip, duration = 0.5, 2.0, 1420.0, 2e-3, 0.5  # m, m, kg m², m/s, s
-    surge = {
-        "amplitude": 1.0,
-        "frequency": 2.0,
-        "phase": 0.5 * pi,
-    }  # at once 4 m/s², of which it tips beyond 2.45
+    # at once 4 m/s², of which it tips beyond 2.45
+    surge = {"amplitude": 1.0, "frequency": 2.0, "phase": 0.5 * pi}
     contact = {
         "points": [[x, y, -2.0 * tall] for x in (half, -half) for y in (1.0, -1.0)],
         "motion": {"surge": surge},
@@ -234,7 +224,6 @@ def test_damping_of_hunt_and_crossley() -> None:
     run = compliant(1e5, c, start, 0.4, gravity=0.0)
     w = float(run.v[-1, 5])
     assert 0.0 < w < u and times_of(run, "leaves")
-    assert c * u - log1p(c * u) == pytest.approx(
-        -c * w - log1p(-c * w), rel=1e-8
-    )  # the method's error
+    # the method's error
+    assert c * u - log1p(c * u) == pytest.approx(-c * w - log1p(-c * w), rel=1e-8)
     assert run.summary["energy_audit_max"] < 1e-9

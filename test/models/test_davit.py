@@ -64,6 +64,5 @@ def test_the_davit_of_the_page_moves_by_virtual_work(tmp_path: Path) -> None:
     rates = c * ca * v[3] - s * sa * v[2], c * sa * v[3] + s * ca * v[2], s * v[3]
     x = np.array([*q[:2], *n, *v[:2], *rates])
     got = system.rhs(crane, 0.0, x, tuple(efforts[:2]))[5:7]
-    np.testing.assert_allclose(
-        got, expected[:2], rtol=0.0, atol=1e-12 * abs(expected).max()
-    )  # rounding, 50 terms
+    # rounding, 50 terms
+    np.testing.assert_allclose(got, expected[:2], rtol=0.0, atol=1e-12 * abs(expected).max())

@@ -48,13 +48,10 @@ HOOK = {
     "inertia": [[0.5, 0.02, -0.01], [0.02, 0.6, 0.03], [-0.01, 0.03, 0.7]],
     "attachment": [0.1, 0, 0.3],
 }
-TAKEN_MASS, TAKEN_CENTER = (
-    20.0,
-    np.array([0.3, -0.2, -1.4]),
-)  # kg, m from the attachment, in the body's axes
-TAKEN_INERTIA = np.array(
-    [[6.0, 0.3, -0.2], [0.3, 8.0, 0.5], [-0.2, 0.5, 9.0]]
-)  # kg m², about its centre
+# kg, m from the attachment, in the body's axes
+TAKEN_MASS, TAKEN_CENTER = 20.0, np.array([0.3, -0.2, -1.4])
+# kg m², about its centre
+TAKEN_INERTIA = np.array([[6.0, 0.3, -0.2], [0.3, 8.0, 0.5], [-0.2, 0.5, 9.0]])
 VELOCITY = (0.4, -0.3, 0.5)  # m/s
 START = {
     "tower": (0.4, 6.0),
@@ -300,9 +297,8 @@ def test_jumps_are_those_of_point_masses(name: str, hoist: str, rigid: bool) -> 
     x = system.state(p, 0.0, q, rates)
     after = system.joints(p, exchange_now(p, x))
     np.testing.assert_allclose(after[0], q, rtol=0.0, atol=1e-15)
-    np.testing.assert_allclose(
-        after[1], expected, rtol=0.0, atol=1e-12
-    )  # rounding of some 100 terms of size 1
+    # rounding of some 100 terms of size 1
+    np.testing.assert_allclose(after[1], expected, rtol=0.0, atol=1e-12)
 
 
 @pytest.mark.parametrize(("name", "rigid"), [("tower", True), ("bridge", False)])
@@ -537,9 +533,8 @@ def test_the_instant_of_an_exchange_is_the_one_before_it() -> None:
     """
     taken = {"events": [{"at": 0.5, "set": {"payload": {"mass": 300.0}}}]}
     free, run = crane_sim.simulate(SWINGING), crane_sim.simulate(SWINGING | taken)
-    assert (
-        run.v[:51] == pytest.approx(free.v[:51], abs=1e-9) and run.t[50] == 0.5
-    )  # other steps, of rtol 1e-9
+    # other steps, of rtol 1e-9
+    assert run.v[:51] == pytest.approx(free.v[:51], abs=1e-9) and run.t[50] == 0.5
     # 300 kg with the momentum of 100 kg, and what 10 ms of gravity add
     assert run.v[51, 3] == pytest.approx(free.v[50, 3] / 3.0, abs=0.01 * 9.81 * 0.4)
     ended = crane_sim.simulate(SWINGING | taken, duration=0.5)

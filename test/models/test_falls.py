@@ -57,11 +57,8 @@ def places_of(name: str, q: Any) -> tuple[list[Any], Any, Any]:
         )
     if name in BENT:
         reference = test_flexible.Reference(BENT[name], BOTH)
-        return (
-            reference.places(q)[:-2],
-            reference.nodes(q)[0],
-            reference.axis(q)[0],
-        )  # without its hook and load
+        # without its hook and load
+        return reference.places(q)[:-2], reference.nodes(q)[0], reference.axis(q)[0]
     return (*support_places(name, q), q[0])
 
 
@@ -144,9 +141,8 @@ def test_accelerations_are_those_of_point_masses(name: str, sea: bool) -> None:
         for a, b in zip(system.joints(crane, state), (joints, rates), strict=True)
     )
     got = system.acceleration(crane, t, state, commands)
-    np.testing.assert_allclose(
-        got, second, rtol=0.0, atol=1e-11 * abs(second).max()
-    )  # rounding of stiff springs
+    # rounding of stiff springs
+    np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-11 * abs(second).max())
 
 
 def test_falls_below_a_driven_point_are_those_of_point_masses() -> None:
@@ -191,17 +187,16 @@ def test_bifilar_yaw() -> None:
     crane = FallsCrane(bridge, ropes, rigid(np.diag([300.0, 200.0, 400.0]), mass))
     weight = mass * 9.81
     down = length * (1.0 + 0.5 * weight / 1e9)
-    lift = (0.5 * spacing * yaw) ** 2 / (
-        2.0 * down
-    )  # of the turned load, so that the tension is unchanged
+    # of the turned load, so that the tension is unchanged
+    lift = (0.5 * spacing * yaw) ** 2 / (2.0 * down)
     q = np.array([0.0, 0.0, 0.0, 0.0, -down + lift, np.cos(0.5 * yaw), 0.0, 0.0, np.sin(0.5 * yaw)])
     x = system.state(crane, 0.0, q, np.zeros(9))
-    acceleration = (
-        2.0 * system.acceleration(crane, 0.0, x, (0.0, 0.0))[8]
-    )  # of the yaw, of a small angle
+    # of the yaw, of a small angle
+    acceleration = 2.0 * system.acceleration(crane, 0.0, x, (0.0, 0.0))[8]
+    # 0.1 %
     assert acceleration / yaw == pytest.approx(
         -weight * (0.5 * spacing) ** 2 / down / 400.0, rel=1e-3
-    )  # 0.1 %
+    )
 
 
 def test_peak_of_a_rope_that_goes_taut() -> None:
@@ -212,9 +207,8 @@ def test_peak_of_a_rope_that_goes_taut() -> None:
     height, k, m, g = 0.2, 2e4, 100.0, 9.81
     speed, omega = sqrt(2.0 * g * height), sqrt(k / m)
     peak = 1.0 + sqrt(1.0 + (speed * omega / g) ** 2)
-    duration = (
-        speed / g + (pi - atan(speed * omega / g)) / omega
-    )  # until e = g/ω² (1 - cos) + v/ω sin is largest
+    # until e = g/ω² (1 - cos) + v/ω sin is largest
+    duration = speed / g + (pi - atan(speed * omega / g)) / omega
     scene: dict[str, Any] = {
         "crane": "gantry",
         "duration": duration,

@@ -22,13 +22,10 @@ from crane_sim.scenes.schema.exchange import LoadEvent, exchange_of
 from crane_sim.scenes.schema.rigging import Payload
 
 OWN = {"mass": 10.0, "inertia": INERTIA.tolist(), "attachment": [0.1, 0.05, 0.6]}
-TAKEN_MASS, TAKEN_CENTRE = (
-    25.0,
-    np.array([0.3, -0.2, -1.4]),
-)  # kg, m from the first load's centre of mass
-TAKEN_INERTIA = np.array(
-    [[6.0, 0.3, -0.2], [0.3, 8.0, 0.5], [-0.2, 0.5, 9.0]]
-)  # kg m², about its centre
+# kg, m from the first load's centre of mass
+TAKEN_MASS, TAKEN_CENTRE = 25.0, np.array([0.3, -0.2, -1.4])
+# kg m², about its centre
+TAKEN_INERTIA = np.array([[6.0, 0.3, -0.2], [0.3, 8.0, 0.5], [-0.2, 0.5, 9.0]])
 VELOCITY = (0.4, -0.3, 0.5)  # m/s
 CORNERS = np.array([[1.0, 0.8, -2.0], [1.0, -0.8, -2.0], [-1.0, 0.8, -2.0], [-1.0, -0.8, -2.0]])
 Q = {
@@ -106,9 +103,8 @@ def test_accelerations_of_the_load_that_hangs_now(name: str, sea: bool) -> None:
     joints, rates, second = mapped(Q[name], V, expected)
     state = system.state(p, 1.5, joints, rates)
     got = system.acceleration(p, 1.5, state, (15.0, -8.0, -120.0))
-    np.testing.assert_allclose(
-        got, second, rtol=0.0, atol=1e-11 * abs(second).max()
-    )  # rounding of stiff springs
+    # rounding of stiff springs
+    np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-11 * abs(second).max())
 
 
 def momentum(q: Any, v: Any, bodies: Any) -> Any:
@@ -150,9 +146,8 @@ def test_momentum_of_both_bodies_is_that_of_the_one(name: str) -> None:
     np.testing.assert_allclose(
         momentum(q, after, [own, taken]), before, rtol=1e-12, atol=1e-12 * abs(before).max()
     )
-    np.testing.assert_array_equal(
-        laden[:13], x[:13]
-    )  # all positions, the rates of support and hoist
+    # all positions, the rates of support and hoist
+    np.testing.assert_array_equal(laden[:13], x[:13])
     np.testing.assert_array_equal(exchange_now(p, laden, 1, 2.0)[:20], laden[:20])
 
 
@@ -209,9 +204,8 @@ def test_a_load_that_stands_on_fewer_than_three_points_does_not_stick(stands: An
 
     Otherwise it slips.
     """
-    points = CORNERS + np.outer(
-        1.0 - np.array(stands), (0.0, 0.0, 0.1)
-    )  # m: those that do not stand are higher
+    # m: those that do not stand are higher
+    points = CORNERS + np.outer(1.0 - np.array(stands), (0.0, 0.0, 0.1))
     changes = PointChanges(np.stack([CORNERS, points, CORNERS]), np.full(3, -4.9))
     surface = Surface(-4.9, 0.4, 1e-3)
     p = crane("bridge", velocity=(0.0, 0.0, 0.0))._replace(
@@ -233,9 +227,8 @@ def test_a_container_is_set_down_and_left() -> None:
     )
     on_roof, carried, left = (np.argmin(abs(run.t - t)) for t in (24.0, 40.0, 74.0))
     assert tension[on_roof] == 0.0  # falls are slack
-    assert tension[carried] == pytest.approx(
-        weight["all"], rel=0.05
-    )  # of a load that still swings up and down
+    # of a load that still swings up and down
+    assert tension[carried] == pytest.approx(weight["all"], rel=0.05)
     assert tension[left] == pytest.approx(weight["spreader"], rel=0.05)
     deck = 0.2 * np.sin(0.7 * run.t)
     bottom, roof = run.q[:, 5] + 1.0 - 4.05 + 34.0 - deck, run.q[:, 5] + 1.0 - 1.46 + 31.41 - deck
@@ -243,9 +236,8 @@ def test_a_container_is_set_down_and_left() -> None:
     assert min(bottom[laden].min(), roof[~laden].min()) > -1e-6  # m, of the middle of the corners
     standing = (run.t > 20.0) & (run.t < 26.0) | (run.t > 54.0) & (run.t < 60.0)
     assert np.where(laden, bottom, roof)[standing].max() < 1e-6
-    np.testing.assert_allclose(
-        np.diff(run.q[:, 5]), 0.0, atol=0.02
-    )  # no coordinate jumps, at 10 ms and 0.5 m/s
+    # no coordinate jumps, at 10 ms and 0.5 m/s
+    np.testing.assert_allclose(np.diff(run.q[:, 5]), 0.0, atol=0.02)
 
 
 SQUARE = [[1, 1, 0], [1, -1, 0], [-1, 1, 0], [-1, -1, 0]]

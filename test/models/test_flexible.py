@@ -294,9 +294,8 @@ def test_accelerations_are_those_of_point_masses(
     np.testing.assert_allclose(read[0], joints, rtol=0.0, atol=1e-15)
     np.testing.assert_allclose(read[1], rates, rtol=0.0, atol=1e-14)  # rounding of rates below 1
     got = system.acceleration(p, t, state, (*map(float, drives), -120.0))
-    np.testing.assert_allclose(
-        got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max())
-    )  # rounding, 50 terms
+    # rounding, 50 terms
+    np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))
 
 
 HELD = {
@@ -355,9 +354,8 @@ def test_friction_and_motors_act_on_the_drives_of_a_structure_that_bends(
     p, u = plain._replace(support=rubbing(plain.support.structure)), (*map(float, drives), -120.0)
     state = system.state(p, t, joints, rates)
     got = system.acceleration(p, t, state, u)
-    np.testing.assert_allclose(
-        got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max())
-    )  # rounding, 50 terms
+    # rounding, 50 terms
+    np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))
     assert not got[list(held)].any()
     slope, h = system.rhs(p, t, state, u), 1e-6
     low, high = (
@@ -365,9 +363,8 @@ def test_friction_and_motors_act_on_the_drives_of_a_structure_that_bends(
         for y in (state - h * slope, state + h * slope)
     )
     power = system.power(p, t, state, u)
-    assert (high - low) / (2 * h) == pytest.approx(
-        power, abs=1e-8 * (abs(power) + abs(low))
-    )  # h², rounding / h
+    # h², rounding / h
+    assert (high - low) / (2 * h) == pytest.approx(power, abs=1e-8 * (abs(power) + abs(low)))
 
 
 @pytest.mark.parametrize(("name", "sea"), [("tower", False), ("mobile", True)])
@@ -423,14 +420,8 @@ def test_jib_and_load_swing_sideways_at_the_frequencies_of_a_closed_form() -> No
     a, b = stiffness * (1.0 / inner + 1.0 / outer), mass * g * radius / outer
     c, d = radius * stiffness / outer / length, g / length + radius / length * b
     expected = np.sort(np.roots([1.0, -(a + d), a * d - b * c]))
-    q = [
-        0.4,
-        radius,
-        length,
-        0.0,
-        0.0,
-        0.0,
-    ]  # slew, trolley, rope, swing tangential and radial, deflection
+    # slew, trolley, rope, swing tangential and radial, deflection
+    q = [0.4, radius, length, 0.0, 0.0, 0.0]
     modes = np.sort(np.linalg.eigvals(-jacobian(p, q, (0.0, 0.0), [5, 3], [5, 3])).real)
     np.testing.assert_allclose(modes, expected, rtol=1e-7)  # h², rounding / h
 
@@ -491,7 +482,6 @@ def test_a_bent_jib_rolls_its_trolley() -> None:
     assert run.summary["energy_audit_max"] < 1e-9
     end = run.t[: len(run.u)] > 50.0
     slope = np.sin(run.q[: len(run.u)][end, -1]).mean()
-    assert run.u[end, 1].mean() == pytest.approx(
-        (550.0 + 4450.0) * 9.81 * slope, rel=0.02
-    )  # it still swings a little
+    # it still swings a little
+    assert run.u[end, 1].mean() == pytest.approx((550.0 + 4450.0) * 9.81 * slope, rel=0.02)
     assert slope < -1e-3 and run.summary["final_error"]["trolley"] > 0.1

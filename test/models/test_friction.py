@@ -214,9 +214,8 @@ def test_bristles_move_as_the_paper_says() -> None:
         "duration": end,
         "integrator": {"method": "dop853"},
     }
-    scene = load_scene(
-        KNUCKLE, changes | {"friction.jib.static": 1e4}
-    )  # the jib is held all the time
+    # the jib is held all the time
+    scene = load_scene(KNUCKLE, changes | {"friction.jib.static": 1e4})
 
     def rates(t: float, y: Vector) -> Vector:
         q, v, z = np.split(y, [6, 12])
@@ -285,9 +284,8 @@ def test_a_hoist_that_reverses_within_a_step_sticks() -> None:
     run = crane_sim.simulate(document)
     sticks, slips = run.events
     assert (sticks[1], slips[1]) == ("the hoist sticks", "the hoist slips forwards")
-    assert sticks[0] == pytest.approx(
-        pi - acos(rate), abs=1e-3
-    )  # a step of 0.25 s has errors of 1e-5 in the rate
+    # a step of 0.25 s has errors of 1e-5 in the rate
+    assert sticks[0] == pytest.approx(pi - acos(rate), abs=1e-3)
     load = 10.0 * 9.81 - 78.1  # N, held beside the sine; it breaks loose at 40 N
     assert slips[0] == pytest.approx(pi + asin((40.0 - load) / 30.0), abs=1e-6)
     assert run.summary["energy_audit_max"] < 1e-12

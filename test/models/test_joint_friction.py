@@ -71,10 +71,8 @@ def test_a_bridge_sticks_and_slips_at_the_instants_of_the_closed_form() -> None:
         "bridge": {"coulomb": COULOMB, "static": STATIC},
         "trolley": {"coulomb": 1.0, "static": 1.0},
     }
-    light = {
-        "payload": {"mass": 1e-9},
-        "initial": {"q": [0.0, 0.0, 5.0, 0.0, 0.0]},
-    }  # kg: a part of 1e-13
+    # kg: a part of 1e-13
+    light = {"payload": {"mass": 1e-9}, "initial": {"q": [0.0, 0.0, 5.0, 0.0, 0.0]}}
     run = crane_sim.simulate(
         BRIDGE | light | {"duration": 4.0, "friction": group, "inputs": {"bridge": sine}}
     )
@@ -86,10 +84,8 @@ def test_a_bridge_sticks_and_slips_at_the_instants_of_the_closed_form() -> None:
     assert run.summary["energy_audit_max"] < 1e-9
 
 
-SECTIONS = (
-    (5.0, 2.0, 4.0),
-    (3.0, 1.5, 2.0),
-)  # mass, centre, inertia of the base section and of the telescoped one
+# mass, centre, inertia of the base section and of the telescoped one
+SECTIONS = (5.0, 2.0, 4.0), (3.0, 1.5, 2.0)
 FOOT, SUPERSTRUCTURE, LOAD, ROPE = (0.5, 1.2), 30.0, 10.0, 2.5
 DRY: Rubbing = {
     "slew": {"coulomb": 18.0, "static": 24.0, "stribeck": 0.05},
@@ -157,9 +153,8 @@ def test_the_meter_counts_what_friction_takes(case: str) -> None:
         system.kinetic(p, y) + system.potential(p, y) for y in (x - h * rates, x + h * rates)
     )
     metered = system.power(p, t, x, u)
-    assert (high - low) / (2.0 * h) == pytest.approx(
-        metered, abs=1e-8 * (abs(metered) + abs(low))
-    )  # h², rounding / h
+    # h², rounding / h
+    assert (high - low) / (2.0 * h) == pytest.approx(metered, abs=1e-8 * (abs(metered) + abs(low)))
     assert metered in rates
 
 
@@ -275,23 +270,18 @@ def test_a_gantry_with_friction_moves_as_one_under_its_forces(case: str) -> None
         assert slides[:2] == (0.1, encode(Guard.FRICTION, 0)) and got[1] == 0.0
         assert breaks[:2] == (pytest.approx(-1.0, rel=1e-9), encode(Guard.FRICTION, 1))
     else:
-        forces = (
-            300.0,
-            500.0 - 4e3 - 2e3 * np.exp(-4.0) - 30.0 * 0.2,
-            0.1,
-        )  # bristles bent as in steady motion
+        # bristles bent as in steady motion
+        forces = 300.0, 500.0 - 4e3 - 2e3 * np.exp(-4.0) - 30.0 * 0.2, 0.1
     expected = system.acceleration(free, 0.0, y, forces)
-    np.testing.assert_allclose(
-        got, expected, rtol=0.0, atol=1e-11
-    )  # rounding of forces of 1e4 N on 1e3 kg
+    # rounding of forces of 1e4 N on 1e3 kg
+    np.testing.assert_allclose(got, expected, rtol=0.0, atol=1e-11)
     rates, h = system.rhs(p, 0.0, x, u), 1e-6
     low, high = (
         system.kinetic(p, z) + system.potential(p, z) for z in (x - h * rates, x + h * rates)
     )
     metered = rates[2 * len(got)]
-    assert (high - low) / (2 * h) == pytest.approx(
-        metered, abs=1e-8 * (abs(metered) + abs(low))
-    )  # h², rounding / h
+    # h², rounding / h
+    assert (high - low) / (2 * h) == pytest.approx(metered, abs=1e-8 * (abs(metered) + abs(low)))
 
 
 LOCKED = {

@@ -14,19 +14,19 @@ from ship_motion import SHIP
 
 import crane_sim
 
+# N
 PUSH = {
     axis: {"kind": "constant", "value": value}
     for axis, value in (("x", 4.0), ("y", -7.0), ("z", 2.0))
-}  # N
+}
 TURNING = {
     "boom.axial_inertia": 0.3,
     "jib.axial_inertia": 0.1,
     "payload_drag.coefficient": 0.3,
     "payload_force": PUSH,
 }
-STEP = (
-    mp.mpf(10) ** -14
-)  # of differences with forty digits: their error is 1e-28 of a derivative, or rounding, 1e-12
+# of differences with forty digits: their error is 1e-28 of a derivative, or rounding, 1e-12
+STEP = mp.mpf(10) ** -14
 
 
 def place(t: Any) -> list[Any]:

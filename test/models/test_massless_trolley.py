@@ -46,6 +46,5 @@ def test_a_pushed_massless_trolley_pulls_the_load() -> None:
     run = crane_sim.simulate(
         SCENE | {"initial": {}, "inputs": {"trolley": {"kind": "constant", "value": 50.0}}}
     )
-    assert (
-        np.abs(run.payload[:, 0] - 0.25 * run.t**2).max() < 1e-8
-    )  # 1e-10 of the force moves the trolley
+    # 1e-10 of the force moves the trolley
+    assert np.abs(run.payload[:, 0] - 0.25 * run.t**2).max() < 1e-8

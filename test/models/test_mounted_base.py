@@ -111,9 +111,8 @@ def test_velocities_and_accelerations_are_the_derivatives_of_the_place(
         for actual, expected in zip(
             state, differentiated(scene.model.base, scene.model.gravity, t), strict=True
         ):
-            assert actual == pytest.approx(
-                expected.reshape(actual.shape), abs=1e-13
-            )  # rounding at up to 25 m, 10 m/s²
+            # rounding at up to 25 m, 10 m/s²
+            assert actual == pytest.approx(expected.reshape(actual.shape), abs=1e-13)
 
 
 def test_a_mount_at_the_reference_point_changes_nothing() -> None:

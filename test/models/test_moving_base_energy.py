@@ -196,12 +196,10 @@ def test_energy_in_the_world_is_that_of_its_masses(crane: Callable[[], Any]) -> 
     """
     scene, q, v, expected = crane()
     actual = crane_sim.energy(scene, q, v, TIME)
-    assert actual == pytest.approx(
-        expected, rel=1e-10, abs=1e-8
-    )  # differences leave 1e-11, energies are some 100 J
-    assert (
-        abs(actual - crane_sim.energy(scene, q, v, TIME, frame="base")) > 1.0
-    )  # J: the base matters
+    # differences leave 1e-11, energies are some 100 J
+    assert actual == pytest.approx(expected, rel=1e-10, abs=1e-8)
+    # J: the base matters
+    assert abs(actual - crane_sim.energy(scene, q, v, TIME, frame="base")) > 1.0
 
 
 def test_a_run_gives_both_energies() -> None:

@@ -178,9 +178,10 @@ def test_one_spring_is_the_elastic_cable() -> None:
         for got, expected in zip(
             answers(alone, q, v, efforts), answers(chain, q, v, efforts), strict=True
         ):
+            # rounding
             np.testing.assert_allclose(
                 got, expected, rtol=1e-12, atol=1e-12 * np.abs(expected).max()
-            )  # rounding
+            )
 
 
 def test_what_is_taken_up_at_rest_jerks_an_elastic_cable() -> None:

@@ -119,9 +119,8 @@ def test_the_stiff_reference_is_met(method: Any) -> None:
     """
     case = CHAIN["14_elastic_k1e7"]
     integration, nodes, lost = run(scene_of_case(case["spec"]), method, case["t"])
-    expected = np.array(case["node_positions_xyz"])[
-        ..., [0, 2, 1]
-    ]  # the reference has its y upwards
+    # the reference has its y upwards
+    expected = np.array(case["node_positions_xyz"])[..., [0, 2, 1]]
     assert np.max(np.abs(nodes - expected)) < max(1e-9, 10.0 * case["trusted_abs_error_m"])
     assert integration.x[0] == pytest.approx(case["x"][-1], abs=1e-9)
     assert abs(lost) < 1e-7  # of 1e5 J that swing; the tolerance of 1e-12 a step, some 1e4 steps
@@ -188,9 +187,8 @@ def hanging(
 )
 def test_a_spring_bounces_with_its_frequency(method: Any) -> None:
     """A mass on one vertical spring moves as a cosine of the frequency sqrt(k / m)."""
-    slack = isinstance(
-        method, Rodas
-    )  # it needs a state that is an array, as that of a cable that may go slack
+    # it needs a state that is an array, as that of a cable that may go slack
+    slack = isinstance(method, Rodas)
     scene, period = (
         hanging(3.0, 2.0, 500.0, 0.05, tension_only=slack),
         2.0 * np.pi * np.sqrt(3.0 / 500.0),
@@ -217,9 +215,8 @@ def test_the_rigid_cable_is_the_limit() -> None:
     groups = {"trolley_mass": spec["trolley_mass"], "velocities": speeds.tolist()}
     errors = []
     for stiffness in (1e6, 1e7, 1e8):
-        damped = {
-            "damping": 0.2 * float(np.sqrt(stiffness))
-        }  # vibrations of the first elongation die out
+        # vibrations of the first elongation die out
+        damped = {"damping": 0.2 * float(np.sqrt(stiffness))}
         scene = scene_of(spec["m_i"], lengths, stiffness, start, cable=damped, **groups)
         errors.append(np.max(np.abs(run(scene, Rodas(1e-8, 1e-10), times)[1] - rigid)))
     assert errors[1] / errors[0] == pytest.approx(0.1, rel=0.1) and errors[2] / errors[

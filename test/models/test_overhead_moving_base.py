@@ -28,9 +28,8 @@ def test_a_chain_in_space_obeys_newton_in_the_world() -> None:
     run = crane_sim.simulate(spatial(base_motion=SHIP))
     crane = moving_base.Crane(5.0, 3.0, tuple(MASSES), tuple(LENGTHS))
     expected = moving_base.nodes(crane, SHIP, *start_of(LENGTHS, DIRECTIONS, RATES), run.t)
-    assert (
-        np.max(np.abs(run.nodes - expected)) < 1e-9
-    )  # both integrate with 1e-12 a step, a few hundred steps
+    # both integrate with 1e-12 a step, a few hundred steps
+    assert np.max(np.abs(run.nodes - expected)) < 1e-9
     assert run.summary["energy_audit_error"] < 1e-11  # the imposed power is integrated as tightly
 
 
@@ -70,9 +69,8 @@ def test_a_chain_in_the_plane_obeys_dalembert_in_the_world() -> None:
     run = crane_sim.simulate(planar(1.5, 0.0, base_motion=PLANE))
     crane = moving_base.Plane(5.0, 1.5, tuple(MASSES), tuple(LENGTHS), 0.2, hoist)
     start = np.array([0.0, 0.4, -0.2, 0.1, 2.0, 0.3, 0.0, -0.5])
-    assert (
-        np.max(np.abs(run.nodes - moving_base.plane_nodes(crane, PLANE, start, run.t))) < 1e-9
-    )  # as in space
+    # as in space
+    assert np.max(np.abs(run.nodes - moving_base.plane_nodes(crane, PLANE, start, run.t))) < 1e-9
     assert run.summary["energy_audit_error"] < 1e-11
 
 
@@ -110,9 +108,8 @@ def test_an_elastic_cable_obeys_newton_in_the_world() -> None:
 
 def test_an_accelerated_heave_is_gravity() -> None:
     """A base that accelerates upwards acts as more gravity, a tilted one as leaning gravity."""
-    rising = {
-        "heave": {"amplitude": 2.0, "frequency": 1.0, "phase": -np.pi / 2}
-    }  # 2 m/s² upwards at t = 0
+    # 2 m/s² upwards at t = 0
+    rising = {"heave": {"amplitude": 2.0, "frequency": 1.0, "phase": -np.pi / 2}}
     heavy = spatial(gravity=11.81)
     actual, expected = (
         crane_sim.acceleration(scene, scene.initial_q, scene.initial_v, [3.0, -2.0])

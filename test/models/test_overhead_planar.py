@@ -114,9 +114,8 @@ def test_power_balance(kind: str, n: int) -> None:
         v[0] = 0.0 if "fixed" in kind else v[0]
         u = tuple(rng.normal(0, 20, len(scene.actuated)))
         change, power = balance(scene.model, 0.37, q, v, u, 1e-5)
-        assert change == pytest.approx(
-            power, rel=1e-6, abs=1e-5
-        )  # as for the knuckle crane: h^2, and rounding / h
+        # as for the knuckle crane: h^2, and rounding / h
+        assert change == pytest.approx(power, rel=1e-6, abs=1e-5)
 
 
 def test_an_imposed_motion_is_followed() -> None:
@@ -130,9 +129,8 @@ def test_an_imposed_motion_is_followed() -> None:
         "hoist": {"drive": "prescribed", "profile": profile},
     }
     run = simulate(scene_of([5.0], [1.0], [0.2], **groups))
-    assert np.allclose(
-        run.q[:, 0], 0.3 * np.sin(2.0 * run.t), rtol=0, atol=1e-10
-    )  # integrated to 1e-11
+    # integrated to 1e-11
+    assert np.allclose(run.q[:, 0], 0.3 * np.sin(2.0 * run.t), rtol=0, atol=1e-10)
     for t, length in zip([0.0, 0.2, 0.4, 0.7, 1.0], [1.0, 1.0, 0.9, 0.6, 0.6], strict=True):
         assert run.q[round(t * 100), 1] == pytest.approx(length, abs=1e-10)
     assert run.summary["energy_audit_error"] < 1e-10

@@ -111,9 +111,8 @@ def check_sphere(run: Rollout) -> None:
     """Check lengths and rates of three links."""
     directions, rates = (part[:, 2:].reshape(-1, 3, 3) for part in (run.q, run.v))
     assert np.max(np.abs(np.linalg.norm(directions, axis=2) - 1.0)) < 1e-15
-    assert (
-        np.max(np.abs(np.sum(directions * rates, axis=2))) < 1e-15 * np.max(np.abs(rates)) * 4.0
-    )  # four roundings
+    # four roundings
+    assert np.max(np.abs(np.sum(directions * rates, axis=2))) < 1e-15 * np.max(np.abs(rates)) * 4.0
 
 
 @pytest.mark.parametrize(

@@ -68,10 +68,8 @@ def exact(m: Any, lengths: Any, q: Array, v: Array, axes: Any, hoist: Any) -> Ar
         length, length_rate = exactly(lengths), exactly(np.zeros(n))
         if hoist is not None:
             length[0], length_rate[0] = mpmath.mpf(q[2]), mpmath.mpf(v[2])
-        nodes, last = (
-            3 * n + 3,
-            4 * n + 3,
-        )  # unknown: accelerations of nodes, tensions, acceleration of the length
+        # unknown: accelerations of nodes, tensions, acceleration of the length
+        nodes, last = 3 * n + 3, 4 * n + 3
         a, b = exactly(np.zeros((last + 1, last + 1))), exactly(np.zeros(last + 1))
         for k in range(n):
             low, link = 3 * k + 3, nodes + k
@@ -184,12 +182,10 @@ def test_every_drive(drive: str) -> None:
         q, v = state_of(rng, scene, 3)
         v[:2] = [0.0 if axis is STILL else rate for axis, rate in zip(axes, v[:2], strict=True)]
         actual, change, power, actuated = balance(scene.model, 0.37, q, v, u, 1e-5)
-        assert (
-            error(actual, exact(m, lengths, q, v, axes, hoist)) < 1e-13
-        )  # nothing heavy: rounding only
-        assert change == pytest.approx(
-            power, rel=1e-6, abs=1e-5
-        )  # the step's square, and rounding over the step
+        # nothing heavy: rounding only
+        assert error(actual, exact(m, lengths, q, v, axes, hoist)) < 1e-13
+        # the step's square, and rounding over the step
+        assert change == pytest.approx(power, rel=1e-6, abs=1e-5)
         assert np.array_equal(actuated, [q[driven], v[driven]])
 
 

@@ -35,9 +35,8 @@ def test_stick_and_slip_on_either_axis(axis: str) -> None:
     assert all(axis in event["what"] for event in events)
     times = np.array([event["t"] for event in events])
     expected = REFERENCE[name]["event_times"]
-    assert (
-        len(times) == len(expected) and np.max(np.abs(times - expected)) < 1e-9
-    )  # s, as the positions
+    # s, as the positions
+    assert len(times) == len(expected) and np.max(np.abs(times - expected)) < 1e-9
     assert run.summary["energy_audit_error"] < 1e-10  # what friction takes is metered
 
 
@@ -93,6 +92,5 @@ def test_what_ends_a_run(groups: dict[str, Any], message: str) -> None:
     """A bridge at its limit and a slack link end the run and are named."""
     cable = {"model": "rigid", "lengths": [3.0, 1.0], "node_masses": [0.5, 10.0], "slack": "stop"}
     with pytest.raises(SimulationError, match=message):
-        simulate(
-            wound(0.5 * np.pi, cable=cable, **groups)
-        )  # a plane in which only the bridge moves
+        # a plane in which only the bridge moves
+        simulate(wound(0.5 * np.pi, cable=cable, **groups))

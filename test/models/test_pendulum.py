@@ -115,9 +115,8 @@ def test_accelerations_are_those_of_the_paper(moving: bool) -> None:
         n, n1, n2 = direction(angles, rates, seconds)
         q, v = (*rng.normal(size=3), *n), (*rng.normal(size=2), 0.0, *n1)
         actual = crane_sim.acceleration(scene, q, v, drive, now)
-        assert actual == pytest.approx(
-            [*drive, 0.0, *n2], rel=1e-12, abs=1e-11
-        )  # rounding, at accelerations of 1e1
+        # rounding, at accelerations of 1e1
+        assert actual == pytest.approx([*drive, 0.0, *n2], rel=1e-12, abs=1e-11)
 
 
 def test_swings_take_as_long_as_elliptic_integrals_say() -> None:
@@ -135,9 +134,8 @@ def test_swings_take_as_long_as_elliptic_integrals_say() -> None:
             else 4.0 / spin * ellipk((2.0 / small / spin) ** 2)
         )
         run = crane_sim.simulate(scene, duration=period + 0.1, sample_times=[0.5 * period, period])
-        assert run.q[1] == pytest.approx(
-            scene.initial_q, abs=1e-9
-        )  # ten steps' tolerance, grown near the top
+        # ten steps' tolerance, grown near the top
+        assert run.q[1] == pytest.approx(scene.initial_q, abs=1e-9)
         assert run.q[0, 5] == pytest.approx(1.0 if spin else -cos(angle), abs=1e-9)
         assert run.summary["energy_audit_error"] < 1e-10  # what 1e-12 a step allows
 
@@ -174,15 +172,13 @@ def test_a_ship_is_what_newton_sees_from_the_world() -> None:
         rtol=1e-12,
         atol=1e-12,
     )
-    assert (
-        np.max(np.abs(run.payload - solved.y[:3].T)) < 1e-9
-    )  # both keep 1e-12 a step, over hundreds of steps
+    # both keep 1e-12 a step, over hundreds of steps
+    assert np.max(np.abs(run.payload - solved.y[:3].T)) < 1e-9
     pulls = [MASS * LENGTH * newton(t, y)[1] for t, y in zip(run.t, solved.y.T, strict=True)]
     assert run.tension == pytest.approx(pulls, rel=1e-9)  # as above
     assert run.summary["energy_audit_error"] < 1e-10  # what 1e-12 a step allows
-    assert (
-        np.ptp(run.tip, axis=0).min() > 0.2
-    )  # m: the tip, which stands still on the base, is shown in the world
+    # m: the tip, which stands still on the base, is shown in the world
+    assert np.ptp(run.tip, axis=0).min() > 0.2
 
 
 def still(scene: crane_sim.Scene, drift: tuple[float, ...]) -> crane_sim.Scene:
@@ -210,9 +206,8 @@ def test_the_servo_is_a_second_order_lag() -> None:
     left = np.exp(-0.5 * kd * t) * (np.cos(w * t) + 0.5 * kd / w * np.sin(w * t))
     for axis in range(3):
         way = start[axis] - demanded[axis]
-        assert run.q[:, axis] == pytest.approx(
-            demanded[axis] + way * left, abs=1e-10
-        )  # 1e-12 a step
+        # 1e-12 a step
+        assert run.q[:, axis] == pytest.approx(demanded[axis] + way * left, abs=1e-10)
     assert run.summary["energy_audit_error"] < 1e-10  # what the servo gives is metered
 
 

@@ -95,9 +95,8 @@ def test_power_is_what_the_drive_gives_and_friction_takes(direction: float) -> N
     ends = [x + s * h * derivative for s in (-2.0, -1.0, 1.0, 2.0)]
     low, before, after, high = (system.kinetic(p, y) + system.potential(p, y) for y in ends)
     change = (8.0 * (after - before) - (high - low)) / (12.0 * h)
-    assert change == pytest.approx(
-        system.power(p, 0.0, x, u), rel=1e-7
-    )  # rounding of energies of 4e5 J over h
+    # rounding of energies of 4e5 J over h
+    assert change == pytest.approx(system.power(p, 0.0, x, u), rel=1e-7)
 
 
 def test_a_winch_holds_until_its_pull_exceeds_friction() -> None:
@@ -108,9 +107,8 @@ def test_a_winch_holds_until_its_pull_exceeds_friction() -> None:
         SCENE | {"hoist": hoist, "inputs": {"hoist": table((0, -WEIGHT), (1, -WEIGHT - rise))}}
     )
     (instant, what), *_ = run.events
-    pull = 4 * (tension := WEIGHT / 4) + 4 * tension**2 / (
-        2 * 4 * STIFFNESS
-    )  # with the strain that goes with the rope
+    # with the strain that goes with the rope
+    pull = 4 * (tension := WEIGHT / 4) + 4 * tension**2 / (2 * 4 * STIFFNESS)
     assert what == "the winch slips backwards"
     assert WEIGHT + rise * instant == pytest.approx(pull / high + static, rel=1e-9)
     assert np.all(run.q[run.t < instant, 2] == 4.0)

@@ -134,18 +134,16 @@ def test_a_block_has_the_efficiency_of_the_standard(falls: int) -> None:
     pull, lead, _, _ = follow_rope(
         Reeving(falls, 0), SheaveEfficiency(eta).ratio(0.2), 1.0, AT_REST, G
     )
-    assert pull / (falls * lead) == pytest.approx(
-        (1 - eta**falls) / (falls * (1 - eta)), rel=1e-12
-    )  # rounding
+    # rounding
+    assert pull / (falls * lead) == pytest.approx((1 - eta**falls) / (falls * (1 - eta)), rel=1e-12)
 
 
 def test_a_bearing_takes_the_moment_of_the_resultant() -> None:
     """The ratio by a plain bearing is that of the moments on a sheave under two parallel falls."""
     friction, pin, radius, low = 0.15, 0.03, 0.2, 500.0
     high = SheaveBearing(friction, pin).ratio(radius) * low
-    assert (high - low) * radius == pytest.approx(
-        friction * (high + low) * pin, rel=1e-12
-    )  # rounding
+    # rounding
+    assert (high - low) * radius == pytest.approx(friction * (high + low) * pin, rel=1e-12)
 
 
 def rope_point_depth(s: float, length: float) -> float:
@@ -237,15 +235,11 @@ def test_friction_of_every_sheave_is_in_the_equations(direction: float) -> None:
     All sheaves have bearings.
     """
     n, lead, mass, loss_share, inertia, radius = 5, 2, 40.0, 0.02, 60.0, 0.4
-    speeds = [
-        *[n] * lead,
-        *range(n - 1, 0, -1),
-    ]  # of the sheaves from the drum on, over the length's rate
+    # of the sheaves from the drum on, over the length's rate
+    speeds = [*[n] * lead, *range(n - 1, 0, -1)]
     force, pull, size = -900.0, 5200.0, len(speeds) + 2
-    a, b = (
-        np.zeros((size, size)),
-        np.zeros(size),
-    )  # unknown: tensions from the drum on, acceleration
+    # unknown: tensions from the drum on, acceleration
+    a, b = np.zeros((size, size)), np.zeros(size)
     for i, speed in enumerate(speeds):
         a[i, i], a[i, i + 1], a[i, -1] = (
             -1 - direction * loss_share,
@@ -317,13 +311,11 @@ def test_energy_balances_over_layers_stick_and_slip() -> None:
     rope = SCENE["rope"] | {"reeving": reeving, "friction": friction}
     run = crane_sim.simulate(SCENE | {"rope": rope, "inputs": inputs})
     assert [what.split()[-1] for _, what in run.events] == ["backwards", "sticks", "forwards"]
-    assert (
-        run.summary["energy_audit_max"] < 1e-9
-    )  # ten times the method's tolerance over the run's steps
+    # ten times the method's tolerance over the run's steps
+    assert run.summary["energy_audit_max"] < 1e-9
     wound = 85.8 - 4.0 * run.q[:, 2]
-    full = (
-        2 * pi * 10 * (0.25 + 0.27 + 0.29 + 0.31)
-    )  # m, in four layers; it climbs half a turn to either side of it
+    # m, in four layers; it climbs half a turn to either side of it
+    full = 2 * pi * 10 * (0.25 + 0.27 + 0.29 + 0.31)
     assert wound[0] < full - pi * 0.31 / 2 and wound.max() > full + pi * 0.31
 
 
@@ -340,9 +332,8 @@ def test_a_load_at_rest_neither_creeps_nor_breaks_loose_early() -> None:
     still = run.t < instant
     assert np.all(run.q[still, 2] == 4.0) and np.all(run.v[still, 2] == 0.0)
     assert run.lead_line[0] == pytest.approx(WEIGHT / 4, rel=1e-9)
-    assert run.falls[0] == pytest.approx(
-        WEIGHT / 4 * np.ones(4), rel=1e-9
-    )  # at the drum's pull no friction is used
+    # at the drum's pull no friction is used
+    assert run.falls[0] == pytest.approx(WEIGHT / 4 * np.ones(4), rel=1e-9)
 
 
 def test_a_run_ends_where_a_fall_goes_slack() -> None:

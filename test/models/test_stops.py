@@ -207,9 +207,8 @@ def test_joints_of_a_knuckle_crane_stop_at_their_limits(name: str) -> None:
     q, v = run.q[:, joint], run.v[:, joint]
     assert np.all((q >= low) & (q <= high))
     way = min(q[-1] - low, high - q[-1])
-    assert way < 0.012 * abs(
-        v[-1]
-    )  # what is left of a period of 10 ms, some acceleration allowed for
+    # what is left of a period of 10 ms, some acceleration allowed for
+    assert way < 0.012 * abs(v[-1])
 
 
 @pytest.mark.parametrize("name", WINDING)
@@ -235,9 +234,8 @@ def test_a_rigid_rope_pushes_only_where_it_may(name: str) -> None:
     assert "went slack, and a rigid" in stopped.error
     first = int(np.argmax(allowed.tension < 0.0))
     assert stopped.end <= 0.01 * first and np.all(stopped.tension[:-1] >= 0.0)
-    assert np.array_equal(
-        stopped.q, allowed.q[: len(stopped.q)]
-    )  # the guard changes nothing before it fails
+    # the guard changes nothing before it fails
+    assert np.array_equal(stopped.q, allowed.q[: len(stopped.q)])
 
 
 def test_a_rope_goes_slack_when_mechanics_say_so() -> None:
@@ -280,9 +278,8 @@ def test_a_drum_pays_out_by_its_motor() -> None:
     )
     rate, end = 2.0 / 30.0, (30.0 + 98.1) / 2.0  # 1/s, m/s: l' = end (1 - exp(-rate t))
     paid = end * (1.0 - (1.0 - np.exp(-rate)) / rate)
-    assert run.q[-1, run.scene.joint_names.index("hoist")] == pytest.approx(
-        2.0 + paid, abs=1e-8
-    )  # of steps of 5 ms
+    # of steps of 5 ms
+    assert run.q[-1, run.scene.joint_names.index("hoist")] == pytest.approx(2.0 + paid, abs=1e-8)
     assert run.summary["min_rope_tension"] > 30.0 and run.summary["saturated_steps"] == 0
     assert np.all(run.u == 30.0)
 

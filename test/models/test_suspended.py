@@ -274,9 +274,8 @@ def test_accelerations_are_those_of_point_masses(name: str, rigid: bool, sea: bo
     np.testing.assert_allclose(read[0], joints, rtol=0.0, atol=1e-15)
     np.testing.assert_allclose(read[1], rates, rtol=0.0, atol=1e-14)  # rounding of rates below 1
     got = system.acceleration(crane, t, state, (*map(float, drives), winch))
-    np.testing.assert_allclose(
-        got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max())
-    )  # rounding, 50 terms
+    # rounding, 50 terms
+    np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))
 
 
 @pytest.mark.parametrize(
@@ -310,9 +309,8 @@ def test_one_link_and_a_point_mass_are_the_crane_with_one_rope(swing: Any) -> No
             results.append(
                 np.array([*system.acceleration(p, 0.7, x, u), tensions[0, 0], *energies, *powers])
             )
-        np.testing.assert_allclose(
-            results[1], results[0], rtol=1e-12, atol=1e-12
-        )  # rounding of some 50 terms
+        # rounding of some 50 terms
+        np.testing.assert_allclose(results[1], results[0], rtol=1e-12, atol=1e-12)
 
 
 DRY = Friction(3.0, 5.0, 0.7)
@@ -360,9 +358,8 @@ def test_joints_that_stick_are_constraints_of_virtual_work(case: str, sea: bool)
     x, u = system.state(crane, t, joints, rates), (*map(float, drives), winch)
     assert list(x[-ns:]) == list(slips)
     got = system.acceleration(crane, t, x, u)
-    np.testing.assert_allclose(
-        got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max())
-    )  # rounding, 50 terms
+    # rounding, 50 terms
+    np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))
     assert not got[list(held)].any()
     loose, forces = (
         crane._replace(support=support._replace(frictions=None)),
@@ -370,9 +367,8 @@ def test_joints_that_stick_are_constraints_of_virtual_work(case: str, sea: bool)
     )
     forces[list(held)] -= [constraint_effort(crane, t, x, u, i) for i in held]
     freed = system.acceleration(loose, t, x[:-ns], tuple(map(float, forces)))
-    np.testing.assert_allclose(
-        freed, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max())
-    )  # as above
+    # as above
+    np.testing.assert_allclose(freed, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))
 
 
 def constraint_effort(crane: SuspendedCrane, t: float, x: Any, u: Any, joint: int) -> float:
@@ -493,9 +489,8 @@ def test_one_link_and_a_point_mass_below_a_driven_point_are_the_simple_pendulum(
         results.append(
             np.array([*system.acceleration(p, 0.7, x, u), tensions[0, 0], *energies, power])
         )
-    np.testing.assert_allclose(
-        results[1], results[0], rtol=1e-12, atol=1e-12
-    )  # rounding of some 50 terms
+    # rounding of some 50 terms
+    np.testing.assert_allclose(results[1], results[0], rtol=1e-12, atol=1e-12)
 
 
 def test_hook_and_load_below_a_driven_point_have_two_modes() -> None:

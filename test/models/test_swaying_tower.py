@@ -38,11 +38,8 @@ SEA = {
 }
 LENGTHS, MASSES = (2.5, 1.2), (2.0, 10.0)
 TROLLEY, HEIGHT, STIFFNESS, DAMPING = 8.0, 5.0, 4e3, 30.0
-JIB, BEHIND, HEAD = (
-    (4.0, 3.0, 12.0),
-    (6.0, -2.0),
-    5.0,
-)  # mass, centre, inertia; mass and place of ballast; mast's head
+# mass, centre, inertia; mass and place of ballast; mast's head
+JIB, BEHIND, HEAD = (4.0, 3.0, 12.0), (6.0, -2.0), 5.0
 Q = np.array([0.4, 6.0, 0.07, -0.11, LENGTHS[0], 0.7, 0.4, -1.1, 0.5])
 V = np.random.default_rng(5).uniform(-0.6, 0.6, len(Q))
 
@@ -147,9 +144,8 @@ def test_accelerations_are_those_of_point_masses(sea: bool) -> None:
     np.testing.assert_allclose(read[0], position, rtol=0.0, atol=1e-15)
     np.testing.assert_allclose(read[1], rates, rtol=0.0, atol=1e-14)  # rounding of rates below 1
     got = system.acceleration(p, t, x, (*map(float, drives), winch))
-    np.testing.assert_allclose(
-        got, second, rtol=0.0, atol=1e-12 * abs(second).max()
-    )  # rounding, 50 terms
+    # rounding, 50 terms
+    np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-12 * abs(second).max())
 
 
 @pytest.mark.parametrize("sea", [False, True], ids=["at rest", "at sea"])
@@ -182,11 +178,9 @@ def test_a_mast_sways_at_the_frequency_of_a_closed_form() -> None:
     light = Chain(np.array([1e-9]), np.array([1.0]))
     p = SuspendedCrane(Support(tower), light, PointLoad(1e-9))
     small = 1e-6
-    q = np.array(
-        [0.0, 1.0, 1.0, 0.0, 0.0, small, 0.0]
-    )  # about the base's x axis: the head goes to -y
+    # about the base's x axis: the head goes to -y
+    q = np.array([0.0, 1.0, 1.0, 0.0, 0.0, small, 0.0])
     x = system.state(p, 0.0, q, np.zeros(7))
     got = -system.acceleration(p, 0.0, x, (0.0, 0.0))[5] / small
-    assert got == pytest.approx(
-        STIFFNESS / (130.0 * HEIGHT**2) - 9.81 / HEIGHT, rel=1e-6
-    )  # the light load, small²
+    # the light load, small²
+    assert got == pytest.approx(STIFFNESS / (130.0 * HEIGHT**2) - 9.81 / HEIGHT, rel=1e-6)

@@ -68,9 +68,8 @@ def test_a_straight_cable_pulls_as_its_chain_does(lengths: list[float]) -> None:
     rod, chain = (scene_of(cable | {"model": model}, **trolley) for model in ("straight", "rigid"))
     actual = tensions(rod, [0.0, 0.5], [0.4, 1.2])
     expected = tensions(chain, [0.0, *[0.5] * len(lengths)], [0.4, *[1.2] * len(lengths)])
-    assert actual == pytest.approx(
-        expected, abs=2e-3
-    )  # N of 68: the rod's error is some multiple of the light masses'
+    # N of 68: the rod's error is some multiple of the light masses'
+    assert actual == pytest.approx(expected, abs=2e-3)
     assert np.ptp(actual) > 5e-4  # each link carries another load
 
 
@@ -94,9 +93,8 @@ def test_a_run_has_the_tensions_of_its_loop() -> None:
     cable = {"model": "straight", "lengths": [1.0, 0.5], "node_masses": [1e-3, 10.0]}
     run = crane_sim.simulate(scene_of(cable, initial={"angles": 1.0}))
     assert run.tensions.shape == (len(run.t), 2) and np.array_equal(run.tension, run.tensions[:, 0])
-    assert run.tensions == pytest.approx(
-        run.derived.tensions, rel=1e-12
-    )  # rounding of angles to states
+    # rounding of angles to states
+    assert run.tensions == pytest.approx(run.derived.tensions, rel=1e-12)
     assert np.all(run.tensions[:, 1] < run.tension)
     periods = run.tensions[:-1]
     assert run.summary["min_rope_tension"] == np.min(periods) == np.min(periods[:, 1])

@@ -95,9 +95,8 @@ def test_accelerations_are_those_of_virtual_work(name: str, sea: bool) -> None:
     p = p._replace(torsion=Torsion(STIFFNESS, DAMPING))
     state = system.state(p, t, joints, rates)
     got = system.acceleration(p, t, state, tuple(map(float, efforts[: ns + 1])))
-    np.testing.assert_allclose(
-        got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max())
-    )  # rounding, 60 terms
+    # rounding, 60 terms
+    np.testing.assert_allclose(got, second, rtol=0.0, atol=1e-12 * max(1.0, abs(second).max()))
     for sign, turned in (
         (1.0, angle),
         (-1.0, angle - 2.0 * pi),

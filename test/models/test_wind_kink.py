@@ -58,11 +58,8 @@ def test_automatic_methods_take_kinks_for_switches() -> None:
     kinks: list[Any] = [{}, {"suspension.height": "driven", "wind.profile.lowest": 2.0}]
     kinks += [still | {"payload_drag": {"coefficient": 1.0}}]
     kinks += [still | {"swing_friction": {"model": "quadratic", "tangential": 1.0, "radial": 1.0}}]
-    smooth = [
-        {"wind.profile": None},
-        {"wind.profile.lowest": 2.0},
-        still,
-    ]  # 5 m of rope below 7.2 m
+    # 5 m of rope below 7.2 m
+    smooth = [{"wind.profile": None}, {"wind.profile.lowest": 2.0}, still]
     methods = [load_scene(SWUNG, tight | changes).method for changes in (*kinks, *smooth)]
     assert [type(method) for method in methods] == [DOP853] * 4 + [Gauss16] * 3
 
@@ -128,9 +125,8 @@ def test_heights_are_those_at_which_the_wind_presses(name: str) -> None:
     for side in (1.0, -1.0):
         model = load_scene(document, {"wind.profile.lowest": height - side * 0.01}).model
         x = system.state(model, TIME, np.array(scene.initial_q), np.array(scene.initial_v))
-        assert height_above_kink(model, TIME, x) == pytest.approx(
-            side * 0.01, abs=1e-12
-        )  # rounding
+        # rounding
+        assert height_above_kink(model, TIME, x) == pytest.approx(side * 0.01, abs=1e-12)
         assert system.kink_guard(model, 1.0, TIME, x, TIME, x) == pytest.approx(
             0.01 + BAND, abs=1e-12
         )

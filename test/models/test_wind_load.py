@@ -18,10 +18,8 @@ from crane_sim.numerics.states import add_scaled
 from crane_sim.trajectories.wind import gust_at, speed_ratio
 
 Array = np.ndarray[Any, Any]
-TIME, STEP = (
-    1.7,
-    1e-3,
-)  # s; differences of order 4: 1e-12 of the fifth derivative, and 1e-13 from rounding
+# s; differences of order 4: 1e-12 of the fifth derivative, and 1e-13 from rounding
+TIME, STEP = 1.7, 1e-3
 DENSITY, AREA, DRAG = 1.3, 2.5, 1.1
 WIND = {
     "speed": 13.0,
@@ -261,9 +259,8 @@ def pressure_centres(name: str, q: Array) -> list[tuple[Array, Array]]:
     if name == "tower":
         return [(centre * across, across) for centre in (21.0, -7.0)]
     along = np.cos(q[1]) * across + np.sin(q[1]) * np.array([0.0, 0.0, 1.0])
-    return [
-        (-1.5 * across + np.array([0.0, 0.0, 2.0]) + 4.5 * along, along)
-    ]  # fixed on the boom while it telescopes
+    # fixed on the boom while it telescopes
+    return [(-1.5 * across + np.array([0.0, 0.0, 2.0]) + 4.5 * along, along)]
 
 
 @pytest.mark.parametrize("name", SLEWING)

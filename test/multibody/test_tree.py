@@ -185,9 +185,8 @@ def test_a_joint_that_sticks_leaves_the_equations() -> None:
     held = solve(support._replace(frictions=(None, None, DRY, None)), q, v, tau)
     assert held.accelerations[2] == 0.0
     motors = support.motors or ()
-    welded = support._replace(
-        motors=(*motors[:2], 1e14, motors[3])
-    )  # it hardly moves: by 1e-14 of the others
+    # it hardly moves: by 1e-14 of the others
+    welded = support._replace(motors=(*motors[:2], 1e14, motors[3]))
     expected = solve(welded, q, v, tau).accelerations
     np.testing.assert_allclose(
         held.accelerations, expected, atol=1e-11 * max(map(abs, held.accelerations))

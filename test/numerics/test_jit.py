@@ -120,7 +120,6 @@ def test_arrays_are_kept_alive() -> None:
     total, returned = change_repeatedly((0.0, held), given, 1000)
     assert total == 3000.0 and np.array_equal(returned, [0.0, 1.0, 2.0, 3.0])
     del returned
-    change_repeatedly(
-        (0.0, 1.0), np.zeros(3), 1
-    )  # an entry point keeps the arguments of its last call
+    # an entry point keeps the arguments of its last call
+    change_repeatedly((0.0, 1.0), np.zeros(3), 1)
     assert sys.getrefcount(given) == references

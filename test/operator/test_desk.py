@@ -17,10 +17,8 @@ SPEEDS = (0.3 * 0.3, -0.9 * 0.7)
 
 
 FULL, NONE = SPEEDS, REST
-ON, OFF = (
-    Demand(LEVERS, True),
-    Demand(LEVERS, False),
-)  # levers are out, the dead man's switch held or open
+# levers are out, the dead man's switch held or open
+ON, OFF = Demand(LEVERS, True), Demand(LEVERS, False)
 RESTING, OPEN = Demand(REST, True), Demand(REST, False)
 
 
@@ -113,9 +111,8 @@ def test_a_dragged_joint_is_named() -> None:
     limits = SoftLimits((JOINTS[0], JOINTS[1]._replace(lag=0.2)), 0.01)
     for _ in range(600):  # 6 s: both ramps are over
         limits.take((0.3, 0.7), (0.0, 0.0), (0.3, 0.7))
-    assert (
-        limits.dragged((0.37, 0.7 - 0.27)) == []
-    )  # speed / 4 + lag × acceleration: 0.075 rad/s, 0.275 m/s
+    # speed / 4 + lag × acceleration: 0.075 rad/s, 0.275 m/s
+    assert limits.dragged((0.37, 0.7 - 0.27)) == []
     assert limits.dragged((0.38, 0.7)) == ["slew"] and limits.dragged((0.3, 0.7 - 0.28)) == ["rope"]
     limits.reset()
     assert limits.dragged((0.0, 0.3)) == ["rope"] and limits.dragged((0.0, 0.2)) == []

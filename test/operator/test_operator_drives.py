@@ -45,10 +45,8 @@ def test_drives_by_force_follow_speeds() -> None:
     It keeps its limit.
     """
     trolley = actuators_of("tower_gust")["trolley"]
-    mass, omega = (
-        5000.0,
-        BANDWIDTH,
-    )  # trolley, hook block and machine: the rope's direction is locked
+    # trolley, hook block and machine: the rope's direction is locked
+    mass, omega = 5000.0, BANDWIDTH
     servo = trolley["servo"]
     assert trolley["drive"] == "velocity" and trolley["limit"] == 8.0e3
     assert servo["gain"] == pytest.approx(2.0 * omega * mass, rel=1e-6)

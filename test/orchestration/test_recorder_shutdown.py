@@ -108,10 +108,8 @@ def test_a_signal_ends_the_repair_of_files(tmp_path: Path, monkeypatch: pytest.M
     assert time.monotonic() - interrupted[0] < LIMIT
     wait_exited(int(pid.read_text()))
     assert summary["error"] == f"{why}; {part} is incomplete, it has 5 of 7 steps"
-    assert (summary["lost_steps"], summary["lost_commands"]) == (
-        3,
-        1,
-    )  # two were not recorded, one lacks its command
+    # two were not recorded, one lacks its command
+    assert (summary["lost_steps"], summary["lost_commands"]) == (3, 1)
 
 
 def test_a_signal_shortens_the_grace_period(

@@ -152,9 +152,8 @@ def test_forks_exit_with_their_group(
     tmp_path: Path, ros_environment: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Forks of a server are processes with own names and known exit codes, and all are reaped."""
-    monkeypatch.setattr(
-        process, "_END_TIMEOUT", LIMIT
-    )  # s for the server to reap, on a busy machine
+    # s for the server to reap, on a busy machine
+    monkeypatch.setattr(process, "_END_TIMEOUT", LIMIT)
     with make_group(tmp_path, FORKED, ros_environment) as group:
         children = {
             name: group.start(name, "node", "a", {}) for name in ("ended", "killed", "idle")

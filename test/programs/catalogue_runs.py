@@ -23,11 +23,8 @@ from crane_sim.process_signals import ignore_interrupts
 from crane_sim.simulation.rollout import simulate
 
 DURATION = 0.1  # s
-BRIEF = {
-    "overhead_heavy": 0.05,
-    "overhead_long_cable": 0.02,
-    "overhead_steel": 0.02,
-}  # s, of many small steps each
+# s, of many small steps each
+BRIEF = {"overhead_heavy": 0.05, "overhead_long_cable": 0.02, "overhead_steel": 0.02}
 MODULES = (
     "crane_sim.ros.plant_node",
     "crane_control.nodes.controller_node",

@@ -25,9 +25,8 @@ class ClockMonitor(Node):
     def __init__(self, cranes: list[str]) -> None:
         """Subscribe to the two cranes in these namespaces."""
         super().__init__("clock_monitor")
-        self.sent: dict[str, dict[int, int]] = {
-            crane: {} for crane in cranes
-        }  # ns of the system's clock, by stamp
+        # ns of the system's clock, by stamp
+        self.sent: dict[str, dict[int, int]] = {crane: {} for crane in cranes}
         self.last_received, self.clock_publishers, self.clock_messages = 0.0, 0, 0
         for crane in cranes:
             self.create_subscription(

@@ -44,9 +44,8 @@ class Tag:
             parameters["joint_states_topic"],
             parameters["joint_commands_topic"],
         )
-        assert (
-            float(parameters["trigger_joint_command_threshold"]) < 0.0
-        )  # else a command like the state is not sent
+        # else a command like the state is not sent
+        assert float(parameters["trigger_joint_command_threshold"]) < 0.0
         joints = [
             each
             for each in tag.findall("joint")

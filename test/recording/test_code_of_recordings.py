@@ -95,9 +95,8 @@ def test_a_law_is_executed_only_where_it_is_named(kind: str, recordings: dict[st
         replay(run, run.law)
     Path(run.law.rpartition(":")[0]).write_text(LAW)
     assert replay(run, run.law).difference is None
-    assert (
-        crane_sim.simulate(run.load_scene(run.law)).q[:-1].tolist() == run.q.tolist()
-    )  # with the law's settings
+    # with the law's settings
+    assert crane_sim.simulate(run.load_scene(run.law)).q[:-1].tolist() == run.q.tolist()
 
 
 def test_commands_execute_nothing(

@@ -124,11 +124,12 @@ def test_quantities_with_gaps_are_named(run: crane_sim.RecordedRun) -> None:
     assert comparison.to_dict()["not_compared"] == [["q.swing_1"]]
     assert comparison.to_dict()["metric_differences"] == [comparison.metric_differences(1)]
     distance = comparison.differences[0]["payload"]
+    # roundings
     assert (
         distance.unit == "m"
         and abs(distance.largest - 0.5) < 1e-15
         and abs(distance.rms - 0.5) < 1e-15
-    )  # roundings
+    )
 
 
 def test_runs_of_another_length_and_period_share_their_time(run: crane_sim.RecordedRun) -> None:
@@ -140,9 +141,8 @@ def test_runs_of_another_length_and_period_share_their_time(run: crane_sim.Recor
     expected = np.abs(finer.q[:100:2, 0] - run.q[:50, 0]).max()
     largest = comparison.differences[0]["q.trolley"].largest
     assert largest == pytest.approx(expected, rel=1e-12)  # the times of both differ by roundings
-    held = (
-        crane_sim.compare(finer, run).differences[0]["u.trolley"].largest
-    )  # the coarser run's efforts are held
+    # the coarser run's efforts are held
+    held = crane_sim.compare(finer, run).differences[0]["u.trolley"].largest
     assert held == pytest.approx(
         np.abs(finer.u[:100, 0] - np.repeat(run.u[:50, 0], 2))[:99].max(), rel=1e-12
     )
@@ -246,17 +246,15 @@ def test_the_page_shows_all_runs(run: crane_sim.RecordedRun, tmp_path: Path) -> 
     ]
     assert not answer["faults"] and not answer["requests"]
     shown = answer["answer"]
-    assert (
-        shown["drawn"] and shown["charts"] >= 8 and shown["wide"] <= 900
-    )  # of eight quantities or more
+    # of eight quantities or more
+    assert shown["drawn"] and shown["charts"] >= 8 and shown["wide"] <= 900
     assert all(word in shown["text"] for word in ("one", "two", "two − one", "comparison"))
     for each, rows in zip((run, other), map(np.array, shown["rows"]), strict=True):
         at = np.searchsorted(each.t, rows[:, 0] - 0.5 * each.period)
         assert len(np.unique(at)) == INSTANTS
         assert np.abs(rows[:, 1:] - each.payload[at]).max() < ACCURACY
-    assert (
-        np.abs(run.payload - other.payload).max() > 1e-3
-    )  # the second crane is not the first one again
+    # the second crane is not the first one again
+    assert np.abs(run.payload - other.payload).max() > 1e-3
 
 
 def test_a_run_without_steps_is_not_blamed_on_its_recorder() -> None:

@@ -18,9 +18,8 @@ from crane_sim.recording.rerun.viewer import PictureError
 pytestmark = pytest.mark.unforked  # a client of the viewer
 
 SHIFT = 0.125  # m, of the second run's trolley and payload
-FLOAT32 = (
-    1e-6  # m: lines and transforms in a recording have single precision, of lengths of a few metres
-)
+# m: lines and transforms in a recording have single precision, of lengths of a few metres
+FLOAT32 = 1e-6
 
 
 @pytest.fixture(scope="module")

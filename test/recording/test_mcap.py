@@ -68,10 +68,8 @@ def test_the_file_has_the_run_bit_for_bit(tmp_path: Path, domain_id: int) -> Non
         assert np.array_equal([message.effort for _, message in messages], expected.u[:-1])
     assert "<robot" in messages_by_topic["/knuckle/robot_description"][0][1].data
     modes = [message.data for _, message in messages_by_topic["/knuckle/simulation_state"]]
-    assert (modes[0], modes[-1]) == (
-        1,
-        0,
-    )  # of what is published in a row, a latched topic keeps the last
+    # of what is published in a row, a latched topic keeps the last
+    assert (modes[0], modes[-1]) == (1, 0)
     poses = {
         stamp_of(message): message.pose.position
         for _, message in messages_by_topic["/knuckle/payload_pose"]

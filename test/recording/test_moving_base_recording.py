@@ -32,12 +32,10 @@ def test_the_frame_of_the_base_takes_the_solids_to_the_nodes(run: Any) -> None:
         joints = dict(zip(scene.joint_names, run.q[k], strict=True))
         solid = link_position(urdf(scene), joints, "payload_link")
         solid_position = to_world(solid[None, None], base[k : k + 1])[0, 0]
-        assert solid_position == pytest.approx(
-            run.payload[k], abs=1e-7
-        )  # the URDF prints nine digits
-    assert to_base(to_world(run.nodes, base), base) == pytest.approx(
-        run.nodes, abs=1e-13
-    )  # rounding
+        # the URDF prints nine digits
+        assert solid_position == pytest.approx(run.payload[k], abs=1e-7)
+    # rounding
+    assert to_base(to_world(run.nodes, base), base) == pytest.approx(run.nodes, abs=1e-13)
 
 
 def test_a_recording_moves_the_base(run: Any, tmp_path: Path) -> None:
@@ -104,9 +102,8 @@ def test_the_water_is_the_sea_of_the_base(tmp_path: Path) -> None:
         .reshape(-1, 3)[:, 2]
     )
     assert np.ptp(at) > 0.01 and len(level) == len(at)
-    assert np.diff(level) == pytest.approx(
-        np.diff(at), abs=1e-3
-    )  # a chord between two points of the water
+    # a chord between two points of the water
+    assert np.diff(level) == pytest.approx(np.diff(at), abs=1e-3)
 
 
 def test_curves_of_one_plot_have_one_unit(run: Any, tmp_path: Path) -> None:
@@ -114,9 +111,8 @@ def test_curves_of_one_plot_have_one_unit(run: Any, tmp_path: Path) -> None:
     path, scene = run.record(tmp_path / "ship.rrd"), run.scene
     rates = read_curves(path, "shown/rate_deg_s").values
     angles = [i for i, unit in enumerate(scene.joint_units) if unit == "rad"]
-    assert rates == pytest.approx(
-        np.degrees(run.v[:-1, angles]), abs=1e-12
-    )  # rounding of the conversion
+    # rounding of the conversion
+    assert rates == pytest.approx(np.degrees(run.v[:-1, angles]), abs=1e-12)
     assert np.array_equal(
         read_curves(path, "shown/rate_m_s").values[:, 0],
         run.v[:-1, scene.joint_names.index("rope")],

@@ -90,9 +90,8 @@ def test_the_cable_is_a_line_through_the_nodes(run: Run) -> None:
     nodes = run.nodes[::3]
     strips = np.array(chunks(run.path, "/rope", "LineStrips3D:strips"))
     assert strips.shape == (FRAMES, 7, 2, 3)
-    assert strips[:, :, 0] == pytest.approx(
-        nodes[:, :-1], abs=1e-5
-    )  # single precision of up to 60 m
+    # single precision of up to 60 m
+    assert strips[:, :, 0] == pytest.approx(nodes[:, :-1], abs=1e-5)
     assert strips[:, :, 1] == pytest.approx(nodes[:, 1:], abs=1e-5)
     for frame, end in (("trolley", 0), ("payload", -1)):
         positions = np.array(chunks(run.path, f"/tf/{frame}", "Transform3D:translation"))[:, 0]

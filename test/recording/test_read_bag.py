@@ -104,9 +104,8 @@ def test_only_topics_that_are_read_are_in_memory(tmp_path: Path) -> None:
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert len(contents.messages) == 64 and not contents.damage
-    assert (
-        peak < 16 << 20
-    )  # a chunk is one picture, a few copies of which are there while it is read
+    # a chunk is one picture, a few copies of which are there while it is read
+    assert peak < 16 << 20
 
 
 def test_what_a_bag_lacks_is_said_in_one_line(tmp_path: Path) -> None:

@@ -85,9 +85,8 @@ def test_every_tension_has_its_name(kind: str, runs: dict[str, RecordedRun]) -> 
     assert sorted(curves) == names and len({curve.color for curve in curves.values()}) == len(names)
     assert np.array_equal(columns["tension"][0], run.tension)
     for k, name in enumerate(names):
-        assert curves[name].values == pytest.approx(
-            run.tensions[:, k], rel=1e-15
-        )  # N to kN and back
+        # N to kN and back
+        assert curves[name].values == pytest.approx(run.tensions[:, k], rel=1e-15)
         assert np.array_equal(columns[f"tension.{k + 1}"][0], run.tensions[:, k])
 
 

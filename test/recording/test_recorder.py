@@ -226,9 +226,8 @@ def test_a_part_that_is_complete_already_is_joined_too(tmp_path: Path) -> None:
     added = successor.finish({"steps": 30})
     assert added == {"recording": str(path), "recorded_steps": 30, "lost_steps": 0}
     assert np.array_equal(read_curves(path, "plots/q").step, np.arange(1, 31))
-    assert read_summary(path)["recording"] == str(
-        tmp_path / "run.part2.rrd"
-    )  # of the last one that wrote it
+    # of the last one that wrote it
+    assert read_summary(path)["recording"] == str(tmp_path / "run.part2.rrd")
     assert [file.name for file in tmp_path.iterdir()] == ["run.rrd"]
 
 
@@ -254,9 +253,8 @@ def test_a_recording_in_parts_becomes_one_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A recorder that resumes after another's last known step leaves one file, each step once."""
-    monkeypatch.setattr(
-        "crane_sim.recording.rerun.recorder.BLOCK_SECONDS", 0.0
-    )  # what comes is written at once
+    # what comes is written at once
+    monkeypatch.setattr("crane_sim.recording.rerun.recorder.BLOCK_SECONDS", 0.0)
     path = tmp_path / "run.rrd"
     dead = Recorder(SCENE, path, run_id="one")
     feed(dead, 30)

@@ -57,9 +57,8 @@ def test_every_step_is_there_exactly(run: Run) -> None:
         curves = read_curves(run.path, entity)
         assert np.array_equal(curves.step, np.arange(1, STEPS + 1))
         assert np.array_equal(curves.values, values)
-        assert curves.time == pytest.approx(
-            SCENE.period * np.arange(STEPS), abs=1e-12
-        )  # the rounding of ns to s
+        # the rounding of ns to s
+        assert curves.time == pytest.approx(SCENE.period * np.arange(STEPS), abs=1e-12)
 
 
 def test_derived_quantities_are_there(run: Run) -> None:

@@ -24,9 +24,8 @@ def test_a_disk_that_was_full_before_a_reset_is_counted_in_its_own_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The file has no step after the reset: all are lost, counted apart from those before it."""
-    monkeypatch.setattr(
-        "crane_sim.recording.rerun.recorder.BLOCK_SECONDS", 0.0
-    )  # what comes is written at once
+    # what comes is written at once
+    monkeypatch.setattr("crane_sim.recording.rerun.recorder.BLOCK_SECONDS", 0.0)
     recorder = Recorder(SCENE, tmp_path / "run.rrd")
     feed(recorder, 30)
     assert recorder.recorded >= 29  # the command of the last step may still be waited for
@@ -89,9 +88,8 @@ def test_parts_that_cannot_be_joined_at_a_reset_make_room(
         SCENE, tmp_path / "run.part2.rrd", run_id="one", complete_file=path, previous=previous
     )
     feed(successor, 30, after=20)
-    monkeypatch.setattr(
-        repair, "join_recordings", lambda *_: False
-    )  # as a disk that is nearly full has it
+    # as a disk that is nearly full has it
+    monkeypatch.setattr(repair, "join_recordings", lambda *_: False)
     feed(successor, 10)
     added = successor.finish({"steps": 10})
     assert added == {"recording": str(path), "recorded_steps": 10, "lost_steps": 0}
@@ -99,6 +97,5 @@ def test_parts_that_cannot_be_joined_at_a_reset_make_room(
     assert {file.name for file in tmp_path.iterdir()} == names
     for name, steps in (("run.before_reset_1.part2.rrd", range(21, 31)), ("run.rrd", range(1, 11))):
         assert np.array_equal(read_curves(tmp_path / name, "plots/q").step, list(steps))
-    assert (
-        before_reset(path, 1).name == "run.before_reset_2.rrd"
-    )  # a part of the first has that name
+    # a part of the first has that name
+    assert before_reset(path, 1).name == "run.before_reset_2.rrd"

@@ -209,9 +209,8 @@ def test_a_viewer_reaches_no_other_machine(
         given = dict(line.split("=", 1) for line in made.read_text().splitlines() if "=" in line)
         assert Path(given["TMPDIR"]).is_dir()
     assert not Path(given["TMPDIR"]).exists()
-    assert (
-        given["ALL_PROXY"] == given["all_proxy"] == "http://127.0.0.1:9"
-    )  # before those of a single scheme
+    # before those of a single scheme
+    assert given["ALL_PROXY"] == given["all_proxy"] == "http://127.0.0.1:9"
     assert given["NO_PROXY"] == given["no_proxy"] == "127.0.0.1"
 
 

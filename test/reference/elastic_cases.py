@@ -10,14 +10,10 @@ from rigid import Real, Vector
 from solution import LOOSE, TIGHT, Case, listed
 from starts import hang, instants
 
-WATCHFUL = (
-    TIGHT._replace(longest=5e-4),
-    LOOSE._replace(longest=3e-4),
-)  # links may be slack for less than 1 ms
-STEEL = (
-    Setting(9, 1e-12),
-    Setting(7, 1e-11),
-)  # the rounding of forces k e, e a difference of metres, bounds velocities
+# links may be slack for less than 1 ms
+WATCHFUL = TIGHT._replace(longest=5e-4), LOOSE._replace(longest=3e-4)
+# the rounding of forces k e, e a difference of metres, bounds velocities
+STEEL = Setting(9, 1e-12), Setting(7, 1e-11)
 
 
 def stretched(spec: dict[str, Any], angle: float, pulls: list[float]) -> Vector:

@@ -54,10 +54,8 @@ class Arm:
         self.u = np.cos(q[place]) * radial + np.sin(q[place]) * UP
         self.turns = np.zeros((3, 3), Real)  # angular velocity by the rates of alpha, beta, gamma
         self.turns[:, 0], self.turns[:, place] = UP, -self.side
-        self.omega, self.change = (
-            self.turns @ v[:3],
-            v[0] * v[place] * radial,
-        )  # and its rate at constant joint rates
+        # and its rate at constant joint rates
+        self.omega, self.change = self.turns @ v[:3], v[0] * v[place] * radial
 
     def reach(self, length: Real) -> tuple[Vector, Vector, Vector]:
         """Return the vector of this length along the rod, its Jacobian (3, 3), its acceleration.
@@ -152,9 +150,8 @@ def main() -> None:
         found = json.loads(TARGET.read_text())[NAME]
         others = knuckle_lagrange.course(SPEC, times)
         apart = float(np.max(np.abs(others - np.array(found["node_positions_xyz"]))))
-        trusted = max(
-            found["trusted_abs_error_m"], apart
-        )  # the second derivation has more digits than what is stored
+        # the second derivation has more digits than what is stored
+        trusted = max(found["trusted_abs_error_m"], apart)
         found |= {"agreement_second_m": apart, "trusted_abs_error_m": trusted}
     else:
         (nodes, tensions), (others, _) = (

@@ -94,9 +94,8 @@ def equations(spec: dict[str, Any]) -> Slope:
     for p, q in zip(momenta, JOINTS, strict=True):
         terms.append(sp.diff(kinetic - potential, q))
         terms[-1] -= sum(sp.diff(p, other) * v for other, v in zip(JOINTS, RATES, strict=True))
-    terms = [
-        sp.sympify(term).subs(JOINTS[0], 0) for term in terms
-    ]  # no direction is special: shorter, and exact
+    # no direction is special: shorter, and exact
+    terms = [sp.sympify(term).subs(JOINTS[0], 0) for term in terms]
     evaluate = sp.lambdify([*JOINTS, *RATES, *flat(SYMBOLS)], terms, "mpmath", cse=True)
     numbers = [mp.mpf(x) for x in flat(spec)]
 

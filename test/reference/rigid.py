@@ -50,12 +50,10 @@ class Rigid:
     lengths: list[float]
     gravity: float = 9.81
     drive: Callable[[Real], Vector] = silent  # force on the trolley along x and y
-    profile: Callable[[Real], tuple[Real, Real, Real]] | None = (
-        None  # length of link 1 and its two derivatives
-    )
-    winch_inertia: float | None = (
-        None  # kg, a winch driven by `winch_force`; 0: the tension is minus that force
-    )
+    profile: Callable[[Real], tuple[Real, Real, Real]] | None = None  # length of link 1 and its two
+    # derivatives
+    winch_inertia: float | None = None  # kg, a winch driven by `winch_force`; 0: the tension is
+    # minus that force
     winch_force: Callable[[Real], Real] = field(default=lambda t: Real(0))  # lengthening positive
     rotational_inertias: list[float] | None = None  # J_k, kg m^2
     stiffness: list[float] | None = None  # of joint k, at the upper end of link k, N m / rad

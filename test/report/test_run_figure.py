@@ -55,9 +55,8 @@ def test_figures_are_files_of_their_kind(
     run: RecordedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """PNG, PDF and SVG begin as such files do; another kind is refused."""
-    monkeypatch.setattr(
-        "crane_sim.report.figure.panels_of", lambda run: panels_of(run)[:1]
-    )  # seconds of drawing less
+    # seconds of drawing less
+    monkeypatch.setattr("crane_sim.report.figure.panels_of", lambda run: panels_of(run)[:1])
     for kind, head in (("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?xml")):
         save_run_figure(run, tmp_path / f"run.{kind}")
         assert Path(tmp_path, f"run.{kind}").read_bytes().startswith(head)

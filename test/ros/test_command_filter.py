@@ -179,9 +179,8 @@ def test_a_damaged_command_is_accepted_or_refused(
             validate(validator, frame.stamp, frame.names, list(frame.effort)) if frame else None
         )
         assert efforts is None or all(map(math.isfinite, efforts))
-    assert (
-        validator.received == 2 and validator.refused.total() >= 1
-    )  # the second is cut off, or the first one again
+    # the second is cut off, or the first one again
+    assert validator.received == 2 and validator.refused.total() >= 1
 
 
 def test_inertia_and_gravity_of_the_scene_bound_efforts() -> None:

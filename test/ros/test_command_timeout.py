@@ -230,9 +230,8 @@ def test_the_first_step_after_a_reset_waits_for_its_command(
     bench.events = [(0.2095, reset)]
     realtime.run()
     assert ZERO not in bench.efforts
-    assert bench.times[20] == pytest.approx(
-        0.2095 + PERIOD, abs=5e-4
-    )  # s; the reset comes with the end of a spin
+    # s; the reset comes with the end of a spin
+    assert bench.times[20] == pytest.approx(0.2095 + PERIOD, abs=5e-4)
 
 
 def test_commands_hold_in_slow_motion(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -280,8 +279,7 @@ def test_single_steps_do_not_wait_after_the_timeout(monkeypatch: pytest.MonkeyPa
     for _ in range(300):
         realtime.step_once()
     held = bench.efforts.count(bench.answer(1))
-    assert (
-        abs(held - TIMEOUT / PERIOD) <= 2
-    )  # the controller answers the last state before its death
+    # the controller answers the last state before its death
+    assert abs(held - TIMEOUT / PERIOD) <= 2
     assert bench.efforts[-1] == ZERO
     assert bench.now - 100.0 == pytest.approx(TIMEOUT, abs=2 * PERIOD)

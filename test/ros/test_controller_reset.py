@@ -33,9 +33,8 @@ def test_a_reset_drops_the_setpoint_of_the_previous_run() -> None:
         node.callback(make_setpoint_message(0, x))
         assert setpoints.apply_to(outer, make_state(0)) and outer.demand[0] == x
     node.callback(make_setpoint_message(10, 4.0))
-    node.callback(
-        make_setpoint_message(0, 5.0)
-    )  # the outer loop received the state after the reset first
+    # the outer loop received the state after the reset first
+    node.callback(make_setpoint_message(0, 5.0))
     setpoints.reset()
     assert setpoints.apply_to(outer, make_state(0)) and outer.demand[0] == 5.0
     assert setpoints.metrics()["late"] == 0

@@ -71,12 +71,10 @@ def test_base_and_frames_are_there_before_the_run_and_in_it(
     for stamp in common:
         payload, base = listener.poses[stamp].pose, listener.odometry[stamp].pose.pose
         for pose, frame in ((payload, "a/payload_link"), (base, "a/base_link")):
-            assert listener.pose(stamp, frame)[0] == pytest.approx(
-                vector(pose.position), abs=1e-12
-            )  # rounding
+            # rounding
+            assert listener.pose(stamp, frame)[0] == pytest.approx(vector(pose.position), abs=1e-12)
         turn = Rotation.from_quat(
             [base.orientation.x, base.orientation.y, base.orientation.z, base.orientation.w]
         )
-        assert (
-            listener.pose(stamp, "a/base_link")[1].inv() * turn
-        ).magnitude() < 1e-12  # rad, rounding
+        # rad, rounding
+        assert (listener.pose(stamp, "a/base_link")[1].inv() * turn).magnitude() < 1e-12

@@ -53,9 +53,8 @@ def test_waiting_is_reported_after_the_timeout(
     lockstep.run()
     assert waits[0][0] - began >= TIMEOUT
     assert waits[0][1].startswith("no valid command for state 1 within 0.3 s")
-    assert topics.states in (
-        (6, 7) if contested else (3, 4)
-    )  # 0.3 s at one in 0.05 s or 0.1 s, with the first
+    # 0.3 s at one in 0.05 s or 0.1 s, with the first
+    assert topics.states in ((6, 7) if contested else (3, 4))
 
 
 def test_a_repeated_state_comes_with_a_later_time(

@@ -20,9 +20,8 @@ def test_an_expression_matches_as_posix_says(expression: str, name: str, expecte
 
 
 NESTED = "(" * 40 + "a" + "+)" * 40
-SLOW = (
-    "(((" + "|" * 40 + ")+)+)+"
-)  # takes glibc a second, three times as many alternatives half a minute
+# takes glibc a second, three times as many alternatives half a minute
+SLOW = "(((" + "|" * 40 + ")+)+)+"
 LONG = "(" * 8 + "[a-z]*" * 26 + "+)" * 8  # takes glibc ten seconds
 
 

@@ -150,9 +150,8 @@ def test_a_dead_subscriber_is_waited_for_until_its_lease_ends(
     monkeypatch.setattr(messages, "LIVELINESS_LEASE", 2.0)
     began = time.monotonic()
     topics.flush()
-    assert (
-        2.0 <= time.monotonic() - began < 2.5
-    )  # s, and a slice of the wait; 4 s on one topic after the other
+    # s, and a slice of the wait; 4 s on one topic after the other
+    assert 2.0 <= time.monotonic() - began < 2.5
 
 
 @pytest.mark.parametrize(("period", "waits"), [(1e-4, 0), (0.0, 1)])

@@ -125,9 +125,8 @@ def test_reset_to_a_state(paused: Remote) -> None:
     first, elsewhere = client.positions[-1], [0.3, 0.4, 0.1, 3.0, 0.0, 0.0]
     assert client.set(reset_positions=elsewhere) == ""
     assert client.reset() == "ok"
-    wait_until(
-        lambda: client.positions[-1] == pytest.approx(elsewhere, abs=1e-12)
-    )  # converted to and fro
+    # converted to and fro
+    wait_until(lambda: client.positions[-1] == pytest.approx(elsewhere, abs=1e-12))
     assert client.set(reset_positions=[1.0]) == ""
     assert client.reset() != "ok"
     assert client.set(reset_positions=[]) == ""
@@ -162,9 +161,8 @@ def test_the_clock_is_published_before_the_run(
             wait_until(lambda: len(ticks) >= 5)
     steps = [later - sooner for sooner, later in zip(ticks, ticks[1:], strict=False)]
     assert ticks == sorted(ticks) and all(step > 0 for step in steps)
-    assert (ticks[-1] - ticks[0]) / len(steps) == pytest.approx(
-        10 * PERIOD, rel=0.5
-    )  # the executor may come late
+    # the executor may come late
+    assert (ticks[-1] - ticks[0]) / len(steps) == pytest.approx(10 * PERIOD, rel=0.5)
 
 
 @pytest.mark.long

@@ -16,9 +16,8 @@ from crane_sim.ros.common.ros2_control import (
     urdf_with_ros2_control,
 )
 
-FORMS = {
-    read(name)["crane"]: name for name in sorted(scene_files(), reverse=True)
-}  # a scene of each
+# a scene of each
+FORMS = {read(name)["crane"]: name for name in sorted(scene_files(), reverse=True)}
 
 
 @pytest.mark.parametrize("name", FORMS.values())

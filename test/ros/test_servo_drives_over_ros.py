@@ -59,9 +59,8 @@ def test_speeds_come_by_the_array_topic(crane: Remote) -> None:
         send(wrong)
     assert crane.set(step_count=30) == "" and crane.step() == "ok"
     wait_until(lambda: len(crane.states) > 30, "the states")
-    assert crane.velocities[-1][:4] == pytest.approx(
-        SPEEDS, abs=1e-9
-    )  # exact drives; 0.2 s of ramp at most
+    # exact drives; 0.2 s of ramp at most
+    assert crane.velocities[-1][:4] == pytest.approx(SPEEDS, abs=1e-9)
     assert crane.positions[0][0] == BIAS
     dark = crane.request(SetBool, "plant/faults/dark", SetBool.Request(data=True))
     assert dark.success and crane.set(step_count=2) == "" and crane.step() == "ok"

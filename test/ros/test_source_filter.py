@@ -76,9 +76,8 @@ def test_another_node_of_the_same_name_is_refused(graph: Graph) -> None:
     graph.publishers[B] = "plant"
     assert not sources.accepts(B) and sources.accepts(A)
     del graph.publishers[A]
-    assert sources.accepts(A) and sources.accepts(
-        B
-    )  # what the first one has sent before is its own
+    # what the first one has sent before is its own
+    assert sources.accepts(A) and sources.accepts(B)
     assert not sources.accepts(C)
 
 

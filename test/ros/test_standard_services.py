@@ -200,9 +200,8 @@ def test_entities_are_the_parts_of_the_crane(simulator: Simulator) -> None:
     slower = velocity_of_payload(plant)
     plant.advance()
     position, velocity = payload.pose.position, payload.twist.linear
-    assert [position.x, position.y, position.z] == pytest.approx(
-        plant.payload, abs=1e-12
-    )  # rounding
+    # rounding
+    assert [position.x, position.y, position.z] == pytest.approx(plant.payload, abs=1e-12)
     motion = Entities(plant, "").motions()["payload_link"]  # checked in test_frame_motion.py
     assert [velocity.x, velocity.y, velocity.z] == motion.velocity.tolist() and max(
         motion.velocity
@@ -210,9 +209,8 @@ def test_entities_are_the_parts_of_the_crane(simulator: Simulator) -> None:
     last, mean = (velocity_of_payload(plant) - slower) / SCENE.period, payload.acceleration.linear
     faster = velocity_of_payload(plant)
     plant.advance()
-    change = np.abs(
-        (velocity_of_payload(plant) - faster) / SCENE.period - last
-    ).max()  # in a period
+    # in a period
+    change = np.abs((velocity_of_payload(plant) - faster) / SCENE.period - last).max()
     assert [mean.x, mean.y, mean.z] == pytest.approx(last, abs=change) and change < 0.2 * max(
         map(abs, last)
     )
@@ -303,14 +301,12 @@ def test_the_action_takes_steps_and_can_be_cancelled(simulator: Simulator) -> No
     before = simulator.step_until_heard()
     *answer, completed = simulator.simulate(5)
     assert answer == [GoalStatus.STATUS_SUCCEEDED, Code.OK]
-    assert (
-        completed == [1, 2, 3, 4, 5][: len(completed)]
-    )  # rclpy drops feedback that it takes with the result
+    # rclpy drops feedback that it takes with the result
+    assert completed == [1, 2, 3, 4, 5][: len(completed)]
     simulator.wait_for_step(before + 5)
     status, _, completed = simulator.simulate(10_000_000, cancel_after=3)
-    assert status == GoalStatus.STATUS_CANCELED and completed == sorted(
-        set(completed)
-    )  # a slow client may miss some
+    # a slow client may miss some
+    assert status == GoalStatus.STATUS_CANCELED and completed == sorted(set(completed))
     assert simulator.state == PAUSED and simulator.steps < 10_000_000
 
 

@@ -31,9 +31,8 @@ pytestmark = [
 NS_PER_S = 10**9
 START, TIME, END = 1.0, 3.0, 0.6  # s by the stamp, s from there, m
 STOP = 2.0  # s
-RECORDER = (
-    "expected_recorders:=1"  # the client, which a paused run would not send its first state again
-)
+# the client, which a paused run would not send its first state again
+RECORDER = "expected_recorders:=1"
 
 
 class Answer(NamedTuple):
@@ -195,9 +194,8 @@ def test_a_cancelled_goal_stops_the_joints(client: Client) -> None:
     client.advance(STOP + 0.5)
     after, rest = client.motion()
     assert speed > 0.3 and abs(rest) < 0.1 * speed  # the payload still swings, and pulls
-    assert after - before == pytest.approx(
-        0.5 * speed * STOP, abs=0.1 * speed
-    )  # the drive lags by some 0.1 s
+    # the drive lags by some 0.1 s
+    assert after - before == pytest.approx(0.5 * speed * STOP, abs=0.1 * speed)
 
 
 @pytest.mark.long
@@ -221,9 +219,8 @@ def test_the_reference_is_where_the_path_ends(
     )
 
     def comes_again() -> bool:
-        client.advance(
-            1.0
-        )  # s, after which it is published again: the subscription may not have been matched before
+        # s, after which it is published again: the subscription may not have been matched before
+        client.advance(1.0)
         return ends.count(0.1) >= 2
 
     with running(scene, tmp_path, monkeypatch, "paused:=true") as client:

@@ -231,9 +231,8 @@ def test_a_payload_on_its_path_is_measured_from_the_joints(name: str) -> None:
     )
     assert at(n)[0] == pytest.approx(aboard[: len(names)], abs=1e-12)  # rounding
     rate = (at(n + 1)[0] - at(n - 1)[0]) / (run.t[n + 1] - run.t[n - 1])
-    assert at(n)[1] == pytest.approx(
-        rate, abs=1e-3
-    )  # third derivatives of some m/s³, times the period squared
+    # third derivatives of some m/s³, times the period squared
+    assert at(n)[1] == pytest.approx(rate, abs=1e-3)
 
 
 def has_base(scene: Scene) -> bool:
@@ -258,9 +257,8 @@ def test_stopping_is_smooth_and_ends_at_rest() -> None:
     for order in range(3):
         assert at(now, 1.5, order) == pytest.approx(at(before, 1.5, order), abs=1e-12)  # rounding
     for order in (1, 2):
-        assert at(now, 2.3 - 1e-12, order) == pytest.approx(
-            0.0, abs=1e-9
-        )  # a moment before the end
+        # a moment before the end
+        assert at(now, 2.3 - 1e-12, order) == pytest.approx(0.0, abs=1e-9)
     v, a = at(before, 1.5, 1), at(before, 1.5, 2)
     expected = at(before, 1.5, 0) + v * 0.8 / 2.0 + a * 0.8**2 / 12.0  # the integral of the cubic
     assert at(now, 9.0, 0) == pytest.approx(expected, abs=1e-12)

@@ -128,9 +128,8 @@ def test_a_joystick_commands_exactly_and_stops(
         wait_mode(desk, Mode.OPEN)
         stick.move(REST, DEAD_MAN)
         wait_mode(desk, Mode.MOVING)
-        assert (
-            all(map(np.isnan, stick.held.values())) and desk.panel()["braked"]
-        )  # a load that swings moves nothing
+        # a load that swings moves nothing
+        assert all(map(np.isnan, stick.held.values())) and desk.panel()["braked"]
         start_moving(desk, stick, expected)
         os.kill(nodes["operator"], signal.SIGSTOP)
         wait_for(
@@ -190,9 +189,8 @@ def test_a_killed_operator_node_stops_the_crane(
         )
 
     with graph(tmp_path, monkeypatch) as (domain, _), Joystick(domain, "overhead") as stick:
-        operator = ScriptedOperator(
-            script, device_timeout=60.0
-        )  # s: a joystick that is held up is not lost
+        # s: a joystick that is held up is not lost
+        operator = ScriptedOperator(script, device_timeout=60.0)
         summary = run(scene, operator, domain, on_activated=nodes.__setitem__)
         operator.check()
     assert (

@@ -87,10 +87,8 @@ def test_a_hostile_controller(
     domain_id: int, ros_environment: dict[str, str], tmp_path: Path
 ) -> None:
     """Over DDS, too, all invalid commands are counted, and change no bit and no recording."""
-    scene, each = (
-        load_scene("knuckle_setpoint", {"duration": 4.0}),
-        8,
-    )  # with the valid one 9: a queue holds 10
+    # with the valid one 9: a queue holds 10
+    scene, each = load_scene("knuckle_setpoint", {"duration": 4.0}), 8
     summary, sent = run_over_dds(scene, domain_id, ros_environment, each, tmp_path)
     assert "error" not in summary
     assert summary["recorded_steps"] == scene.steps and summary["lost_steps"] == 0
@@ -116,11 +114,8 @@ def run_with_flood(
     file = folder / "scene.yaml"
     scene.dump(file)
     common = (f"scene:={file}", f"mode:={mode}")
-    matched = (
-        "paused:=true",
-        "expected_controllers:=2",
-        "expected_recorders:=1",
-    )  # flood and client, too
+    # flood and client, too
+    matched = ("paused:=true", "expected_controllers:=2", "expected_recorders:=1")
     # On a busy machine controller and flood may both stall for longer than the usual lease of 0.3
     # s.
     long_lease = (
@@ -158,9 +153,8 @@ def test_a_flood_from_another_publisher(
     """
     scene = load_scene("knuckle_setpoint", {"duration": 4.0})
     summary, sent = run_with_flood(scene, mode, tmp_path, monkeypatch)
-    print(
-        f"{sent['sent']} commands at {sent['rate']:.0f} Hz"
-    )  # fewer where the machine is busy; shown by -rP
+    # fewer where the machine is busy; shown by -rP
+    print(f"{sent['sent']} commands at {sent['rate']:.0f} Hz")
     commands = summary["commands"]
     refused = commands["rejected"] + commands["late"] + commands["duplicate"]
     assert "error" not in summary
@@ -181,9 +175,8 @@ def test_a_recording_beside_a_flood(
 
     On a busy machine messages may be lost in a flood at 20 kHz: then the run says so.
     """
-    monkeypatch.setattr(
-        supervisor, "_ANSWER_TIMEOUT", LIMIT
-    )  # s: our controller's answers may be held up for long
+    # s: our controller's answers may be held up for long
+    monkeypatch.setattr(supervisor, "_ANSWER_TIMEOUT", LIMIT)
     scene, lines = load_scene("knuckle_setpoint", {"duration": 4.0}), list[str]()
     with started_program([sys.executable, PROGRAMS / "hostile_flood.py"], env=ros_environment):
         path = tmp_path / "run.rrd"

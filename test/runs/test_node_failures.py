@@ -21,9 +21,8 @@ from crane_sim.simulation.plant import SLOW
 from crane_sim.simulation.rollout import simulate
 
 SCENE = load_scene("knuckle_setpoint", {"duration": 60.0})
-ENDLESS = load_scene(
-    "knuckle_setpoint", {"duration": 1e5}
-)  # a killer that is held up comes before its end, too
+# a killer that is held up comes before its end, too
+ENDLESS = load_scene("knuckle_setpoint", {"duration": 1e5})
 
 
 class NodeKiller:

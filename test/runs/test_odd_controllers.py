@@ -52,9 +52,8 @@ def test_commands_with_stamps_of_the_wall_clock_are_named(
             domain_id=domain_id,
             on_news=lines.append,
         )
-    assert (
-        summary["steps"] == scene.steps and summary["real_time_factor"] < 1.01
-    )  # a late end only lowers it
+    # a late end only lowers it
+    assert summary["steps"] == scene.steps and summary["real_time_factor"] < 1.01
     assert (
         summary["commands"]["rejected"]
         == summary["commands"]["received"]

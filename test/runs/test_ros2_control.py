@@ -112,9 +112,8 @@ def test_a_publisher_that_reads_no_states_begins_a_run(
 ) -> None:
     """A run in real time begins with commands of a node that does not subscribe to states."""
     program = PROGRAM.with_name("blind_publisher.py")
-    scene = load_scene(
-        "knuckle_setpoint", {"duration": 3.0}
-    )  # s of wall time, in which a command comes
+    # s of wall time, in which a command comes
+    scene = load_scene("knuckle_setpoint", {"duration": 3.0})
     with started_program([sys.executable, program], env=ros_environment):
         summary = orchestration.run(
             scene, controller=False, record=None, domain_id=domain_id, **BLIND

@@ -34,9 +34,8 @@ orchestration.run(scene, record=None, on_progress=lambda step, steps: print(step
 @contextmanager
 def started_run(folder: Path) -> Iterator[tuple[subprocess.Popen[str], dict[str, int]]]:
     """Yield a process that is in the middle of an endless run, and its children."""
-    env = os.environ | {
-        "TMPDIR": str(folder)
-    }  # a killed supervisor cannot remove its temporary files
+    # a killed supervisor cannot remove its temporary files
+    env = os.environ | {"TMPDIR": str(folder)}
     with started_program(
         [sys.executable, "-c", SUPERVISOR], stdout=subprocess.PIPE, env=env
     ) as process:

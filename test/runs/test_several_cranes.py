@@ -126,9 +126,8 @@ def run_beside(
 def check_frames(side: str, listener: FrameListener) -> None:
     """Check that all frames are in one tree, and that a crane's payload is where its frame is."""
     assert not listener.contested
-    assert {name.partition("/")[0] for name in list(listener.fixed)} == set(
-        SIDES
-    )  # late messages may still come
+    # late messages may still come
+    assert {name.partition("/")[0] for name in list(listener.fixed)} == set(SIDES)
     own = [
         stamp for stamp, frames in list(listener.moving.items()) if f"{side}/payload_link" in frames
     ]
@@ -136,9 +135,8 @@ def check_frames(side: str, listener: FrameListener) -> None:
     assert common  # some of 50: poses are best effort, and a busy machine drops most
     for stamp in common:
         position = vector(listener.poses[stamp].pose.position)
-        assert listener.pose(stamp, f"{side}/payload_link")[0] == pytest.approx(
-            position, abs=1e-12
-        )  # rounding
+        # rounding
+        assert listener.pose(stamp, f"{side}/payload_link")[0] == pytest.approx(position, abs=1e-12)
 
 
 @pytest.mark.long

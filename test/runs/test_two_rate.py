@@ -75,9 +75,8 @@ def test_lockstep_waits_for_the_tracker(whole: tuple[Plant, list[int]], domain_i
     assert summary["state_sha256"] == whole[0].summary()["state_sha256"]
     assert summary["demands"]["received"] in (15, 16)  # the servo may exit before the last one
     assert summary["demands"]["late"] == 0
-    assert summary["demands"]["longest_hold"] == pytest.approx(
-        8 * PERIOD
-    )  # 33 ms are 8 steps and a third
+    # 33 ms are 8 steps and a third
+    assert summary["demands"]["longest_hold"] == pytest.approx(8 * PERIOD)
     assert 0.0 < summary["law_us"]["p50"] <= summary["law_us"]["max"]
     assert 0.0 < summary["tracker_us"]["p50"] <= summary["tracker_us"]["max"]
 
@@ -89,9 +88,8 @@ def test_realtime_does_not_wait_for_the_tracker(domain_id: int) -> None:
     summary = orchestration.run(scene, mode="realtime", record=None, domain_id=domain_id)
     assert "error" not in summary
     assert summary["steps"] == 500 and summary["demands"]["received"] > 0
-    assert (
-        summary["tracking_peak"] < 0.5
-    )  # m; 1.35, the distance to the origin, if zeros held until the first setpoint
+    # m; 1.35, the distance to the origin, if zeros held until the first setpoint
+    assert summary["tracking_peak"] < 0.5
 
 
 def test_lockstep_waits_for_the_setpoint_of_the_state() -> None:
@@ -113,12 +111,10 @@ def test_lockstep_waits_for_the_setpoint_of_the_state() -> None:
         and setpoints.apply_to(outer, make_state(10))
         and outer.demand[0] == 2.0
     )
-    node.callback(
-        make_setpoint_message(10, 2.0)
-    )  # the answer to a state that lockstep has sent again counts once
-    assert not setpoints.apply_to(
-        outer, make_state(0)
-    )  # the plant was reset: the setpoint is of the previous run
+    # the answer to a state that lockstep has sent again counts once
+    node.callback(make_setpoint_message(10, 2.0))
+    # the plant was reset: the setpoint is of the previous run
+    assert not setpoints.apply_to(outer, make_state(0))
     assert setpoints.metrics() == {"received": 2, "late": 0, "longest_hold": 0.036}
 
 
@@ -175,9 +171,8 @@ def test_diagnostics_have_the_execution_time(monkeypatch: pytest.MonkeyPatch) ->
 
     assert execution_time.evaluate(slow, make_state(5), 2) == (5 * PERIOD, 2.0)
     assert execution_time.is_due()
-    monkeypatch.setattr(
-        states, "_DIAGNOSTICS_PERIOD", 60.0
-    )  # s, in which a busy machine comes to the next line
+    # s, in which a busy machine comes to the next line
+    monkeypatch.setattr(states, "_DIAGNOSTICS_PERIOD", 60.0)
     execution_time.publish("no setpoint", {"received": 3})
     assert not execution_time.is_due()
     status = published[0].status[0]

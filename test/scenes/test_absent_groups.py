@@ -18,10 +18,8 @@ from crane_sim.scenes.scene import Scene, load_scene
 from crane_sim.simulation.plant import Plant
 from crane_sim.stepping.periods import begin
 
-RUN = {
-    "knuckle": "knuckle_setpoint",
-    "overhead": "overhead_swing",
-}  # scenes that are run, one of each kind of crane
+# scenes that are run, one of each kind of crane
+RUN = {"knuckle": "knuckle_setpoint", "overhead": "overhead_swing"}
 
 
 class OptionalGroup(NamedTuple):
@@ -301,9 +299,8 @@ def test_a_group_that_is_there_shows(crane: str) -> None:
     """The comparison sees groups: each in the catalogue makes a difference in one scene."""
     used, effective = set(), set()
     for document in catalogue(crane):
-        whole = (
-            None  # made once, and only for a scene with a group that no scene before it has shown
-        )
+        # made once, and only for a scene with a group that no scene before it has shown
+        whole = None
         for optional in optional_groups(ALL_SCHEMAS[crane], document):
             kind, bare = (optional.schema.__name__, optional.key), written_as(document, optional)
             if bare != document and kind not in effective:

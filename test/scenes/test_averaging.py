@@ -62,10 +62,8 @@ def test_a_base_rests_at_the_mean_of_its_motion(tmp_path: Path) -> None:
         comments="",
     )
     still = {"amplitude": 0.3, "frequency": 0.0, "phase": pi / 2}
-    record, mean = (
-        {"file": str(tmp_path / "roll.csv")},
-        0.1 + 0.002 * 100.0 / 3.0,
-    )  # of t² over 10 s
+    # of t² over 10 s
+    record, mean = {"file": str(tmp_path / "roll.csv")}, 0.1 + 0.002 * 100.0 / 3.0
     moving = {
         "heave": SWING | {"amplitude": 2.0},
         "roll": [SWING | {"amplitude": 0.1, "offset": 0.2}, still],
@@ -162,12 +160,10 @@ def test_lqr_holds_the_target_on_a_surging_base() -> None:
         simulate(load_scene("knuckle_lqr", moving | {"control.nominal": nominal}), duration=30.0)
         for nominal in ({}, {"base_motion": None})
     )
-    assert (
-        max(map(abs, own.summary["final_error"].values())) < 0.1
-    )  # swung by the base; 0.35 about t = 0
-    assert np.allclose(
-        own.q, ignoring.q, rtol=0, atol=1e-5
-    )  # two laws that differ by 1e-6 of their gains, see above
+    # swung by the base; 0.35 about t = 0
+    assert max(map(abs, own.summary["final_error"].values())) < 0.1
+    # two laws that differ by 1e-6 of their gains, see above
+    assert np.allclose(own.q, ignoring.q, rtol=0, atol=1e-5)
 
 
 def test_default_brakes_do_not_depend_on_the_instant() -> None:
@@ -177,6 +173,5 @@ def test_default_brakes_do_not_depend_on_the_instant() -> None:
         for changes in ({}, {"base_motion": PITCHED["base_motion"]})
     )
     for one, other in zip(still, pitching, strict=True):
-        assert np.allclose(
-            one, other, rtol=1e-9
-        )  # of two models of one crane: rounding, over a small velocity
+        # of two models of one crane: rounding, over a small velocity
+        assert np.allclose(one, other, rtol=1e-9)

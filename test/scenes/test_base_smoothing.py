@@ -97,9 +97,8 @@ def test_noise_is_named_and_a_cut_off_takes_it_away(tmp_path: Path) -> None:
     assert scene.notes["peak_base_acceleration"] == pytest.approx(0.5 * 0.6**2, abs=5e-3)
     assert scene.notes["peak_base_angular_acceleration"] == pytest.approx(0.02 * 0.5**2, abs=5e-3)
     assert "warnings" not in scene.notes
-    assert not scene.model.base.coefficients[
-        [1, 3, 5]
-    ].any()  # axes that the file does not name stay at rest
+    # axes that the file does not name stay at rest
+    assert not scene.model.base.coefficients[[1, 3, 5]].any()
 
 
 def test_the_largest_acceleration_is_the_motions_own(tmp_path: Path) -> None:

@@ -73,9 +73,8 @@ def test_overhead_and_bridge_are_one_crane(case: str) -> None:
     """The same trolley and bridge carry the same load along the same path, whatever drives them."""
     overhead, bridge = (simulate(kind, AXES[case]) for kind in ("overhead", "bridge"))
     assert overhead.scene.actuated == bridge.scene.actuated
-    np.testing.assert_allclose(
-        bridge.payload, overhead.payload, rtol=0.0, atol=1e-12
-    )  # rounding of 100 steps
+    # rounding of 100 steps
+    np.testing.assert_allclose(bridge.payload, overhead.payload, rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(bridge.q[:, :2], overhead.q[:, :2], rtol=0.0, atol=1e-12)
 
 
@@ -222,9 +221,8 @@ def test_drives_with_play_are_those_of_their_own_axis(case: str) -> None:
         common | groups | {"trolley": {"mass": 11.0}, "bridge": {"drive": "fixed"}}
     )
     across = crane_sim.simulate(common | as_bridge(groups) | AXES["fixed trolley"])
-    np.testing.assert_allclose(
-        across.q[:, [1, 2]], straight.q[:, [0, 2]], rtol=0.0, atol=1e-9
-    )  # of the tolerance
+    # of the tolerance
+    np.testing.assert_allclose(across.q[:, [1, 2]], straight.q[:, [0, 2]], rtol=0.0, atol=1e-9)
     assert np.ptp(straight.q[:, 0]) > 0.01 and across.summary["energy_audit_error"] < 1e-8
 
 

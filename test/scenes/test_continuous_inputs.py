@@ -181,9 +181,8 @@ def test_drives_of_other_joints_leave_an_input_continuous(
     That does not depend on the trolley's drives.
     """
     run = simulate(WINCH | {"actuators": actuators})
-    assert run.v[-1, 2] == pytest.approx(
-        (1.0 - cos(10.0)) / 100.0, abs=1e-9
-    )  # held over periods, it is 0.01 off
+    # held over periods, it is 0.01 off
+    assert run.v[-1, 2] == pytest.approx((1.0 - cos(10.0)) / 100.0, abs=1e-9)
     assert run.scene.held == held and not run.scene.sampled
     assert run.summary.get("held_inputs", []) == list(held)
 
@@ -237,9 +236,8 @@ def test_released_brakes_give_continuous_inputs_back() -> None:
         plant.advance()
         if k >= 10:
             fresh.advance()
-    assert plant.q == pytest.approx(
-        fresh.q, abs=1e-9
-    )  # of the steps; held over periods it is 1e-3 off
+    # of the steps; held over periods it is 1e-3 off
+    assert plant.q == pytest.approx(fresh.q, abs=1e-9)
 
 
 def test_delays_and_limits_of_an_input_are_exact() -> None:

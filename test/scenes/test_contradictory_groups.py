@@ -201,9 +201,8 @@ def test_groups_that_contradict_each_other_are_one_line(
     path = tmp_path / "mine.yaml"
     path.write_text(yaml.safe_dump(document))
     monkeypatch.setattr("sys.argv", ["crane", "check", str(path)])
-    monkeypatch.setattr(
-        "crane_sim.process_signals.exit_on_signal", lambda end: None
-    )  # pytest has its own handlers
+    # pytest has its own handlers
+    monkeypatch.setattr("crane_sim.process_signals.exit_on_signal", lambda end: None)
     assert cli.main() == 2
     (line,) = capsys.readouterr().err.strip().splitlines()
     assert culprit in line and other in line.removeprefix(culprit), line

@@ -88,6 +88,5 @@ def test_a_load_is_set_down_and_taken_up(name: str, kind: str) -> None:
     row = np.stack([2.0 * (a * c - w * b), 2.0 * (b * c + w * a), 1.0 - 2.0 * (a * a + b * b)])
     heights = run.q[:, i] + (np.array(CORNERS) + LOAD["attachment"]) @ row
     deepest = float((heights - run.scene.document["contact"]["height"]).min())
-    assert (
-        -1e-9 < deepest < 1e-6 if kind == "rigid" else -0.1 < deepest < -0.005
-    )  # springs give way by m g / 4 k
+    # springs give way by m g / 4 k
+    assert -1e-9 < deepest < 1e-6 if kind == "rigid" else -0.1 < deepest < -0.005

@@ -67,12 +67,10 @@ def test_the_load_begins_at_rest(name: str) -> None:
     q = np.array(scene.initial_q)
     first = scene.joint_names.index("payload_x")
     qdd = acceleration(scene, q, 0.0 * q, np.zeros(len(scene.actuated)))
-    assert (
-        np.abs(qdd[first : first + 7]).max() < 1e-6
-    )  # m/s² or 1/s²: a place is rounded to 1e-10 m
-    assert (
-        np.abs(q[first + 3 : first + 7]).max() < 1.0 or name == "pendulum"
-    )  # it is rotated with the support
+    # m/s² or 1/s²: a place is rounded to 1e-10 m
+    assert np.abs(qdd[first : first + 7]).max() < 1e-6
+    # it is rotated with the support
+    assert np.abs(q[first + 3 : first + 7]).max() < 1.0 or name == "pendulum"
 
 
 @pytest.mark.parametrize("name", CRANES)

@@ -52,9 +52,8 @@ def test_the_urdf_bends_as_the_model_does(name: str, modes: tuple[str, ...]) -> 
     nodes, _ = world_points(scene.model, 0.0, q, np.zeros_like(q))
     document, joints = urdf(scene), dict(zip(scene.joint_names, q, strict=True))
     for k, link in ((-2, "node_1"), (-1, "payload_link")):
-        assert link_position(document, joints, link) == pytest.approx(
-            nodes[k], abs=1e-12
-        )  # rounding of 60 m
+        # rounding of 60 m
+        assert link_position(document, joints, link) == pytest.approx(nodes[k], abs=1e-12)
 
 
 def held(scene: Any) -> Any:
@@ -117,12 +116,10 @@ def test_a_law_can_know_that_the_jib_bends() -> None:
     law: Any = load_bent("tower", {f"control.{key}": value for key, value in weights.items()}).law
     angle = law.target[-1]
     moment = 9.81 * cos(angle) * (10.5e3 * 30.0 + (550.0 + 4450.0) * 40.0)
-    assert 3.3e8 * angle == pytest.approx(
-        -moment, rel=1e-9
-    )  # accelerations at rest are below 1e-9 rad/s²
-    assert law.rows[1].effort == pytest.approx(
-        5000.0 * 9.81 * sin(angle), rel=1e-9
-    )  # on the trolley
+    # accelerations at rest are below 1e-9 rad/s²
+    assert 3.3e8 * angle == pytest.approx(-moment, rel=1e-9)
+    # on the trolley
+    assert law.rows[1].effort == pytest.approx(5000.0 * 9.81 * sin(angle), rel=1e-9)
     assert abs(law.poles).max() < 1.0
 
 

@@ -155,9 +155,8 @@ def test_rest_is_found_on_falls_of_any_stiffness(seed: int) -> None:
     rounding = 1e-9 * falls.axial_stiffness.max() / rest.min()  # N: places are rounded to 1e-10 m
     weight = [0.0, 0.0, load.mass * GRAVITY]
     np.testing.assert_allclose(pulls.sum(axis=0), weight, atol=rounding)
-    np.testing.assert_allclose(
-        np.cross(arms, pulls).sum(axis=0), 0.0, atol=5.0 * rounding
-    )  # m, of the longest levers
+    # m, of the longest levers
+    np.testing.assert_allclose(np.cross(arms, pulls).sum(axis=0), 0.0, atol=5.0 * rounding)
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.3, -1.2])

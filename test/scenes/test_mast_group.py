@@ -40,9 +40,8 @@ def test_the_urdf_sways_as_the_model_does() -> None:
     nodes, tip = world_points(scene.model, 0.0, q, np.zeros_like(q))
     document, joints = urdf(scene), dict(zip(scene.joint_names, q, strict=True))
     for k, link in ((tip, "trolley_link"), (-2, "node_1"), (-1, "payload_link")):
-        assert link_position(document, joints, link) == pytest.approx(
-            nodes[k], abs=1e-12
-        )  # rounding of 60 m
+        # rounding of 60 m
+        assert link_position(document, joints, link) == pytest.approx(nodes[k], abs=1e-12)
 
 
 def held(scene: Any) -> Any:
@@ -71,9 +70,8 @@ def test_laws_and_brakes_take_the_crane_for_rigid() -> None:
     rigid, bent = (load_scene(SCENE, FREE | group) for group in ({"flexibility": None}, {}))
     assert bent.joint_names == (*rigid.joint_names, "mast_x_deflection", "mast_y_deflection")
     for got, expected in zip(joint_mechanics(bent), joint_mechanics(rigid), strict=True):
-        np.testing.assert_allclose(
-            got[:2], expected[:2], rtol=0.05, atol=500.0
-        )  # N, of weights on a slope of 0.01
+        # N, of weights on a slope of 0.01
+        np.testing.assert_allclose(got[:2], expected[:2], rtol=0.05, atol=500.0)
     metrics = metrics_of(bent, np.array([bent.initial_q]))
     assert {"peak_mast_x_deflection_deg", "peak_mast_y_deflection_deg"} <= metrics.keys()
 

@@ -58,14 +58,12 @@ def test_zvd_is_flat_where_zv_is_not() -> None:
     def residue(kind: Any, error: float) -> float:
         weights, delays = impulses(kind, SWING, 0.05)
         w, root = SWING * (1.0 + error), sqrt(1.0 - 0.05**2)
-        turns = np.exp(
-            (0.05 + 1j * root) * w * np.array(delays)
-        )  # each impulse's swing, seen from t = 0
+        # each impulse's swing, seen from t = 0
+        turns = np.exp((0.05 + 1j * root) * w * np.array(delays))
         return abs(np.dot(weights, turns))
 
-    assert residue("zv", 0.002) / residue("zv", 0.001) == pytest.approx(
-        2.0, rel=0.01
-    )  # terms of the next order
+    # terms of the next order
+    assert residue("zv", 0.002) / residue("zv", 0.001) == pytest.approx(2.0, rel=0.01)
     assert residue("zvd", 0.002) / residue("zvd", 0.001) == pytest.approx(4.0, rel=0.01)
     assert residue("zv", 0.0) < ROUNDING and residue("zvd", 0.0) < ROUNDING
 

@@ -62,12 +62,10 @@ def test_the_shafts_of_drives_are_bounded_with_their_damping() -> None:
         drives = [
             Drive(inertia=m, play=1e-3, stiffness=stiffness, damping=damping) for m in (2e3, 1e3)
         ]
-        springs = np.array(
-            [[2.0, -1.0, -1.0], [-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]]
-        )  # of joint and drives
-        inverse = np.diag(
-            [1.0 / 2e3, 1.0 / 2e3, 1.0 / 1e3]
-        )  # the joint as heavy as its heaviest drive
+        # of joint and drives
+        springs = np.array([[2.0, -1.0, -1.0], [-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]])
+        # the joint as heavy as its heaviest drive
+        inverse = np.diag([1.0 / 2e3, 1.0 / 2e3, 1.0 / 1e3])
         a = np.block(
             [
                 [np.zeros((3, 3)), np.eye(3)],

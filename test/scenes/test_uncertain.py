@@ -187,9 +187,8 @@ def test_angles_may_be_text() -> None:
     radians = drawn_values(
         {"initial.angles.0": {"distribution": "uniform", "low": np.pi / 36.0, "high": np.pi / 18.0}}
     )
-    assert degrees["initial.angles.0"] == pytest.approx(
-        radians["initial.angles.0"], rel=1e-15
-    )  # π / 36 rounded
+    # π / 36 rounded
+    assert degrees["initial.angles.0"] == pytest.approx(radians["initial.angles.0"], rel=1e-15)
 
 
 def test_a_list_has_one_factor() -> None:

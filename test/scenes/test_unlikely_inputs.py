@@ -259,9 +259,8 @@ def test_rods_of_singular_inertia_are_rejected(masses: tuple[float, ...]) -> Non
     The matrix is computed here.
     """
     boom, jib = Rod(5.0, masses[0], masses[1]), Rod(4.0, masses[2], masses[3])
-    singular = (
-        min(np.linalg.det(inertia_matrix(boom, jib, angle)) for angle in (0.0, 1.0)) < 1e-9
-    )  # of numbers like 1
+    # of numbers like 1
+    singular = min(np.linalg.det(inertia_matrix(boom, jib, angle)) for angle in (0.0, 1.0)) < 1e-9
     if singular:
         with pytest.raises(crane_sim.SceneError, match="mass = 0"):
             check_rods(boom, jib)

@@ -12,9 +12,8 @@ from crane_sim.simulation.flat_summary import flatten
 
 N = 19  # one whole block of lanes and a part of one
 TIMES = (0.0, 0.0123, 0.1, 0.25)  # at the start, within a step, between two periods, at the end
-FIXED = {
-    "integrator": {"method": "rk4", "step": 0.004}
-}  # does not divide the period: steps are shortened
+# does not divide the period: steps are shortened
+FIXED = {"integrator": {"method": "rk4", "step": 0.004}}
 SPANS = {"integrator": {"method": "rk8", "step": 0.035}}  # three periods each, and one at the end
 MASSES = {"payload.mass": np.linspace(5.0, 20.0, N)}
 

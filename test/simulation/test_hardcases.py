@@ -121,6 +121,5 @@ def test_a_step_that_the_stiffest_motion_cannot_bear_is_rejected() -> None:
             "overhead_chain", {"integrator": {"method": "rk4", "step": 0.99 * safe}}
         )
     )
-    assert (
-        np.all(np.isfinite(run.q)) and run.summary["energy_audit_error"] < 1e-2
-    )  # half of what is stable
+    # half of what is stable
+    assert np.all(np.isfinite(run.q)) and run.summary["energy_audit_error"] < 1e-2

@@ -24,12 +24,10 @@ def test_a_pendulum_below_a_trolley_is_its_closed_form() -> None:
     a[:2, 2:] = np.eye(2)
     a[2, 1], a[3, 1] = load * G / mass, -(1.0 + load / mass) * G / length
     b[2, 0], b[3, 0] = 1.0 / mass, -1.0 / (mass * length)
-    sign = np.diag(
-        [1.0, np.sign(model.a[2, 1]), 1.0, np.sign(model.a[2, 1])]
-    )  # of the swing, either convention
-    np.testing.assert_allclose(
-        sign @ model.a @ sign, a, atol=1e-13
-    )  # derivatives are exact to rounding
+    # of the swing, either convention
+    sign = np.diag([1.0, np.sign(model.a[2, 1]), 1.0, np.sign(model.a[2, 1])])
+    # derivatives are exact to rounding
+    np.testing.assert_allclose(sign @ model.a @ sign, a, atol=1e-13)
     np.testing.assert_allclose(sign @ model.b, b, atol=1e-13)
     assert (
         model.states[0] == "trolley"
@@ -53,9 +51,8 @@ def test_weights_are_held() -> None:
 def test_a_locked_rope_keeps_its_length() -> None:
     """At rest the load hangs down on its rope's length, which no effort or deviation changes."""
     model = crane_sim.linearise("knuckle_tracking")
-    assert (
-        model.q[3] == 1.255 and np.max(np.abs(model.q[4:])) < 1e-9
-    )  # rad, of the last step of Newton's method
+    # rad, of the last step of Newton's method
+    assert model.q[3] == 1.255 and np.max(np.abs(model.q[4:])) < 1e-9
     assert model.a[11, 5] < -G / 1.255  # hangs, and the boom that gives way makes it faster
 
 

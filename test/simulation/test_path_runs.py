@@ -72,9 +72,8 @@ def test_metrics_are_of_the_crane_with_its_payload_as_it_is() -> None:
         for scene in (other, crane_sim.load_scene("knuckle_tracking", own))
     )
     for name in TRACKING_METRICS:
-        assert actual[name] == pytest.approx(
-            expected[name], rel=1e-9
-        )  # of the start: the change is a step of its own
+        # of the start: the change is a step of its own
+        assert actual[name] == pytest.approx(expected[name], rel=1e-9)
 
 
 def test_errors_are_seen_from_the_base() -> None:
@@ -164,9 +163,8 @@ def test_trajectories_from_the_topic() -> None:
     assert isinstance(new, Trajectory)
     actual = evaluate(to_piecewise_polynomial(new), np.array([1.0, 2.0, 3.0, 9.0]))
     start = evaluate(to_piecewise_polynomial(OLD), np.array([1.0]))[0]
-    assert actual == pytest.approx(
-        np.array([start, [3.0, 4.0], [5.0, 6.0], [5.0, 6.0]]), abs=1e-12
-    )  # rounding
+    # rounding
+    assert actual == pytest.approx(np.array([start, [3.0, 4.0], [5.0, 6.0], [5.0, 6.0]]), abs=1e-12)
     assert trajectory_input.apply_to(Follower(new, None), 1.1).inner is new
 
 

@@ -104,9 +104,8 @@ def test_looking_at_a_run_does_not_change_its_metrics() -> None:
             plant.summary()
     actual, expected = plant.summary(), simulate(scene).summary
     assert {key: actual[key] for key in actual} == {key: expected[key] for key in actual}
-    assert (
-        0.0 < actual["energy_audit_error"] <= actual["energy_audit_max"] < 1e-11
-    )  # 1e-9 a step, and some rounding
+    # 1e-9 a step, and some rounding
+    assert 0.0 < actual["energy_audit_error"] <= actual["energy_audit_max"] < 1e-11
 
 
 def test_efforts_are_any_numbers() -> None:
@@ -152,9 +151,8 @@ def test_a_payload_that_changes_as_the_run_ends_is_in_the_audit(
         plant.advance()
     with pytest.raises(SimulationError):
         plant.advance()
-    assert (
-        run.summary["energy_audit_error"] == plant.summary()["energy_audit_error"] < 1e-12
-    )  # rounding
+    # rounding
+    assert run.summary["energy_audit_error"] == plant.summary()["energy_audit_error"] < 1e-12
     assert len(run.t) == (61 if instants is None else 2)
 
 
@@ -175,9 +173,8 @@ def test_a_run_that_fails_within_a_period_ends_with_the_energy_of_its_start(
     bridge = {"bridge": {"mass": 10.0}} if dimensions == 3 else {}
     with pytest.raises(SimulationError, match="the trolley reached its travel limit") as caught:
         simulate(document | bridge)
-    assert (
-        caught.value.run.summary["energy_audit_error"] < 1e-12
-    )  # rounding; the period is one of 2e-3
+    # rounding; the period is one of 2e-3
+    assert caught.value.run.summary["energy_audit_error"] < 1e-12
 
 
 def test_a_plant_goes_on_from_the_start_of_its_period() -> None:

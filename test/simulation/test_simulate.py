@@ -61,18 +61,16 @@ def test_reference_trajectories(case: dict[str, Any]) -> None:
         run.payload, [sample["payload_pos"] for sample in case["samples"]], rtol=0, atol=1e-9
     )
     assert np.allclose(run.energy, [sample["E"] for sample in case["samples"]], rtol=0, atol=1e-8)
-    assert np.allclose(
-        run.u, [sample["u"] for sample in case["samples"]], rtol=0, atol=1e-7
-    )  # gains up to 50
+    # gains up to 50
+    assert np.allclose(run.u, [sample["u"] for sample in case["samples"]], rtol=0, atol=1e-7)
 
 
 def test_springs_conserve_energy() -> None:
     """With springs and no losses the total energy is constant to the integrator's tolerance."""
     run = simulate("knuckle_springs", duration=5.0)
     scale = np.ptp(run.derived.potential)
-    assert (
-        np.max(np.abs(run.energy - run.energy[0])) < 1e-10 * scale
-    )  # 1e-11 relative a step, some 100 steps
+    # 1e-11 relative a step, some 100 steps
+    assert np.max(np.abs(run.energy - run.energy[0])) < 1e-10 * scale
 
 
 @pytest.mark.slow
@@ -130,9 +128,8 @@ def test_sample_times_do_not_change_the_steps() -> None:
     assert sampled.summary == plain.summary
     assert np.array_equal(sampled.q[[0, 1, 3]], plain.q[[0, 100, 300]])
     before, after = plain.q[123], plain.q[124]
-    inside = (
-        np.minimum(before, after) - 1e-6 <= sampled.q[2]
-    )  # monotone there, but for the curvature in 10 ms
+    # monotone there, but for the curvature in 10 ms
+    inside = np.minimum(before, after) - 1e-6 <= sampled.q[2]
     assert inside.all() and (sampled.q[2] <= np.maximum(before, after) + 1e-6).all()
 
 
@@ -171,9 +168,8 @@ def test_efforts_after_steps_that_span_periods() -> None:
         for efforts in (None, None, (50.0,), (50.0,)):
             plant.advance(efforts)
         ends.append([*plant.q, *plant.v])
-    np.testing.assert_allclose(
-        *ends, atol=1e-11
-    )  # of steps of 20 ms; the force has moved the trolley by 2 mm
+    # of steps of 20 ms; the force has moved the trolley by 2 mm
+    np.testing.assert_allclose(*ends, atol=1e-11)
 
 
 @pytest.mark.parametrize("braking", [False, True], ids=["effort", "brakes"])
@@ -194,9 +190,8 @@ def test_a_step_that_went_on_to_a_limit_ends_no_run(braking: bool) -> None:
         for _ in range(12):  # under brakes the limit is reached 0.17 s later
             plant.advance(None if braking else (-400.0,))
         ends.append([*plant.q, *plant.v])
-    np.testing.assert_allclose(
-        *ends, atol=1e-9
-    )  # the tolerance of a step; the effort moves the trolley by 0.1 m
+    # the tolerance of a step; the effort moves the trolley by 0.1 m
+    np.testing.assert_allclose(*ends, atol=1e-9)
 
 
 def test_events_that_did_not_happen_are_not_listed() -> None:
@@ -216,9 +211,8 @@ def test_events_that_did_not_happen_are_not_listed() -> None:
     plant = Plant(crane_sim.load_scene(LIMITED | changes))
     while plant.t < 0.055:
         plant.advance()
-    assert (
-        plant.integration.event_log.total == 1
-    )  # the step has passed the instant at which the force exceeds 30 N
+    # the step has passed the instant at which the force exceeds 30 N
+    assert plant.integration.event_log.total == 1
     plant.braking = True
     for _ in range(60):
         plant.advance()
@@ -288,14 +282,12 @@ def test_the_published_manoeuvre() -> None:
     """
     run = simulate("knuckle_setpoint")
     degrees = np.degrees(np.abs(run.q[:, 4:]).max(axis=0))
-    assert degrees == pytest.approx(
-        [9.07, 3.80], abs=0.03
-    )  # known to 3 digits for the continuous law, here 10 ms
+    # known to 3 digits for the continuous law, here 10 ms
+    assert degrees == pytest.approx([9.07, 3.80], abs=0.03)
     assert run.summary["residual_swing_deg"] == pytest.approx(0.68, abs=0.01)
     *joints, rope = run.summary["settling_time"].values()
-    assert (
-        joints == pytest.approx([26.8, 32.5, 25.4], abs=0.2) and rope is None
-    )  # it arrives in the last 40 ms
+    # it arrives in the last 40 ms
+    assert joints == pytest.approx([26.8, 32.5, 25.4], abs=0.2) and rope is None
     assert list(run.summary["peak_effort"].values()) == pytest.approx(
         [23.6, 215, 98.6, 10.3], rel=5e-3
     )

@@ -91,9 +91,8 @@ def test_the_launch_file_names_parameters_of_the_nodes() -> None:
         for node in tree.body
         if isinstance(node, ast.FunctionDef) and node.name == "crane_nodes"
     )
-    groups = [node for node in ast.walk(body) if isinstance(node, ast.Dict)][
-        2:
-    ]  # behind options of launch itself
+    # behind options of launch itself
+    groups = [node for node in ast.walk(body) if isinstance(node, ast.Dict)][2:]
     keys = {key.value for group in groups for key in group.keys if isinstance(key, ast.Constant)}
     assert (
         {"scene", "mode", "autostart", "expected_recorders", "publish_tf", "path"}

@@ -132,14 +132,8 @@ def test_a_test_that_hangs_or_crashes_fails_alone(hang: str, message: str, tmp_p
 
     Later tests are run.
     """
-    limits = [
-        "-n",
-        "1",
-        "-o",
-        "test_limit=8",
-        "-o",
-        "faulthandler_timeout=25",
-    ]  # setup starts a process
+    # setup starts a process
+    limits = ["-n", "1", "-o", "test_limit=8", "-o", "faulthandler_timeout=25"]
     result = run_to_completion(
         nested(tmp_path, HANGING.format(hang=hang), *limits), env=environment(), cwd=tmp_path
     )

@@ -149,11 +149,8 @@ def test_values_of_several_types_are_text(tmp_path: Path) -> None:
 
 def test_the_worst_runs_are_those_without_a_value(own: Path, tmp_path: Path) -> None:
     """Runs without the metric are recorded before that with the largest value, failed ones not."""
-    values = {
-        8.0: 1.0,
-        9.0: None,
-        10.0: 2.0,
-    }  # by mass; another one is an error, and so a failed run
+    # by mass; another one is an error, and so a failed run
+    values = {8.0: 1.0, 9.0: None, 10.0: 2.0}
     look_up = f"{values}[run.scene.document['cable']['node_masses'][0]]"
     own.write_text(f"def late(run):\n    return {{'late': {look_up}}}\n")
     changes = {"parameters": {MASS: [7.0, *values]}, "variants": {}, "metrics": f"{own}:late"}

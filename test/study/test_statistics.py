@@ -55,9 +55,8 @@ def test_wilcoxon_of_one_sided_differences_is_its_closed_form() -> None:
     """
     n = 10
     found = compare_pairs(np.zeros(n), np.arange(1.0, n + 1.0))
-    assert found.p_value == pytest.approx(
-        2.0 / 2**n, rel=1e-12
-    )  # rounding of the sum of ranks' probabilities
+    # rounding of the sum of ranks' probabilities
+    assert found.p_value == pytest.approx(2.0 / 2**n, rel=1e-12)
 
 
 def test_the_interval_covers() -> None:
@@ -130,9 +129,8 @@ def test_shares_have_wilsons_interval() -> None:
 
     Without a success it begins at 0 and ends at z² / (n + z²).
     """
-    assert estimate_share(8, 10) == pytest.approx(
-        (0.8, 0.490162, 0.943318), abs=1e-6
-    )  # digits that are written
+    # digits that are written
+    assert estimate_share(8, 10) == pytest.approx((0.8, 0.490162, 0.943318), abs=1e-6)
     z2 = 1.959963984540054**2
     assert estimate_share(0, 10) == pytest.approx((0.0, 0.0, z2 / (10.0 + z2)), abs=1e-12)
 

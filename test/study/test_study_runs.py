@@ -237,9 +237,8 @@ def test_workers_of_a_cluster_that_are_killed_lose_nothing(tmp_path: Path) -> No
         address = cluster.scheduler_address
         study = thread.submit(studies.run, many, tmp_path / "killed", scheduler=address)
         while kills < 20 and not study.done():
-            time.sleep(
-                float(rng.uniform(0.1, 0.5))
-            )  # any instant will do, after some progress since the last one
+            # any instant will do, after some progress since the last one
+            time.sleep(float(rng.uniform(0.1, 0.5)))
             if len(list((tmp_path / "killed" / "rows").glob("0*"))) < 3 * kills:
                 continue
             # one that has joined: its nanny starts another one

@@ -65,9 +65,8 @@ def test_monte_carlo_has_the_moments_of_its_distributions() -> None:
         np.array([case.parameters[key] for case in listed]) for key in (MASS, "trolley.mass")
     )
     assert abs(masses.mean() - 12.5) < 4.0 * (15.0 / 12**0.5) / 64.0
-    assert (
-        abs(trolleys.mean() - 20.0) < 4.0 * 2.0 / 64.0
-    )  # relative: factors of the scene's own 20 kg
+    # relative: factors of the scene's own 20 kg
+    assert abs(trolleys.mean() - 20.0) < 4.0 * 2.0 / 64.0
     assert abs(trolleys.std() - 2.0) < 4.0 * 2.0 / (2 * 4096) ** 0.5
 
 

@@ -225,10 +225,8 @@ def test_code_of_a_file_that_was_edited_in_between_is_not_kept(tmp_path: Path) -
     begin, file = import_law(tmp_path), tmp_path / "law.py"
     edited = file.read_text().replace("2.0 *", "4.0 *")
     edit = f"open({str(file)!r}, 'w').write({edited!r}); "
-    first, second = (
-        "print(law(1.0, Gains(1.0))); ",
-        "print(law(1.0, Gains(1)))",
-    )  # another structure: compiled anew
+    # another structure: compiled anew
+    first, second = "print(law(1.0, Gains(1.0))); ", "print(law(1.0, Gains(1)))"
     assert run_law(tmp_path / "cache", begin + first + edit + second) == ["3.0", "3.0"]
     assert run_law(tmp_path / "cache", begin + second) == ["5.0"]
 

@@ -61,15 +61,13 @@ def test_a_change_in_any_file_is_recompiled(tmp_path: Path) -> None:
     assert changed != text and len(changed) == len(text)
     callee.write_text(changed)
     os.utime(callee, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
-    shutil.rmtree(
-        callee.parent / "__pycache__", ignore_errors=True
-    )  # Python's cache of byte code goes by time stamps
+    # Python's cache of byte code goes by time stamps
+    shutil.rmtree(callee.parent / "__pycache__", ignore_errors=True)
     # at gamma = 0 the changed term is zero, so lift the jib
     lifted = PROBE.replace("[0, 0, 0, 1", "[0, 0, 1, 1")
     assert float(probe(tree, cache, lifted)) != float(probe(ROOT, cache, lifted))
-    assert (
-        len(list((cache / "crane_sim").iterdir())) == 2
-    )  # one folder for each state of the sources
+    # one folder for each state of the sources
+    assert len(list((cache / "crane_sim").iterdir())) == 2
 
 
 def test_nothing_is_cached_after_sources_have_changed(tmp_path: Path) -> None:
@@ -358,9 +356,8 @@ def test_a_function_that_is_seldom_called_is_compiled_late(
     with watch_compiling(lambda: compilations.append(None)):
         first = [function(1.0, 3.0) for _ in range(function.py_func.plain_calls)]
         assert not compilations and function(1.0, 3.0) == first[0] and len(compilations) == 1
-        assert (
-            quotient(1.0, 0.0) == math.inf and len(compilations) == 1
-        )  # loaded: another process has compiled it
+        # loaded: another process has compiled it
+        assert quotient(1.0, 0.0) == math.inf and len(compilations) == 1
         assert entry_point(quotient.py_func)(1.0, 3.0) == first[0] and len(compilations) == 1
         function._loaded.clear()  # as where code of many other structures has come since
         function._calls.clear()

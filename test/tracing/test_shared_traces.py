@@ -46,13 +46,11 @@ def test_functions_are_traced_once_for_all_entry_points(monkeypatch: pytest.Monk
     """A second entry point traces no functions that the first called with the same structure."""
     a, b = np.eye(3), np.ones(3)
     traced_by(solve, monkeypatch, a, b)
-    assert (
-        traced_by(solve_twice, monkeypatch, a, b) == []
-    )  # a short function runs in place of its call
+    # a short function runs in place of its call
+    assert traced_by(solve_twice, monkeypatch, a, b) == []
     _, functions = compile_entry(solve_twice, describe((a, b), [], {}))
-    assert {"factor_dense", "solve_dense"} <= {
-        function.__name__ for function in functions
-    }  # which code depends on
+    # which code depends on
+    assert {"factor_dense", "solve_dense"} <= {function.__name__ for function in functions}
 
 
 def test_what_has_been_traced_is_forgotten_when_an_implementation_is_added(

@@ -30,9 +30,8 @@ def test_a_motion_after_a_rest_takes_place(method: str) -> None:
     run = simulate(late_motion(method))
     before, after = run.t <= 6.0, run.t >= 6.2
     assert np.all(run.q[before] == 0.0)
-    assert run.q[after, 0] == pytest.approx(
-        0.1, abs=1e-9
-    )  # m: the trolley is integrated with the payload
+    # m: the trolley is integrated with the payload
+    assert run.q[after, 0] == pytest.approx(0.1, abs=1e-9)
     assert np.abs(run.q[after, 1]).max() > 1e-3  # rad: the payload swings
 
 

@@ -68,12 +68,10 @@ def test_spectra_are_those_of_the_standards(name: str, component: int) -> None:
     """Each spectrum is what its standard prints, and `below` is its integral, 1 in all."""
     spectrum, f = SPECTRA[name], np.geomspace(1e-4, 1e3, 40)
     actual = SIGMA**2 * LENGTH / SPEED * spectrum.density(f * LENGTH / SPEED, component)
-    assert np.allclose(
-        actual, printed(name, component, f), rtol=3e-5, atol=0.0
-    )  # 1.339 has four digits
-    assert float(spectrum.below(np.array(1e12), component)) == pytest.approx(
-        1.0, abs=3e-8
-    )  # x^(-2/3) is beyond
+    # 1.339 has four digits
+    assert np.allclose(actual, printed(name, component, f), rtol=3e-5, atol=0.0)
+    # x^(-2/3) is beyond
+    assert float(spectrum.below(np.array(1e12), component)) == pytest.approx(1.0, abs=3e-8)
     for x in (0.003, 0.2, 5.0, 400.0):
         area = quad(
             lambda y: float(spectrum.density(np.array(y), component)),
@@ -90,9 +88,8 @@ def test_gusts_have_the_variance_and_the_spectrum(name: str, component: int) -> 
     """The variance is σ² exactly, and each decade's energy the printed spectrum's within 1 %."""
     gust, period = gust_of(name, component)
     g = gust.nodes[:, 0]
-    assert (
-        np.var(g) == pytest.approx(SIGMA**2, rel=1e-13) and abs(np.mean(g)) < 1e-13
-    )  # rounding of some 1e5 values
+    # rounding of some 1e5 values
+    assert np.var(g) == pytest.approx(SIGMA**2, rel=1e-13) and abs(np.mean(g)) < 1e-13
     lines = 2.0 * np.abs(np.fft.rfft(g) / len(g)) ** 2
     last = int(np.flatnonzero(lines > 1e-20)[-1])
     ends = [0, *(n for n in (12, 120, 1200, 12_000) if n < last), last]
@@ -125,9 +122,8 @@ def test_interpolation_keeps_the_spectrum() -> None:
     lines = 2.0 * np.abs(np.fft.rfft(both) / len(both)) ** 2
     last = int(np.flatnonzero(exact > 1e-20)[-1])
     assert np.sum(np.abs(lines[: last + 1] - exact[: last + 1])) < 1e-6 * SIGMA**2
-    assert (
-        np.sum(lines[last + 1 :]) < 1e-7 * SIGMA**2
-    )  # 3e-4 of amplitudes near the cut-off, squared
+    # 3e-4 of amplitudes near the cut-off, squared
+    assert np.sum(lines[last + 1 :]) < 1e-7 * SIGMA**2
 
 
 def test_gusts_are_smooth_and_periodic() -> None:
@@ -175,9 +171,8 @@ def test_a_seed_is_a_wind() -> None:
     Gusts may have a seed of their own.
     """
     own, same, other = (nodes_of(scene_of(GUSTS | more)) for more in ({}, {"seed": 7}, {"seed": 8}))
-    assert all(
-        map(np.array_equal, own, nodes_of(scene_of(GUSTS, duration=45.0)))
-    )  # half a second, or 45
+    # half a second, or 45
+    assert all(map(np.array_equal, own, nodes_of(scene_of(GUSTS, duration=45.0))))
     assert all(np.array_equal(a, b) for a, b in zip(own, same, strict=True))
     assert not any(np.allclose(a, b) for a, b in zip(own, other, strict=True))
     phases = [np.angle(np.fft.rfft(nodes[:, 0])[1:9]) for nodes in own]

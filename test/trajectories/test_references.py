@@ -125,9 +125,8 @@ def test_a_displacement_of_rounding_is_none(jerk: float | None) -> None:
     alone = PointToPoint((2.0,), (3.0,), 1.0, 1.0, jerk).to_polynomials()
     beside = PointToPoint((2.0, 0.3), (3.0, end), 1.0, 1.0, jerk).to_polynomials()
     assert np.array_equal(beside.coefficients[:, :1], alone.coefficients)
-    assert beside.coefficients[-1, 1, 0] == pytest.approx(
-        end, abs=1e-15
-    )  # rounding of the sums of the profile
+    # rounding of the sums of the profile
+    assert beside.coefficients[-1, 1, 0] == pytest.approx(end, abs=1e-15)
 
 
 def smoothness(polynomials: PiecewisePolynomial, tolerance: float = 1e-8) -> int:
@@ -171,9 +170,8 @@ def test_minimum_jerk_passes_its_waypoints_smoothly() -> None:
     knots = np.array(TIMES[1:-1])
     for k in range(5):
         jump = evaluate(inner, knots, k) - evaluate(inner, np.nextafter(knots, 0.0), k)
-        assert (
-            np.max(np.abs(jump)) < 1e-13 * 16.0**2
-        )  # rounding, times how fast the pieces of 4 to 16 s change
+        # rounding, times how fast the pieces of 4 to 16 s change
+        assert np.max(np.abs(jump)) < 1e-13 * 16.0**2
 
 
 def test_minimum_jerk_cannot_be_improved() -> None:
@@ -225,9 +223,8 @@ def test_the_way_around_an_obstacle_keeps_its_distance(side: Any) -> None:
     gap = np.linalg.norm(place - (0.8, -0.8), axis=1)
     assert gap.min() > 0.4 - ROUNDING
     assert gap.min() < 0.41
-    assert (np.linalg.norm(place[2000]) > np.hypot(0.8, 0.8)) == (
-        side == "left"
-    )  # A to B, B is clockwise of A
+    # A to B, B is clockwise of A
+    assert (np.linalg.norm(place[2000]) > np.hypot(0.8, 0.8)) == (side == "left")
     assert evaluate(polynomials, np.array([0.0, 60.0])) == pytest.approx(
         np.array([[1.35, 0.0], [0.0, -1.35]]), abs=ROUNDING
     )

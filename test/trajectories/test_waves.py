@@ -30,9 +30,8 @@ def test_a_spectrum_has_its_height_and_its_peak(gamma: float) -> None:
     """
     sea, w = Sea(2.5, 9.0, gamma), np.linspace(0.1, 60.0, 400_000)
     s, peak = density(sea, w), 2.0 * np.pi / 9.0
-    assert np.trapezoid(s, w) == pytest.approx(
-        2.5**2 / 16.0, rel=1e-5
-    )  # the rule's error at this step, and the ends
+    # the rule's error at this step, and the ends
+    assert np.trapezoid(s, w) == pytest.approx(2.5**2 / 16.0, rel=1e-5)
     assert w[np.argmax(s)] == pytest.approx(peak, abs=2.0 * (w[1] - w[0]))
     if gamma == 1.0:
         closed = 5.0 / 16.0 * 2.5**2 * peak**4 * w**-5 * np.exp(-1.25 * (w / peak) ** -4)
@@ -57,9 +56,8 @@ def test_a_sampled_sea_has_the_spectrums_energy_where_the_spectrum_has_it(gamma:
     w = np.linspace(0.05, 40.0, 200_000)
     energy = np.cumsum(density(sea, w)) * (w[1] - w[0])
     below = np.interp(np.sort(waves.frequencies), w, energy) / 0.25
-    assert (
-        np.max(np.abs(below - (np.arange(n) + 0.5) / n)) < 1.5 / n
-    )  # half a share, half one drawn in it, the cut
+    # half a share, half one drawn in it, the cut
+    assert np.max(np.abs(below - (np.arange(n) + 0.5) / n)) < 1.5 / n
 
 
 def test_a_sea_does_not_repeat() -> None:
@@ -154,9 +152,8 @@ def test_a_recorded_motion_is_the_motion(tmp_path: Path) -> None:
     at_rows, actual = np.empty((len(t), 6, 3)), np.empty((len(between), 6, 3))
     motion(base, t, at_rows)
     motion(base, between, actual)
-    assert at_rows[:, 5, 0] == pytest.approx(
-        rows[:, 1], abs=1e-12
-    )  # the spline's equations, solved in rounding
+    # the spline's equations, solved in rounding
+    assert at_rows[:, 5, 0] == pytest.approx(rows[:, 1], abs=1e-12)
     s, c = 0.3 * np.sin(3.0 * between), 0.3 * np.cos(3.0 * between)
     expected = np.stack([c, -3.0 * s, -9.0 * c], axis=1)
     # a quintic at steps of 25 ms: h⁶ 3⁶ of values, h⁴ 3⁶ of second derivatives
@@ -217,9 +214,8 @@ def test_angles_of_a_file_have_the_unit_of_their_column(
     base = scene_of(file=str(tmp_path / "motion.csv")).model.base
     at_rows = np.empty((len(t), 6, 3))
     motion(base, t, at_rows)
-    assert at_rows[:, 3:, 0] == pytest.approx(
-        factor * rows[:, 1:], abs=1e-12
-    )  # the spline's equations, in rounding
+    # the spline's equations, in rounding
+    assert at_rows[:, 3:, 0] == pytest.approx(factor * rows[:, 1:], abs=1e-12)
 
 
 def test_a_file_lies_beside_its_scene(tmp_path: Path) -> None:

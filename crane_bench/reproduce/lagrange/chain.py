@@ -23,9 +23,8 @@ class LumpedCrane(NamedTuple):
     trolley: float  # m, kg
     masses: Array  # m_i, (N,), kg
     gravity: float = 9.81  # m/s²
-    joint_stiffness: Array | float = (
-        0.0  # κ, (N,), N·m/rad: springs between links, section 4.3, equation (87)
-    )
+    joint_stiffness: Array | float = 0.0  # κ, (N,), N·m/rad: springs between links, section 4.3,
+    # equation (87)
 
 
 def directions(q: Array) -> tuple[Array, Array]:

@@ -67,9 +67,8 @@ def _single(p: Chain) -> CLoopInput:
 def _chain(p: Chain) -> CLoopInput:
     n, m, lengths = len(p.masses), p.masses, p.lengths
     padded = (n + 8) // 8 * 8
-    scale = np.array(
-        [np.sqrt(m[0]), *(1.0 / np.sqrt(1.0 / m[:-1] + 1.0 / m[1:]))]
-    )  # diagonal of the system: 1
+    # diagonal of the system: 1
+    scale = np.array([np.sqrt(m[0]), *(1.0 / np.sqrt(1.0 / m[:-1] + 1.0 / m[1:]))])
     rows, x = np.zeros((4, padded)), np.zeros(2 * padded)
     rows[0, 1:n] = scale[:-1] * scale[1:] / m[:-1]
     rows[1, :n] = lengths * scale

@@ -193,9 +193,8 @@ def _support(scene: Scene, support: Any) -> list[Body]:
 
 
 def _drives(support: Any, tables: list[Table]) -> list[Drive]:
-    order = (
-        (1, 0) if isinstance(support, Bridge) else (0, 1)
-    )  # the bridge carries the trolley, which comes first
+    # the bridge carries the trolley, which comes first
+    order = (1, 0) if isinstance(support, Bridge) else (0, 1)
     drives = [Drive(body, 1.0, table) for body, table in zip(order, tables[:2], strict=True)]
     return [drive for drive in drives if any(drive.table.values)]
 

@@ -223,9 +223,8 @@ def _tree(mechanism: Mechanism) -> str:
 def _body(mechanism: Mechanism, moving: list[int]) -> str:
     """Return the opening of a body that these joints move, with the ends of its falls."""
     joints = [mechanism.bodies[i].joint for i in moving]
-    places = np.cumsum(
-        [joint.offset for joint in joints], axis=0
-    )  # while all angles and lengths are zero
+    # while all angles and lengths are zero
+    places = np.cumsum([joint.offset for joint in joints], axis=0)
     last, inertia = joints[-1], _numbers(max(value, _POINT) for value in joints[-1].inertia)
     text = f'<body pos="{_numbers(places[-1])}">'
     text += "".join(

@@ -60,17 +60,14 @@ ROWS = 13
 columns 0 to N - 1."""
 SIN, COS, RATE, LENGTH = 0, 1, 2, 3  # of the links
 INV_MASS = 4  # 1/kg, of the node below each link
-RHS_ALONG = (
-    5  # m/s², what a link's tension has to supply: the relative acceleration of its ends along it
-)
+# m/s², what a link's tension has to supply: the relative acceleration of its ends along it
+RHS_ALONG = 5
 RHS_ACROSS = 6  # m/s², the relative acceleration of its ends across it that needs no tension
 TENSION = 7  # N
 TURNING = 8  # rad/s², angular acceleration
 DIAGONAL, FACTOR = 9, 10  # 1/kg, of the system's matrix; of its elimination
-BEND_COS, BEND_SIN = (
-    11,
-    12,
-)  # 1/kg, cosine and sine of the bend from link k to k + 1, over the mass of the node between
+# 1/kg, cosine and sine of the bend from link k to k + 1, over the mass of the node between
+BEND_COS, BEND_SIN = 11, 12
 
 
 @routine

@@ -24,8 +24,8 @@ class SupportEnd(NamedTuple):
     """Acceleration of the first link's upper end and of its length, as functions of its tension."""
 
     mobility: float  # 1/kg, of the end along the first link
-    # 1/kg, of the length; -1 where the bias acceleration is the tension, see `Hoist.response`
-    hoist_inv_mass: float
+    hoist_inv_mass: float  # 1/kg, of the length; -1 where the bias acceleration is the tension, see
+    # `Hoist.response`
     hoist_bias_acc: float  # m/s², acceleration of the length without tension
     rate: float  # m/s, of the length
 

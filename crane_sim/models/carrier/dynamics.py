@@ -43,8 +43,8 @@ class SupportMotion(NamedTuple):
     pose: Posture
     dynamics: Dynamics
     command: Any  # efforts of the drives
-    # (n,) on the coordinates of drives, springs, base and wind, and the couple of what hangs
-    efforts: Any
+    efforts: Any  # (n,) on the coordinates of drives, springs, base and wind, and the couple of
+    # what hangs
     net: Any  # (n,) what accelerates the coordinates: `net_efforts`, and the force on the tip
     accelerations: Any  # (n,)
 

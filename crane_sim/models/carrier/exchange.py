@@ -32,11 +32,11 @@ class Exchange(NamedTuple):
 
     times: Any  # (n,) s, of the exchanges, in order
     velocities: Any  # (n, 3) m/s, of what is taken up, relative to the base and in its axes
-    # (n,) 1: what is taken up moves with the load, or something is let go: no velocity jumps
-    carried: Any
+    carried: Any  # (n,) 1: what is taken up moves with the load, or something is let go: no
+    # velocity jumps
     masses: Any  # (n + 1,) kg, of the loads
-    # (n + 1, COLUMNS) inertia, its inverse, attachment and centre of pressure of rigid ones
-    bodies: Any
+    bodies: Any  # (n + 1, COLUMNS) inertia, its inverse, attachment and centre of pressure of rigid
+    # ones
     windages: Any  # (n + 1, 2) area and drag coefficient
 
 

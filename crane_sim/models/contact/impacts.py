@@ -24,9 +24,8 @@ from crane_sim.numerics.jit import routine
 
 NEAR = 1e-9  # m: a point takes part in an impact of another one below this gap
 SWEEPS = 20_000  # at most
-CONVERGED = (
-    1e-15  # change of a point's velocity in a sweep, relative to the largest before the phase
-)
+# change of a point's velocity in a sweep, relative to the largest before the phase
+CONVERGED = 1e-15
 PARTS = 1e-3  # of the rest velocity: a point that leaves more slowly is closed
 
 

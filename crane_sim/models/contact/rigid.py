@@ -230,11 +230,8 @@ def holding_forces(contact, load, x, first, scene, free):
     turn = multiply(load.inertia, subtract(rotate_to_base(state.rows, alpha), free[1]))
     wrench = Wrench(force, multiply(state.rows, turn))
     (fx, fy, fz), (mx, my, _), level = force, wrench.moment, surface_level(contact, scene)
-    sums = (
-        fz,
-        mx + level * fy,
-        my - level * fx,
-    )  # less the moment of the friction, which acts on the surface
+    # less the moment of the friction, which acts on the surface
+    sums = fz, mx + level * fy, my - level * fx
     y = plane_through(contact, x, first, scene, sums)
     return NormalForces(closed_count(contact, x, first), y, wrench)
 

@@ -250,9 +250,8 @@ def write_jump(p, y, before, after, impulse):
 
 def describe_contact(contact: Any, point: int, outcome: int) -> str:
     """Return the text of an event of contact."""
-    place = (
-        "surface" if contact.surface.motion is None or contact.changes is not None else "deck"
-    )  # or what it lets go
+    # or what it lets go
+    place = "surface" if contact.surface.motion is None or contact.changes is not None else "deck"
     if point == len(contact.points):
         return f"the load {'sticks to' if outcome == TOUCHES else 'slips on'} the {place}"
     return f"contact point {point + 1} {('leaves', 'touches', 'bounces off')[outcome]} the {place}"

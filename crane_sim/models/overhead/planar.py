@@ -360,9 +360,8 @@ def switch(p, t, x, u, number):
     if kind == Guard.PAYLOAD:
         before = system.kinetic(p, x) + system.potential(p, x)
         x[len(x) - 1] += 1.0
-        gained = (
-            system.kinetic(p, x) + system.potential(p, x) - before
-        )  # the payload takes its energy along
+        # the payload takes its energy along
+        gained = system.kinetic(p, x) + system.potential(p, x) - before
         x[2 * nq] += gained
         return x, number, True
     if kind == Guard.FRICTION:

@@ -88,9 +88,8 @@ def add_rods_load(rods, base, w):
         return REST
     power, pull = 0.0, 0.0
     for k in range(len(rods.inertia)):
-        couple = (
-            rods.inertia[k] * base.angular_acceleration[1]
-        )  # angles of links grow against turns about y
+        # angles of links grow against turns about y
+        couple = rods.inertia[k] * base.angular_acceleration[1]
         force = couple / w[LENGTH, k]
         power += couple * w[RATE, k]
         if k == 0:

@@ -84,9 +84,8 @@ class CraneMotion(NamedTuple):
     pose: NamedTuple
     rope_state: RopeKinematics
     support_acceleration: tuple[float, float, float]  # joint accelerations of the support
-    payload_acceleration: tuple[
-        float, float, float
-    ]  # second rates of change of the payload's coordinates
+    payload_acceleration: tuple[float, float, float]  # second rates of change of the payload's
+    # coordinates
     tension: float
     tip_force: tuple[float, float, float]  # N, of rope and swing joints on the tip
     efforts: Any  # on the joints (nu,): of drives, base, friction of joints and of the swing

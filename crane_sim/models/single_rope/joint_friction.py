@@ -15,9 +15,8 @@ from crane_sim.models.supports.friction import Friction, friction_effort
 from crane_sim.models.supports.lugre import LuGre
 from crane_sim.numerics.states import replace_entry
 
-STANDSTILL = (
-    1e-12  # m/s, of a rope's rate, which is computed from other velocities and so not exactly 0
-)
+# m/s, of a rope's rate, which is computed from other velocities and so not exactly 0
+STANDSTILL = 1e-12
 
 
 class JointFriction(NamedTuple):
@@ -40,9 +39,8 @@ def add_joint_friction(friction, tau, rope_state, x):
     """Return the joint efforts tau plus those of friction, none on a joint that sticks."""
     if friction is None:
         return tau
-    of_support = zip(
-        tau, friction, x[0][3:], x[-1], strict=False
-    )  # three: the winch has an effort or none
+    # three: the winch has an effort or none
+    of_support = zip(tau, friction, x[0][3:], x[-1], strict=False)
     turning = [
         effort + friction_effort(part, rate, state) for effort, part, rate, state in of_support
     ]

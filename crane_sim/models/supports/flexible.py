@@ -35,8 +35,8 @@ class FlexibleSupport(NamedTuple):
 
     support: Any  # the rigid support, whose coordinates are the drives'
     inner: TelescopicBoom  # what turns with the drives; its telescoped section has no mass
-    # what bends: its base section and what moves along it; its superstructure has no inertia
-    outer: TelescopicBoom
+    outer: TelescopicBoom  # what bends: its base section and what moves along it; its
+    # superstructure has no inertia
     lateral: Compliance | None  # about the vertical
     vertical: Compliance | None  # in the structure's own plane
 

@@ -27,10 +27,8 @@ class Friction(NamedTuple):
     coulomb: NonNegative  # effort's unit, while it slips
     static: NonNegative  # effort's unit, up to which it sticks; at least the Coulomb friction
     viscous: NonNegative = 0.0  # effort's unit s/joint's unit, on top while it slips
-    stribeck: Positive | None = (
-        None  # joint's unit/s, vs: velocity scale at which the friction falls from static to
-    )
-    # Coulomb, as exp(-(v/vs)²); left out: it falls at once
+    stribeck: Positive | None = None  # joint's unit/s, vs: velocity scale at which the friction
+    # falls from static to Coulomb, as exp(-(v/vs)²); left out: it falls at once
 
     def dry(self, v):
         """Return the friction [N or N m] at velocity v without its viscous part."""

@@ -78,9 +78,8 @@ class ForceHoist(NamedTuple):
 class MasslessHoist(NamedTuple):
     """A winch without inertia: the first link's tension is minus the command (Brogliato)."""
 
-    # 1: efforts that pay out are applied, 0: they count as zero, since a rope transmits tension
-    # only
-    push: float = 0.0
+    push: float = 0.0  # 1: efforts that pay out are applied, 0: they count as zero, since a rope
+    # transmits tension only
 
     def response(self, t: Any, tau: Any, mode: Any, motion: Any, gravity: Any) -> tuple[Any, Any]:
         """Return the tension."""
@@ -95,9 +94,8 @@ class MotionHoist(NamedTuple):
     """A winch that imposes the length's acceleration [m/s²], or its velocity [m/s] with a lag."""
 
     time_constant: Positive | None = None  # s, of the lag; None: the input is the acceleration
-    reeving: Reeving | None = (
-        None  # what its falls carry, and its drum's torque, follow from the motion
-    )
+    reeving: Reeving | None = None  # what its falls carry, and its drum's torque, follow from the
+    # motion
 
     def response(self, t: Any, tau: Any, mode: Any, motion: Any, gravity: Any) -> tuple[Any, Any]:
         """Return the acceleration that is imposed."""

@@ -48,10 +48,8 @@ class Rod(NamedTuple):
     length: Positive  # m, between its joints
     mass: NonNegative  # kg, evenly spread or not: its centre is at the middle
     inertia: NonNegative  # kg m², about a transverse axis through the centre of mass
-    axial_inertia: NonNegative | None = (
-        None  # kg m², about the rod, at most twice `inertia`; left out: the inertia
-    )
-    # has no part in the slew's
+    axial_inertia: NonNegative | None = None  # kg m², about the rod, at most twice `inertia`; left
+    # out: the inertia has no part in the slew's
     limits: AngleRange | None = None  # rad, of the elevation; a run ends where one is reached
     windage: RodWindage | None = None  # area and drag in the `wind`; left out: no wind acts on it
 
@@ -105,8 +103,8 @@ class KnucklePosture(NamedTuple):
     sg: float
     c: float  # K3 cos(beta - gamma), inertia coupling of boom and jib
     s: float  # K3 sin(beta - gamma)
-    # kg m², of the tower, boom and jib about the vertical; this and the next with the motors'
-    slew_inertia: float
+    slew_inertia: float  # kg m², of the tower, boom and jib about the vertical; this and the next
+    # with the motors'
     hb: float  # -½ d(slew inertia)/d beta
     hg: float
     boom_inertia: float  # kg m², IB + K1
@@ -147,9 +145,8 @@ class Knuckle(NamedTuple):
     tower: Tower
     boom_spring: BoomSpring | None = None
     jib_spring: JibSpring | None = None
-    motors: tuple[float, float, float] | None = (
-        None  # kg m², of slew, boom and jib: motor inertia times ratio squared
-    )
+    motors: tuple[float, float, float] | None = None  # kg m², of slew, boom and jib: motor inertia
+    # times ratio squared
 
     def coordinate(self, i: int) -> tuple[str, str]:
         """Return (name of coordinate i, the key of its limits)."""

@@ -23,8 +23,8 @@ class LuGre(NamedTuple):
 
     coulomb: Positive  # effort's unit, in slow steady motion
     static: NonNegative  # effort's unit, up to which it sticks; at least the Coulomb friction
-    # joint's unit/s, vs: velocity scale at which g(v) falls from static to Coulomb friction
-    stribeck: Positive
+    stribeck: Positive  # joint's unit/s, vs: velocity scale at which g(v) falls from static to
+    # Coulomb friction
     stiffness: Positive  # effort's unit/joint's unit, σ0 of the bristles
     damping: NonNegative  # effort's unit s/joint's unit, σ1 of the bristles
     viscous: NonNegative = 0.0  # effort's unit s/joint's unit, σ2

@@ -243,9 +243,8 @@ def reeving_energy(reeving, length, rate, gravity):
     The potential one is the rope's, from the falls' top.
     """
     n, (mass, _) = reeving.falls, winding_inertia(reeving, length)
-    sheaves = (n - 1) * n * (
-        2 * n - 1
-    ) / 6 + reeving.lead_sheaves * n * n  # sum of the squares of rim speeds over l'
+    # sum of the squares of rim speeds over l'
+    sheaves = (n - 1) * n * (2 * n - 1) / 6 + reeving.lead_sheaves * n * n
     moved, potential = falls_energy(reeving.mass, n, length, gravity)
     return 0.5 * (n * n * mass + reeving.sheave_mass * sheaves + moved) * rate * rate, potential
 

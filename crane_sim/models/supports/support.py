@@ -50,9 +50,8 @@ class Pressed(NamedTuple):
 
     joint: int
     windage: RodWindage | JibWindage | BoomWindage
-    reach: Any = (
-        0  # m, of the centre of pressure from the link's origin; a `BoomWindage` has it halfway up
-    )
+    reach: Any = 0  # m, of the centre of pressure from the link's origin; a `BoomWindage` has it
+    # halfway up
     length: int = 0  # of a `BoomWindage`: the coordinate that is its length
 
 
@@ -60,19 +59,16 @@ class Mechanism(NamedTuple):
     """What a structure is made of; n coordinates."""
 
     tree: Tree
-    limits: tuple[
-        Any, ...
-    ]  # (n,) each (low, high) [m or rad] or None; a run ends where one is reached
+    limits: tuple[Any, ...]  # (n,) each (low, high) [m or rad] or None; a run ends where one is
+    # reached
     actuated: tuple[int, ...]  # coordinates that take a command each
     springs: tuple[Spring, ...] = ()
-    yaw: tuple[int, ...] = (
-        0,
-    )  # coordinates whose sum is the angle about the vertical of what hangs at the tip
+    yaw: tuple[int, ...] = (0,)  # coordinates whose sum is the angle about the vertical of what
+    # hangs at the tip
     outline: tuple[Point, ...] = ()  # points of its polyline before the tip
     pressed: tuple[Pressed, ...] = ()
-    prescribed: tuple[
-        bool, ...
-    ] = ()  # (n,): it moves as its drive says, whatever it carries; empty: none does
+    prescribed: tuple[bool, ...] = ()  # (n,): it moves as its drive says, whatever it carries;
+    # empty: none does
     bending: int = 0  # number of the coordinates that bend: the last ones
 
     def by_coordinate(self, command: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -107,9 +103,8 @@ class SupportState(NamedTuple):
     q: tuple[Any, ...]  # (n,) m or rad
     v: tuple[Any, ...]  # (n,)
     drives: tuple[DriveState, ...]  # of drives with play
-    friction: tuple[
-        Any, ...
-    ]  # modes, or deflections of bristles, of the coordinates that have friction
+    friction: tuple[Any, ...]  # modes, or deflections of bristles, of the coordinates that have
+    # friction
 
 
 class Posture(NamedTuple):

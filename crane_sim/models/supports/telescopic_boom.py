@@ -27,10 +27,8 @@ class Superstructure(NamedTuple):
     """What slews besides the boom: cab, winches, counterweight."""
 
     inertia: Positive  # kg m², about the slewing axis, without boom and payload
-    foot: tuple[Real, Real] = (
-        0.0,
-        0.0,
-    )  # m, the boom's foot pin: ahead of the slewing axis, above the model's origin
+    foot: tuple[Real, Real] = (0.0, 0.0)  # m, the boom's foot pin: ahead of the slewing axis, above
+    # the model's origin
     limits: AngleRange | None = None  # rad, of the slew angle; a run ends where one is reached
 
 
@@ -40,9 +38,8 @@ class BaseSection(NamedTuple):
     mass: NonNegative  # kg, of the section
     centre: NonNegative  # m, of its mass from the foot pin
     inertia: Positive  # kg m², about a transverse axis through the centre of mass
-    limits: AngleRange | None = (
-        None  # rad, of the boom's elevation; a run ends where one is reached
-    )
+    limits: AngleRange | None = None  # rad, of the boom's elevation; a run ends where one is
+    # reached
     windage: BoomWindage | None = None  # of the whole boom: width and drag in the `wind`
 
     def body(self) -> Body:

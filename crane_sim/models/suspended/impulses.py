@@ -52,9 +52,8 @@ from crane_sim.multibody.tree import to_tree_axes
 from crane_sim.multibody.vectors import add, cross, dot, multiply, scale, subtract
 from crane_sim.numerics.jit import routine
 
-ROUNDING = (
-    1e-12  # of momentum: an impulse of the cable that is zero up to this does not count as pushing
-)
+# of momentum: an impulse of the cable that is zero up to this does not count as pushing
+ROUNDING = 1e-12
 
 
 @routine
@@ -144,9 +143,8 @@ def add_jumps(p, load, x, y, state, joined):
     )
     lost += prescribed_power(moving, dynamics, linear.scale(impulse[0], levers), jumps)
     for i, rate in enumerate(answer):
-        reached = abs(rate) * dynamics.matrix[i][i] > ROUNDING * abs(
-            levers[i]
-        )  # a drive's body behind a spring is not
+        # a drive's body behind a spring is not
+        reached = abs(rate) * dynamics.matrix[i][i] > ROUNDING * abs(levers[i])
         y[nq + i] += impulse[0] * rate if reached else 0.0
     acc[0, 0], acc[0, 1], acc[0, 2] = scale(impulse[0], tip_rate(pose, answer))
     across = end_acceleration_across(load, state, last, impulse[n - 1])

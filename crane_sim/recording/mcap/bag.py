@@ -26,9 +26,8 @@ class _TopicState:
     topic: Topic
     count: int = 0
     stamp: int = 0  # of the newest message, ns
-    latched: dict[bytes, None] = field(
-        default_factory=dict
-    )  # messages that hold, in order; of a latched topic
+    latched: dict[bytes, None] = field(default_factory=dict)  # messages that hold, in order; of a
+    # latched topic
 
     def latch(self, data: bytes) -> None:
         """Keep the newest message; of a topic that all nodes share, the newest different ones.
@@ -83,9 +82,8 @@ class Bag:
         self._now, self.resets = (after + 1) * period_ns, resets
         self._last_message = self._saved = time.monotonic()
         self.write_error, self.last_step, self._after = "", after, after
-        self._steps_before_reset = (
-            0  # steps in a file that could not be written further, from before a reset
-        )
+        # steps in a file that could not be written further, from before a reset
+        self._steps_before_reset = 0
 
     def callbacks(self) -> dict[str, Callable[[bytes], None]]:
         """Return one function of a serialized message per topic."""
@@ -104,9 +102,8 @@ class Bag:
             self._attempt(self._file.save)
         self._saved = time.monotonic()
         if not self.write_error:
-            complete_stamp = min(
-                self._states.stamp - self._period_ns, self._efforts.stamp
-            )  # a last effort has no step
+            # a last effort has no step
+            complete_stamp = min(self._states.stamp - self._period_ns, self._efforts.stamp)
             self.last_step = max(complete_stamp // self._period_ns, self.last_step)
 
     def expect_messages(self) -> None:
@@ -138,9 +135,8 @@ class Bag:
                 "mcap": str(self._file.part),
                 "error": f"recorder: {self.write_error}; {counts}",
             }
-        written = max(
-            0, min(self._states.count - 1, self._efforts.count)
-        )  # no effort follows the final state
+        # no effort follows the final state
+        written = max(0, min(self._states.count - 1, self._efforts.count))
         if written >= steps:
             return {"mcap": str(self._path)}
         why = f"recorder: {self._path} is incomplete, it has {written} of {steps} steps"

@@ -15,9 +15,8 @@ class Topic(NamedTuple):
     stamped: bool  # its messages begin with a header, or with a time
     latched: bool  # late subscribers get the last message
     reliable: bool
-    shared: bool = (
-        False  # of all nodes of the domain: its messages do not tell that this run goes on
-    )
+    shared: bool = False  # of all nodes of the domain: its messages do not tell that this run goes
+    # on
 
 
 def has_stamp(data: bytes) -> bool:

@@ -21,9 +21,8 @@ from crane_sim.recording.rerun.screenshot import Shown, ViewCamera, camera
 from crane_sim.recording.rerun.viewer import PictureError
 
 KINDS = (".gif", ".mp4")
-_GIF_RATE = (
-    50.0  # pictures per second at most: a GIF counts in 1/100 s, and viewers show 1/100 s as 1/10 s
-)
+# pictures per second at most: a GIF counts in 1/100 s, and viewers show 1/100 s as 1/10 s
+_GIF_RATE = 50.0
 _COLORS = 128  # of a GIF: the solids of a crane and the curves need fewer
 
 

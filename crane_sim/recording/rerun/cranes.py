@@ -183,10 +183,8 @@ def joint_transforms(
 
 def _turns(joint: rr.urdf.UrdfJoint, attitude: Array) -> rr.ComponentColumnList:
     """Return a payload's turns, from its axes to the base's, of quaternions (F, 4), w first."""
-    rest, frames = (
-        joint.compute_transform(0.0),
-        len(attitude),
-    )  # with the names of frames that this tree gives them
+    # with the names of frames that this tree gives them
+    rest, frames = joint.compute_transform(0.0), len(attitude)
     names = [
         each.as_arrow_array().to_pylist()
         for each in (rest.parent_frame, rest.child_frame)
@@ -259,9 +257,8 @@ class GantryVisual:
             "rope", rr.LineStrips3D.from_fields(radii=CABLE_RADIUS_RATIO * size), static=True
         )
         radii = np.array(self._radii(self._room))
-        self._beads = bool(
-            np.any(radii > CABLE_RADIUS_RATIO * size)
-        )  # others are hidden in the line
+        # others are hidden in the line
+        self._beads = bool(np.any(radii > CABLE_RADIUS_RATIO * size))
         if self._beads:
             self._rec.log(
                 "rope/nodes", rr.Points3D.from_fields(colors=NODE_COLOR, radii=radii), static=True

@@ -147,9 +147,8 @@ def _assess(
 ) -> Completeness:
     planned = round(run["duration"] / run["period"])
     recorded = summary.get("recorded_steps", len(t)) if summary else None
-    lost = summary.get("lost_steps", 0) - summary.get(
-        "lost_commands", 0
-    )  # the rows of those commands are there
+    # the rows of those commands are there
+    lost = summary.get("lost_steps", 0) - summary.get("lost_commands", 0)
     return assess(Steps(len(t), float(t[-1]), planned, recorded, lost), damage)
 
 
@@ -280,14 +279,12 @@ def _join_rows(entity: str, batches: Sequence[pa.RecordBatch]) -> Rows | None:
             parts.append(_rows_of(entity, batch))
     if not parts:
         return None
-    ((width, _),) = Counter(part.values.shape[1] for part in parts).most_common(
-        1
-    )  # others are damaged
+    # others are damaged
+    ((width, _),) = Counter(part.values.shape[1] for part in parts).most_common(1)
     parts = [part for part in parts if part.values.shape[1] == width]
     step, time, values = (np.concatenate([part[i] for part in parts]) for i in (1, 2, 3))
-    _, order = np.unique(
-        step, return_index=True
-    )  # where two recorders wrote one step, they wrote the same
+    # where two recorders wrote one step, they wrote the same
+    _, order = np.unique(step, return_index=True)
     return Rows(entity, step[order], time[order], values[order])
 
 

@@ -86,9 +86,8 @@ class Recorder:
         self.last_step, self._last_time = previous.last_step, 0.0  # written, s of wall time
         self._last_message, self._blocks = time.monotonic(), 0
         self.write_error = ""
-        self._steps_before_reset = (
-            0  # steps in a file that could not be written further, from before a reset
-        )
+        # steps in a file that could not be written further, from before a reset
+        self._steps_before_reset = 0
         self.on_reset: Callable[[], object] = lambda: None
 
     def add_state(self, stamp: int, q: Sequence[float], v: Sequence[float]) -> None:

@@ -25,10 +25,8 @@ _HEAD_SIZE = 12  # magic, version, options
 _MESSAGE = struct.Struct("<QQ")  # kind, length
 _END, _STORE, _CHUNK, _ACTIVATION = range(4)  # kinds
 _STORE_ID, _COMPRESSION, _SIZE, _PAYLOAD = 1, 2, 3, 5  # fields of a chunk
-_LZ4, _RECORDING = (
-    2,
-    1,
-)  # values: of the compression, of the kind of a store; the other one is a blueprint
+# values: of the compression, of the kind of a store; the other one is a blueprint
+_LZ4, _RECORDING = 2, 1
 _MAX_RATIO = 256  # of LZ4
 _VARINT, _BYTES = 0, 2  # types of fields
 _CODEC = pa.Codec("lz4_raw")

@@ -31,10 +31,8 @@ POLICY = (
 )
 """Content-Security-Policy of the page: its scripts are in it, compile code, and read data of this
 machine."""
-_KEPT = (
-    "Content-Type",
-    "rerun-final-length",
-)  # headers of the viewer's answers; the latter is for its progress bar
+# headers of the viewer's answers; the latter is for its progress bar
+_KEPT = ("Content-Type", "rerun-final-length")
 _ELSEWHERE = re.compile(rb"<link[^>]*https?://[^>]*>")  # links of the page to other machines
 _POLL = 0.05  # s between two questions whether the viewer has started
 

@@ -32,16 +32,14 @@ APPLICATION = "crane_sim"
 DIGESTS, EVENTS, STATES = "digests", "log/events", "states/"
 """Entities of digests and events, and beginning of those of timelines of states."""
 SPEED = "plots/rtf"
-MAX_INDEXED_DURATION = (
-    120.0  # s of scene time: a longer run has no index, which needs 0.1 MB of memory a block
-)
+# s of scene time: a longer run has no index, which needs 0.1 MB of memory a block
+MAX_INDEXED_DURATION = 120.0
 
 
 def is_verified(entity: str) -> bool:
     """Whether an entity's curves are read back and have digests; those only shown have none."""
-    return (
-        entity.startswith(("plots/", "frames/")) and entity != SPEED
-    )  # speeds are logged beside the blocks
+    # speeds are logged beside the blocks
+    return entity.startswith(("plots/", "frames/")) and entity != SPEED
 
 
 class RunWriter:
@@ -67,9 +65,8 @@ class RunWriter:
         self._layout, self._channels, self.recorded = layout, channels(layout), 0
         self._spans: dict[str, Span] = {}
         self._timelines = StateTimelines(layout)
-        self._changes = defaultdict[str, list[tuple[int, str]]](
-            list
-        )  # (ns, event or state) by entity
+        # (ns, event or state) by entity
+        self._changes = defaultdict[str, list[tuple[int, str]]](list)
         rr.set_strict_mode(True)  # otherwise a bad array is only warned about, and lost
         self._rec = rr.RecordingStream(APPLICATION, recording_id=layout.run_id)
         self._rec.set_log_time_enabled(False)  # wall time in the rows would make equal runs differ
@@ -104,9 +101,8 @@ class RunWriter:
         views = blueprint(self._layout, live is not None)
         self.file.connect(views, *served, write_footer=indexed)
         if live is not None:
-            self._rec.send_blueprint(
-                views
-            )  # active: the page does not take the default one of a run that it joins
+            # active: the page does not take the default one of a run that it joins
+            self._rec.send_blueprint(views)
 
     def write(self, block: Block) -> None:
         """Append a block of steps: first what is read back and its digest, then what is only shown.

@@ -16,9 +16,8 @@ from crane_sim.ros.common.command_stamps import StampRange
 from crane_sim.scenes.scene import Scene
 from crane_sim.simulation.derived import derive
 
-_ACCELERATION = (
-    1e5  # rad/s² or m/s² of a joint with its load; the bound itself, in units other than N m and N
-)
+# rad/s² or m/s² of a joint with its load; the bound itself, in units other than N m and N
+_ACCELERATION = 1e5
 _LOAD_FACTOR = 1e3  # times the effort that holds a joint against gravity
 _HALF_DIFFERENCE = 1e-3  # rad or m, of the central difference of the potential energy
 _LINE_LENGTH = 200  # characters of a refusal's line

@@ -34,9 +34,8 @@ class SimulationState(IntEnum):
 
 
 STREAM_QOS = QoSProfile(depth=10)  # of topics with a message each step: reliable, volatile
-DEEP_STREAM_QOS = QoSProfile(
-    depth=10_000
-)  # for publishers: a recorder that lags for seconds loses nothing
+# for publishers: a recorder that lags for seconds loses nothing
+DEEP_STREAM_QOS = QoSProfile(depth=10_000)
 LATCHED_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 CLOCK_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 SENSOR_QOS = qos_profile_sensor_data

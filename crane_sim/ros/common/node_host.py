@@ -102,9 +102,8 @@ class NodeHost:
         self.started = not pipes.attached
         self.resume_state = self.brake_reason = self.stop_reason = ""
         self._executor = SingleThreadedExecutor() if executor == "single" else EventsExecutor()
-        self._idle_calls = (
-            2 if executor == "single" else 1
-        )  # in a row, after which it has nothing to do
+        # in a row, after which it has nothing to do
+        self._idle_calls = 2 if executor == "single" else 1
         self._executor.add_node(node)
         self._next_poll = self._next_turn = 0.0
         self._notices = set[str]()
@@ -182,9 +181,8 @@ class NodeHost:
 
     def _spin_executor(self, timeout: float) -> None:
         try:
-            self._executor.spin_once(
-                timeout_sec=timeout
-            )  # never spin(): it does not return on a signal
+            # never spin(): it does not return on a signal
+            self._executor.spin_once(timeout_sec=timeout)
         except RCLError as error:  # of a message or a request that the middleware cannot read
             self.node.get_logger().warning(str(error), throttle_duration_sec=1.0)
 

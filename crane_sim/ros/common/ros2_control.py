@@ -154,9 +154,8 @@ def controllers_file(scene: Scene) -> str:
             f"{scene.name}: {kinds}: a controller commands one interface; give all joints the same "
             "drive"
         )
-    document = {
-        "/**": {"ros__parameters": {"use_sim_time": True}}
-    }  # also of the interface's own node
+    # also of the interface's own node
+    document = {"/**": {"ros__parameters": {"use_sim_time": True}}}
     document |= {
         f"/**/{name}": {"ros__parameters": values} for name, values in _nodes(scene).items()
     }
@@ -169,9 +168,8 @@ def controllers_file(scene: Scene) -> str:
 
 def _nodes(scene: Scene) -> dict[str, dict[str, Any]]:
     """Return the parameters of controller manager, broadcaster and controllers, by node."""
-    manager: dict[str, Any] = {
-        "update_rate": ceil(1.0 / scene.period - 1e-6)
-    }  # a slower loop would miss periods
+    # a slower loop would miss periods
+    manager: dict[str, Any] = {"update_rate": ceil(1.0 / scene.period - 1e-6)}
     manager |= {name: {"type": kind} for name, kind in _CONTROLLERS.items()}
     manager[f"{scene.commands[0]}_forwarding_controller"] = {"type": _FORWARDING}
     gains = dict(zip(scene.actuated, joint_gains(scene), strict=True))

@@ -18,10 +18,8 @@ from typing import NamedTuple
 
 from crane_sim.ros.common.messages import NS_PER_S, MalformedMessage
 
-_BYTE_ORDERS = {
-    b"\x00\x00": ">",
-    b"\x00\x01": "<",
-}  # plain CDR, the only encapsulation that ROS 2 sends
+# plain CDR, the only encapsulation that ROS 2 sends
+_BYTE_ORDERS = {b"\x00\x00": ">", b"\x00\x01": "<"}
 
 
 class CdrReader:
@@ -62,9 +60,8 @@ class CdrReader:
         return number
 
     def _numbers(self, code: str, size: int, number: int) -> tuple:
-        self._offset += (
-            -(self._offset - 4) % size
-        )  # alignment counts from the end of the encapsulation
+        # alignment counts from the end of the encapsulation
+        self._offset += -(self._offset - 4) % size
         end = self._offset + size * number
         if end > len(self._data):
             raise MalformedMessage(f"a message of {len(self._data)} bytes that ends too early")

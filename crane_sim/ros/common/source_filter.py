@@ -10,9 +10,8 @@ from crane_sim.ros.common.sender_subscription import GONE, UNNAMED, publishers
 PLANT = "plant"
 """Name of the node that states, efforts and held commands are of, in the namespace of the nodes
 that take them."""
-_LOOK_PERIOD = (
-    0.05  # s between two looks at the graph: there may be thousands of messages in a second
-)
+# s between two looks at the graph: there may be thousands of messages in a second
+_LOOK_PERIOD = 0.05
 
 
 class SourceFilter:

@@ -5,9 +5,8 @@ import sys
 from array import array
 
 _BIN = 1e-6  # s; quantiles are rounded up to it
-_BINS = (
-    100_000  # 0.1 s; a longer duration counts in the last bin, but exactly for the largest value
-)
+# 0.1 s; a longer duration counts in the last bin, but exactly for the largest value
+_BINS = 100_000
 _QUANTILES = {"p50": 0.50, "p99": 0.99}
 _PR_SET_TIMERSLACK = 29  # of prctl(2)
 _TOLERATED_SHARE = 0.01  # of the steps: a desktop that does nothing else is late in fewer
@@ -77,9 +76,8 @@ class StepTiming:
         lateness = now - due
         self._lateness.add(lateness)
         if self._previous is not None:
-            self._period_error.add(
-                abs(lateness - self._previous)
-            )  # deadlines are equally far apart
+            # deadlines are equally far apart
+            self._period_error.add(abs(lateness - self._previous))
         self._previous = lateness
 
     def pause(self) -> None:

@@ -32,9 +32,8 @@ class LawNode(Responder):
         scene = scene_of(settings)
         self._settings, self._make_law = settings, make_law
         self._law: Any = make_law(settings)
-        make_law(settings)(
-            0.0, scene.initial_q, scene.initial_v
-        )  # compiles, and leaves our law as it is
+        # compiles, and leaves our law as it is
+        make_law(settings)(0.0, scene.initial_q, scene.initial_v)
         self._last_state: State | None = None  # against which a reset is detected
         self._execution_time = ExecutionTime(node)
         self._trajectories = TrajectoryInput(node, scene, self._law)

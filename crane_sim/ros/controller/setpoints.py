@@ -76,9 +76,8 @@ class Setpoints:
     def apply_to(self, outer: OuterLoop, state: State) -> bool:
         """Give the outer loop a state's setpoint; False where the state waits for it."""
         self._now, self._waiting = state.stamp, None
-        stamp, values = self._newest or _Setpoint(
-            state.stamp + 1, ()
-        )  # stamps restart: a later one is older
+        # stamps restart: a later one is older
+        stamp, values = self._newest or _Setpoint(state.stamp + 1, ())
         if stamp > state.stamp or (self._lockstep and stamp < state.stamp and outer.due(state.t)):
             self._waiting = state
             return False
@@ -111,9 +110,8 @@ class Setpoints:
             self._node.get_logger().warning(f"setpoint {error}: ignored", throttle_duration_sec=1.0)
             return
         if self._newest and setpoint != self._newest and setpoint.stamp <= self._newest.stamp:
-            self._ahead_of_reset = (
-                True  # the outer loop has received the state after the reset first
-            )
+            # the outer loop has received the state after the reset first
+            self._ahead_of_reset = True
         if setpoint != self._newest:  # else it answers a state that lockstep sent again
             self._newest = setpoint
             self._received += 1

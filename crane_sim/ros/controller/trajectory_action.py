@@ -41,9 +41,8 @@ from crane_sim.trajectories.trajectory import Trajectory
 NAME = "joint_trajectory_controller/follow_joint_trajectory"
 _PACKAGE = "control_msgs"
 _FEEDBACK_PERIOD = 0.05  # s of the scene's time
-_LAST_SPINS = (
-    20  # of the executor at the end: each serves one event, such as the completion of a goal
-)
+# of the executor at the end: each serves one event, such as the completion of a goal
+_LAST_SPINS = 20
 
 
 class _Accepted(NamedTuple):
@@ -136,9 +135,8 @@ class TrajectoryAction:
 
     def apply_to(self, law: Any, state: State) -> Any:
         """Return the law that answers a new state, with the path of a new goal or of a stop."""
-        path = (
-            trajectory_of_law(law) if self._server is not None else None
-        )  # a walk through the law, of each state
+        # a walk through the law, of each state
+        path = trajectory_of_law(law) if self._server is not None else None
         if path is None:
             return law
         self._now = state.t

@@ -16,9 +16,8 @@ class AcknowledgementMonitor:
         """Create it without an observation; `lease` [s]: that of the commands."""
         self._lease = lease
         self._acknowledged = False
-        self._last_complete = (
-            self._last_update
-        ) = -inf  # s, when all had acknowledged, and of the last observation
+        # s, when all had acknowledged, and of the last observation
+        self._last_complete = self._last_update = -inf
 
     def update(self, acknowledged: bool, now: float) -> None:
         """Record whether all acknowledged the newest state at `now` [s]; old records expire."""

@@ -9,9 +9,8 @@ from crane_sim.ros.plant.scheduler import BLOCK, Scheduler
 from crane_sim.ros.plant.simulation_run import SimulationRun
 
 _BRAKING_LIMIT = 30.0  # simulated s after which a crane that still moves is no longer braked
-_PEER_TIMEOUT = (
-    30.0  # s of wall time in a row for which the run waits for a crane on the same clock
-)
+# s of wall time in a row for which the run waits for a crane on the same clock
+_PEER_TIMEOUT = 30.0
 _POLL = 0.02  # s of wall time between two polls of services and pipes
 
 

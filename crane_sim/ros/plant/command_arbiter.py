@@ -76,9 +76,8 @@ class CommandTopic(NamedTuple):
     """A topic of commands."""
 
     kind: Any  # message class
-    on_message: Callable[
-        [bytes], bool
-    ]  # takes a serialized message; returns whether it was a valid command
+    on_message: Callable[[bytes], bool]  # takes a serialized message; returns whether it was a
+    # valid command
 
 
 class CommandArbiter:
@@ -126,9 +125,8 @@ class CommandArbiter:
             )
             for name, topic in topics.items()
         }
-        self._refused: dict[
-            bytes, float
-        ] = {}  # publishers refused lately, and the last instant [s]
+        # publishers refused lately, and the last instant [s]
+        self._refused: dict[bytes, float] = {}
         self._warning = ""  # of them
         self._names: dict[bytes, str] = {}  # of the nodes of publishers, at the last update
         self._last_update = 0.0  # s

@@ -30,9 +30,8 @@ class InstrumentTopic(StatePublisher):
         """Publish what `measure` makes of a plant: messages with a header."""
         super().__init__(publisher)
         self._sampling, self._measure = sampling, measure
-        self._samples: deque[tuple[int, Any]] = (
-            deque()
-        )  # periods in which they were taken, and messages
+        # periods in which they were taken, and messages
+        self._samples: deque[tuple[int, Any]] = deque()
         self._last = -1  # period of the last sample
         self._period = 0  # of the last call
 

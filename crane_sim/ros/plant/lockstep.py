@@ -30,9 +30,8 @@ from crane_sim.ros.plant.simulation_run import SimulationRun
 
 # s between two messages of the same state while the run waits, or there are several publishers
 _RESEND = 0.05
-_RESEND_TO_PEERS = (
-    0.5  # s between two messages of the same state while another crane on the same clock is behind
-)
+# s between two messages of the same state while another crane on the same clock is behind
+_RESEND_TO_PEERS = 0.5
 _CHECK_PERIOD = 0.005  # s between two looks at what need not be done after every command
 _ACKNOWLEDGEMENT = 0.001  # s of a wait for acknowledgements, in which no callbacks are served
 # s for which a leading clock stands, published ten times a second, once all peers are connected
@@ -53,9 +52,8 @@ class Lockstep(Scheduler):
         super().__init__(host, simulation)
         self._settings, self._codec = settings, CommandCodec(simulation.scene)
         self._peers = ClockPeers(host, settings.beside)
-        self._effort: tuple[float, ...] | None = (
-            None  # that answers the present state, until the step is taken
-        )
+        # that answers the present state, until the step is taken
+        self._effort: tuple[float, ...] | None = None
         self._first_sent = self._last_sent = 0.0  # s, when the present state was published
         self._next_check = 0.0  # s, when progress is checked again
         self._runs = False  # a command that comes before or after the run moves nothing

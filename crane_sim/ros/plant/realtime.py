@@ -76,17 +76,13 @@ class Realtime(Scheduler):
         super().__init__(host, simulation)
         self._settings = settings
         self._idle = simulation.scene.idle_command
-        self._held, self._answered = (
-            self._idle,
-            False,
-        )  # the newest command, and whether it came after the last step
+        # the newest command, and whether it came after the last step
+        self._held, self._answered = self._idle, False
         self._period = simulation.scene.period / settings.rate  # s of wall time
         self._watchdog = Watchdog(settings.command_timeout, self._period)
         self._timed_out, self._command_timeouts = False, 0
-        self._steps, self._unanswered_steps = (
-            0,
-            0,
-        )  # all, and those without a new command before a time-out
+        # all, and those without a new command before a time-out
+        self._steps, self._unanswered_steps = 0, 0
         self._due = 0.0  # s of the monotonic clock, of the next step
         self._timing = StepTiming()
         self._codec = CommandCodec(simulation.scene)
@@ -163,9 +159,8 @@ class Realtime(Scheduler):
         counts = {"silences": self._command_timeouts}
         if self._commands:
             counts["unanswered_steps"] = self._unanswered_steps
-        unanswered = (
-            0 if self._settings.commanded else self._unanswered_steps
-        )  # a node of the user's may be slower
+        # a node of the user's may be slower
+        unanswered = 0 if self._settings.commanded else self._unanswered_steps
         violation = describe_violation(self._steps, self._simulation.deadline_misses, unanswered)
         return (
             self._timing.metrics()

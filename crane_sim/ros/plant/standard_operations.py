@@ -58,9 +58,8 @@ class StandardOperations:
     def __init__(self, control: RunControl) -> None:
         """Control a run."""
         self._control = control
-        self._stopped_at = (
-            0  # steps taken in all when it was stopped; a run that begins paused is stopped
-        )
+        # steps taken in all when it was stopped; a run that begins paused is stopped
+        self._stopped_at = 0
 
     def state(self) -> SimulationState:
         """Return the state of the simulation; a run that waits for a command is playing."""

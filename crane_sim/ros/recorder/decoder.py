@@ -32,9 +32,8 @@ TOPICS = (
     "simulation_state",
     "/diagnostics",
 )
-_LARGEST_REFERENCE = (
-    1e9  # m or rad: beyond it is no crane's, and soon no picture's single precision
-)
+# m or rad: beyond it is no crane's, and soon no picture's single precision
+_LARGEST_REFERENCE = 1e9
 STATE_NAMES = tuple(state.name.lower() for state in SimulationState)
 
 
@@ -48,10 +47,8 @@ class MessageDecoder:
     def __init__(self, scene: "Scene", recorder: "Recorder", source: str = "") -> None:
         """Create a decoder for a scene's joints; `source` is the plant's name in diagnostics."""
         self._source, self.refused = source, Counter[str]()
-        self._refused, self._last_diagnostics_stamp = (
-            0,
-            0,
-        )  # commands refused up to the newest diagnostics [ns]
+        # commands refused up to the newest diagnostics [ns]
+        self._refused, self._last_diagnostics_stamp = 0, 0
         self._recorder, self._scene, self._quitting, self._has_held_commands = (
             recorder,
             scene,

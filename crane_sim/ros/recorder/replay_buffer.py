@@ -23,18 +23,15 @@ _LATCHED = ("robot_description", "simulation_state", "/tf_static")  # valid unti
 _LASTING = ("joint_trajectory", *_LATCHED)  # the same, the first one until the plant is reset
 _BY_CONTENT = "/tf_static"  # several broadcasters latch different transforms there
 _BROADCASTERS = 100  # different messages of that topic that are kept, the newest ones
-_FOLLOWING = (
-    "/clock",
-    "/tf",
-    "/diagnostics",
-)  # of the present state; not replayed, newer ones follow
+# of the present state; not replayed, newer ones follow
+_FOLLOWING = ("/clock", "/tf", "/diagnostics")
 
 
 class _Message(NamedTuple):
     received: float  # s of the monotonic clock
     resets: int  # resets of the plant before it
-    # ns, stamp of the newest state before it: a sample of an instrument may be stamped earlier
-    state: int
+    state: int  # ns, stamp of the newest state before it: a sample of an instrument may be stamped
+    # earlier
     name: str  # of its topic
     data: bytes
 

@@ -39,12 +39,10 @@ _LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 class _Source(NamedTuple):
     kind: Any  # message class
     qos: QoSProfile
-    publisher: str = (
-        PLANT  # name of the node whose messages are taken; empty: those of all nodes are
-    )
-    shared: bool = (
-        False  # other nodes' are taken as well, unless they have the publisher's name in them
-    )
+    publisher: str = PLANT  # name of the node whose messages are taken; empty: those of all nodes
+    # are
+    shared: bool = False  # other nodes' are taken as well, unless they have the publisher's name in
+    # them
 
 
 class _Message(NamedTuple):
@@ -170,9 +168,8 @@ class PolledSubscription:
             else b""
         )
         self._claim = len(own).to_bytes(4, "little") + own if own else b""  # a string of CDR, whole
-        self._unknown = deque[tuple[float, MessageWithSender]](
-            maxlen=_DEPTH
-        )  # received before their nodes' names
+        # received before their nodes' names
+        self._unknown = deque[tuple[float, MessageWithSender]](maxlen=_DEPTH)
         self._misfits = Counter[str]()
 
     def missing(self) -> str:

@@ -10,10 +10,8 @@ from crane_sim.files.types import NonNegative, Positive, Real
 from crane_sim.scenes.schema.groups import BY_SPEED, Group, Profile
 from crane_sim.trajectories.profiles import Shape
 
-SMALLEST, LARGEST = (
-    1e-12,
-    1e12,
-)  # of masses, lengths, stiffness: products of several stay numbers of the machine
+# of masses, lengths, stiffness: products of several stay numbers of the machine
+SMALLEST, LARGEST = 1e-12, 1e12
 
 
 def _check_size(value: float) -> float:
@@ -32,15 +30,12 @@ class AxisGroup(Group):
 
     drive: AxisDrive = "force"  # by a force, which needs a `mass`; by a given `motion`;
     # or not at all
-    mass: SizeOrZero | None = (
-        None  # kg, of a drive by force; of a bridge: without its trolley; 0 in all, above rigid
-    )
-    # links, is taken as 1e-10 of the payload's mass (`rounded`): what hangs below a massless
-    # trolley falls freely until it is below it, and bounces
+    mass: SizeOrZero | None = None  # kg, of a drive by force; of a bridge: without its trolley; 0
+    # in all, above rigid links, is taken as 1e-10 of the payload's mass (`rounded`): what hangs
+    # below a massless trolley falls freely until it is below it, and bounces
     motion: Profile = None  # m, position over time, of a prescribed drive
-    limits: tuple[Real, Real] | None = (
-        None  # m, ends of the rail; a run ends where one is reached; left out: none
-    )
+    limits: tuple[Real, Real] | None = None  # m, ends of the rail; a run ends where one is reached;
+    # left out: none
 
 
 def start_of(shape: Shape) -> tuple[float, float]:

@@ -21,16 +21,15 @@ class Drive(Group):
     the play that of motor shaft, gear and wheel together.
     """
 
-    # effort's unit s²/joint's unit, of motor and gear: kg, or kg m² of a joint that turns
-    inertia: Positive
+    inertia: Positive  # effort's unit s²/joint's unit, of motor and gear: kg, or kg m² of a joint
+    # that turns
     play: Positive  # joint's unit, from one flank to the other
     stiffness: Positive  # effort's unit/joint's unit, of shaft and gear in contact
     damping: NonNegative = 0.0  # effort's unit s/joint's unit, of the same
-    share: Positive = (
-        1.0  # -, of the joint's effort, in proportion to the shares of its other drives
-    )
-    # joint's unit, of the drive from the middle of its play at t = 0; it moves with the joint then
-    offset: Real = 0.0
+    share: Positive = 1.0  # -, of the joint's effort, in proportion to the shares of its other
+    # drives
+    offset: Real = 0.0  # joint's unit, of the drive from the middle of its play at t = 0; it moves
+    # with the joint then
 
 
 JointDrives = Annotated[tuple[Drive, ...], Field(min_length=1, max_length=MAX_DRIVES)]

@@ -105,10 +105,8 @@ class Answer(Group):
     """Response of a motion of the vessel to waves, by frequency; a number is a constant one."""
 
     frequencies: Annotated[tuple[NotNegative, ...], Field(min_length=1)]  # rad/s, increasing
-    amplitudes: Annotated[
-        tuple[NotNegative, ...], Field(min_length=1)
-    ]  # -, metres per metre of wave; of roll, pitch,
-    # yaw rad per metre
+    amplitudes: Annotated[tuple[NotNegative, ...], Field(min_length=1)]  # -, metres per metre of
+    # wave; of roll, pitch, yaw rad per metre
     phases: tuple[Turn, ...] | None = None  # rad, by which the motion leads the wave; left out: 0
 
     def table(self, name: str) -> ResponseAmplitudeOperator:
@@ -156,25 +154,20 @@ class SeaGroup(Group):
     """A sea and the vessel's response; without a response the base heaves with the water."""
 
     spectrum: Literal["jonswap", "pierson_moskowitz"] = "jonswap"  # shape of the spectrum
-    # m, of the waves, from trough to crest; refused above a seventh of the length of
-    significant_height: NotNegative
-    # a wave of the peak period, where waves break; a warning above 1/15 (up to 8 s) to 1/25 (from
-    # 15 s on) of it
-    peak_period: Annotated[
-        Positive, Field(ge=1.0 / LARGEST, le=LARGEST)
-    ]  # s, of the waves that have the most energy
-    gamma: Annotated[Real, Field(ge=1.0, le=10.0)] | None = (
-        None  # -, peak enhancement of `jonswap`; left out: 3.3
-    )
+    significant_height: NotNegative  # m, of the waves, from trough to crest; refused above a
+    # seventh of the length of a wave of the peak period, where waves break; a warning above 1/15
+    # (up to 8 s) to 1/25 (from 15 s on) of it
+    peak_period: Annotated[Positive, Field(ge=1.0 / LARGEST, le=LARGEST)]  # s, of the waves that
+    # have the most energy
+    gamma: Annotated[Real, Field(ge=1.0, le=10.0)] | None = None  # -, peak enhancement of
+    # `jonswap`; left out: 3.3
     components: Annotated[int, BeforeValidator(reject_bool), Field(ge=1, le=MAX_SINUSOIDS)] = (
         60  # -, number of
     )
     # sinusoids, of equal energy, at frequencies drawn at random
     seed: Seed | None = None  # -, of these; left out: the scene's own
-    response: Answers | None = (
-        None  # how each axis answers a metre of wave; left out: the base heaves as the water
-    )
-    # does
+    response: Answers | None = None  # how each axis answers a metre of wave; left out: the base
+    # heaves as the water does
 
     def motions(self, seed: int) -> dict[str, SineSum]:
         """Return the sinusoids of each axis that moves.
@@ -270,22 +263,16 @@ class BaseMotion(Group):
     pitch: Rolls = ()  # rad, about y
     yaw: Yaws = ()  # rad, about z
     sea: SeaGroup | None = None  # a sea and how the vessel answers it, on top
-    file: str | None = (
-        None  # CSV with the columns `time` and any of the six, [m] and [rad], in place of all other
-    )
-    # keys; degrees are columns `roll_deg`, `pitch_deg`, `yaw_deg`, and radians of any size
-    # `roll_rad` and so on; a quintic spline through the rows; the summary has the largest
-    # accelerations that it means, and warns of more than 4.9 m/s² or 0.5 rad/s²
-    cut_off: Positive | None = (
-        None  # Hz, of a low pass that the file's rows go through first, to free them of noise:
-    )
-    # of a frequency f, 1 / (1 + (f / cut_off)⁴) is left, in phase; left out: the rows as they are
+    file: str | None = None  # CSV with the columns `time` and any of the six, [m] and [rad], in
+    # place of all other keys; degrees are columns `roll_deg`, `pitch_deg`, `yaw_deg`, and radians
+    # of any size `roll_rad` and so on; a quintic spline through the rows; the summary has the
+    # largest accelerations that it means, and warns of more than 4.9 m/s² or 0.5 rad/s²
+    cut_off: Positive | None = None  # Hz, of a low pass that the file's rows go through first, to
+    # free them of noise: of a frequency f, 1 / (1 + (f / cut_off)⁴) is left, in phase; left out:
+    # the rows as they are
 
-    mount: Mount | None = (
-        # where the crane stands on the vessel whose motion this is; left out: at its reference
-        None
-    )
-    # point, in its axes
+    mount: Mount | None = None  # where the crane stands on the vessel whose motion this is; left
+    # out: at its reference point, in its axes
 
     def base(self, seed: int, duration: float) -> AnyBase:
         """Return the motion of the base over `duration` [s]; `seed` is for a sea without one.

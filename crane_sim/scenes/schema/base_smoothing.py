@@ -6,9 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
-MAX_ROWS = (
-    5000  # in a period of the cut-off: beyond, the equations lose more digits than a record has
-)
+# in a period of the cut-off: beyond, the equations lose more digits than a record has
+MAX_ROWS = 5000
 
 
 def smooth(times: Array, values: Array, cut_off: float) -> Array:
@@ -22,17 +21,14 @@ def smooth(times: Array, values: Array, cut_off: float) -> Array:
     Raises:
         ValueError: the times are too uneven for the equations to be solved in doubles.
     """
-    from scipy.linalg import (
-        solveh_banded,
-    )  # here: few scenes have a file, and it takes long to import
+    # here: few scenes have a file, and it takes long to import
+    from scipy.linalg import solveh_banded
 
     spans, stiffness = np.diff(times), (2.0 * pi * cut_off) ** -4
-    weights = 0.5 * (
-        np.append(spans, 0.0) + np.append(0.0, spans)
-    )  # s, the time that a row stands for
-    slopes = np.stack(
-        [1.0 / spans[:-1], -1.0 / spans[:-1] - 1.0 / spans[1:], 1.0 / spans[1:]]
-    )  # columns of Q
+    # s, the time that a row stands for
+    weights = 0.5 * (np.append(spans, 0.0) + np.append(0.0, spans))
+    # columns of Q
+    slopes = np.stack([1.0 / spans[:-1], -1.0 / spans[:-1] - 1.0 / spans[1:], 1.0 / spans[1:]])
     try:
         curvatures = solveh_banded(
             _matrix(spans, weights, slopes, stiffness), np.diff(np.diff(values.T) / spans).T

@@ -42,33 +42,23 @@ Points = Annotated[tuple[Vector, ...], Field(min_length=1, max_length=100)]
 class ContactGroup(Group):
     """Contact of the load with the ground or a deck, a plane horizontal in the base's axes."""
 
-    kind: Literal["rigid", "compliant"] = (
-        "rigid"  # points that do not enter the surface, or on springs and dampers
-    )
+    kind: Literal["rigid", "compliant"] = "rigid"  # points that do not enter the surface, or on
+    # springs and dampers
     points: Points  # m, points of the load that may touch,
     # from the spreader's origin, in its axes; no three of them in a line
     height: Real  # m, of the surface above the base's origin
-    motion: DeckMotion | None = (
-        None  # of the surface; left out: it rests on the base, and moves with it
-    )
+    motion: DeckMotion | None = None  # of the surface; left out: it rests on the base, and moves
+    # with it
     friction: NonNegative = 0.0  # -, coefficient of Coulomb friction
-    slip_velocity: Speed = (
-        1e-3  # m/s, below which friction falls off with the slip; a load on three or more rigid
-    )
-    # points sticks there if friction can hold it
-    restitution: Fraction | None = (
-        None  # -, of impacts of `rigid`, ratio of the impulses of expansion and compression;
-    )
-    # left out: 0
-    rest_velocity: Speed | None = (
-        None  # m/s, of `rigid`: an approach that is no faster has no restitution; left out:
-    )
-    # 0.01
+    slip_velocity: Speed = 1e-3  # m/s, below which friction falls off with the slip; a load on
+    # three or more rigid points sticks there if friction can hold it
+    restitution: Fraction | None = None  # -, of impacts of `rigid`, ratio of the impulses of
+    # expansion and compression; left out: 0
+    rest_velocity: Speed | None = None  # m/s, of `rigid`: an approach that is no faster has no
+    # restitution; left out: 0.01
     stiffness: NonNegative | None = None  # N/m, of each point of `compliant`; 0 is no contact
-    damping: NonNegative | None = (
-        None  # s/m, of `compliant`: N = stiffness × depth × (1 + damping × rate of depth);
-    )
-    # left out: 0
+    damping: NonNegative | None = None  # s/m, of `compliant`: N = stiffness × depth × (1 + damping
+    # × rate of depth); left out: 0
 
     def model(self, load: RigidLoad, q: Any) -> RigidContact | CompliantContact | None:
         """Return the contact of a load that begins at q (7,), None without strength.

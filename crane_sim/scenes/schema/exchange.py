@@ -30,10 +30,9 @@ class ExchangeEvent(Group):
     """Time of a pick-up or release, and how what is picked up moves before."""
 
     at: NonNegative  # s, when it happens
-    velocity: Velocity | None = (
-        None  # m/s, of what is taken up just before, relative to the base and in its axes,
-    )
-    # without turning; `hook`: it moves with the payload, and nothing jumps; left out: it rests
+    velocity: Velocity | None = None  # m/s, of what is taken up just before, relative to the base
+    # and in its axes, without turning; `hook`: it moves with the payload, and nothing jumps; left
+    # out: it rests
 
     @property
     @abstractmethod

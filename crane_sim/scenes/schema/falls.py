@@ -26,14 +26,11 @@ class FallsGroup(Group):
     but do not luff.
     """
 
-    # m, upper ends, from the tip, in axes that slew with the support: x outwards along jib or boom,
-    # z up; of
-    top: Ends
-    # trolley and suspension point those of the base
+    top: Ends  # m, upper ends, from the tip, in axes that slew with the support: x outwards along
+    # jib or boom, z up; of trolley and suspension point those of the base
     bottom: Ends  # m, lower ends, from the spreader's origin, in its axes
-    offsets: tuple[Real, ...] | None = (
-        None  # m, added to the length of each fall: what skews, trims or lists the load
-    )
+    offsets: tuple[Real, ...] | None = None  # m, added to the length of each fall: what skews,
+    # trims or lists the load
     axial_stiffness: Positive  # N, E A of one rope
     parts: Annotated[int, BeforeValidator(reject_bool), Field(ge=1, le=100)] = (
         1  # -, of the rope in one fall, which share its tension

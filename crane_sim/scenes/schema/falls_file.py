@@ -38,15 +38,11 @@ PLACE = ("payload_x", "payload_y", "payload_z")
 class LoadStart(Group):
     """The load at t = 0; one whose position is left out hangs at rest below the tip."""
 
-    skew: Angle | None = (
-        # rad, angle about the vertical, from the support's axes, at which the load is held until
-        None
-    )
-    # t = 0
+    skew: Angle | None = None  # rad, angle about the vertical, from the support's axes, at which
+    # the load is held until t = 0
     position: Vector | None = None  # m, of the load's centre of mass, with `orientation`
-    orientation: Quaternion | None = (
-        None  # -, unit quaternion (w, x, y, z) from the load's axes to the base's
-    )
+    orientation: Quaternion | None = None  # -, unit quaternion (w, x, y, z) from the load's axes to
+    # the base's
     velocity: Vector = (0.0, 0.0, 0.0)  # m/s, of the load's centre of mass
     angular_velocity: Vector = (0.0, 0.0, 0.0)  # rad/s, of the load, in its own axes
 
@@ -75,9 +71,8 @@ class FallsFile(CraneFile):
     """A load on elastic falls of fixed length."""
 
     falls: FallsGroup  # the ropes
-    contact: ContactGroup | None = (
-        None  # what the load can be set down on; left out: nothing is below it
-    )
+    contact: ContactGroup | None = None  # what the load can be set down on; left out: nothing is
+    # below it
     events: tuple[SpreaderEvent, ...] = ()  # exchanges of the payload at given times
 
     is_elastic: ClassVar = True
@@ -247,9 +242,8 @@ class FallsFile(CraneFile):
 
     def _stops(self, limits: tuple[float, float] | None) -> Stops:
         low, high = limits or (0.0, inf)
-        least = MIN_LENGTH - min(
-            self.falls.offsets or (0.0,)
-        )  # of the common length: no fall may lose its own
+        # of the common length: no fall may lose its own
+        least = MIN_LENGTH - min(self.falls.offsets or (0.0,))
         return Stops(max(low, least), high, LOOKAHEAD_TIME if low <= least else 0.0)
 
 

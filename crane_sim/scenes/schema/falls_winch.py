@@ -31,24 +31,17 @@ class Hoist(Group):
     drive: WinchDrive = "rate"  # what its input is: an effort on the falls' common length [N],
     # positive pays out; the torque of the drum of `reeving` [N m], positive pays out; or by `rate`
     # the length's acceleration [m/s²], with `time_constant` its velocity [m/s]
-    mass: Positive | None = (
-        None  # kg, of a `force` drive: inertia of drum and motor over the square of the drum's
-    )
-    # radius, times the square of rope paid out per length of the falls; left out with `reeving`,
-    # which has it
-    time_constant: Positive | None = (
-        None  # s, of a `rate` drive: its input is then the velocity [m/s], followed with
-    )
-    # this lag; left out: the acceleration
-    limits: LengthRange | None = (
-        None  # m, of the falls' unstretched length; a run ends where one is reached
-    )
-    reeving: ReevingGroup | None = (
-        None  # sheaves of each fall and the drum of all; left out: the winch has its `mass`
-    )
-    friction: Friction | None = (
-        None  # N, of a winch driven by force or torque, in terms of the length
-    )
+    mass: Positive | None = None  # kg, of a `force` drive: inertia of drum and motor over the
+    # square of the drum's radius, times the square of rope paid out per length of the falls; left
+    # out with `reeving`, which has it
+    time_constant: Positive | None = None  # s, of a `rate` drive: its input is then the velocity
+    # [m/s], followed with this lag; left out: the acceleration
+    limits: LengthRange | None = None  # m, of the falls' unstretched length; a run ends where one
+    # is reached
+    reeving: ReevingGroup | None = None  # sheaves of each fall and the drum of all; left out: the
+    # winch has its `mass`
+    friction: Friction | None = None  # N, of a winch driven by force or torque, in terms of the
+    # length
 
     @property
     def effort_unit(self) -> str:

@@ -24,26 +24,22 @@ ROUNDING = 1e-15  # rad, of a deflection
 class Bending(Group):
     """A first mode of bending: the structure turns about its root on a spring."""
 
-    # N m/rad, about the root: of a beam with the tip's stiffness K the length squared times K
-    stiffness: Positive
-    damping_ratio: NonNegative = (
-        0.0  # -, of the mode at the start, without payload and with drives that hold
-    )
+    stiffness: Positive  # N m/rad, about the root: of a beam with the tip's stiffness K the length
+    # squared times K
+    damping_ratio: NonNegative = 0.0  # -, of the mode at the start, without payload and with drives
+    # that hold
     rest: Angle = 0.0  # rad, where nothing bends the structure: its camber
-    deflection: Angle | None = (
-        None  # rad, at t = 0; left out: at rest under the structure's weight and the payload's
-    )
+    deflection: Angle | None = None  # rad, at t = 0; left out: at rest under the structure's weight
+    # and the payload's
 
 
 class BoomFlexibility(Group):
     """Bending of the boom about its foot; the base section does not bend."""
 
-    lateral: Bending | None = (
-        None  # about the slewing axis, positive to where a positive slew goes; left out: rigid
-    )
-    vertical: Bending | None = (
-        None  # in the plane of jib or boom, positive upwards; left out: rigid
-    )
+    lateral: Bending | None = None  # about the slewing axis, positive to where a positive slew
+    # goes; left out: rigid
+    vertical: Bending | None = None  # in the plane of jib or boom, positive upwards; left out:
+    # rigid
 
     @property
     def modes(self) -> dict[str, Bending]:
@@ -65,16 +61,13 @@ class BoomFlexibility(Group):
 class MastBending(Group):
     """First bending modes of a mast, alike in all directions, about a point below the jib."""
 
-    height: (
-        Positive  # m, h: of a cantilever loaded at its head about 0.85 of its length (Howell, 2001)
-    )
+    height: Positive  # m, h: of a cantilever loaded at its head about 0.85 of its length (Howell,
+    # 2001)
     stiffness: Positive  # N m/rad, about that point: the head's stiffness K times h²
-    damping_ratio: NonNegative = (
-        0.0  # -, of the mode in the jib's plane at the start, without payload
-    )
-    mass: NonNegative = (
-        0.0  # kg, of the mast that moves with its head: 0.24 of a uniform one's (Rayleigh)
-    )
+    damping_ratio: NonNegative = 0.0  # -, of the mode in the jib's plane at the start, without
+    # payload
+    mass: NonNegative = 0.0  # kg, of the mast that moves with its head: 0.24 of a uniform one's
+    # (Rayleigh)
 
 
 class JibBody(Group):
@@ -94,9 +87,8 @@ class JibFlexibility(BoomFlexibility):
     """Bending of the jib about the tower's head, or of the mast; the counter-jib is rigid."""
 
     jib: JibBody  # what bends; all else of slew.inertia turns with the drive
-    mast: MastBending | None = (
-        None  # of a rigid jib: the tower that sways below it; left out: rigid
-    )
+    mast: MastBending | None = None  # of a rigid jib: the tower that sways below it; left out:
+    # rigid
 
     @property
     def modes(self) -> dict[str, Any]:
@@ -147,9 +139,8 @@ def flexible_boom(rigid: TelescopicBoom, flexibility: BoomFlexibility | None, q:
         return rigid
     parts, first, second = rigid.superstructure, rigid.base_section, rigid.telescope
     inner = TelescopicBoom(parts, first._replace(windage=None), TelescopedSection(0.0, 0.0, 0.0))
-    bare = BaseSection(
-        0.0, 0.0, 0.0, windage=first.windage
-    )  # the wind presses on the boom's outer half the most
+    # the wind presses on the boom's outer half the most
+    bare = BaseSection(0.0, 0.0, 0.0, windage=first.windage)
     outer = TelescopicBoom(Superstructure(0.0, parts.foot), bare, second)
     return _bend(rigid, (inner, outer), flexibility, (q[1], q[2]))
 

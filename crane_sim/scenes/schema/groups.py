@@ -188,10 +188,7 @@ class Control(Group):
 
     model_config = ConfigDict(extra="allow", allow_inf_nan=False, frozen=True, defer_build=True)
     law: str  # its name: one of those below, or one that another package has installed
-    period: Annotated[Any, BeforeValidator(_period)] = (
-        0.01  # s, between commands; or `continuous`: the law is
-    )
-    # evaluated inside the equations
-    nominal: dict[
-        str, Any
-    ] = {}  # the law's nominal model, as groups of a scene file that are merged over the scene
+    period: Annotated[Any, BeforeValidator(_period)] = 0.01  # s, between commands; or `continuous`:
+    # the law is evaluated inside the equations
+    nominal: dict[str, Any] = {}  # the law's nominal model, as groups of a scene file that are
+    # merged over the scene

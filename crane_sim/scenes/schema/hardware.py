@@ -64,37 +64,28 @@ class SensorGroup(Group):
     bit.
     """
 
-    noise: Sizes = (
-        0.0,
-        0.0,
-    )  # joint's unit, standard deviation, of position and velocity; drawn for every sample
+    noise: Sizes = (0.0, 0.0)  # joint's unit, standard deviation, of position and velocity; drawn
+    # for every sample
     bias: Reals = (0.0, 0.0)  # joint's unit, what is added to every sample
     quantisation: Sizes = (0.0, 0.0)  # joint's unit, step to which a sample is rounded; 0 for none
-    delay: NonNegative = (
-        0.0  # s, age of a sample when it is published; rounded to whole periods (`rounded` of the
-    )
-    # summary)
-    rate: Positive | None = (
-        None  # Hz, of samples, which hold until the next one; rounded to whole periods; left out:
-    )
-    # every period
+    delay: NonNegative = 0.0  # s, age of a sample when it is published; rounded to whole periods
+    # (`rounded` of the summary)
+    rate: Positive | None = None  # Hz, of samples, which hold until the next one; rounded to whole
+    # periods; left out: every period
     dropout: Probability = 0.0  # -, chance that a sample is lost; the last one stays
 
 
 class MotorGroup(Group):
     """A motor behind a gear: its inertia moves with the joint; speed limits its torque."""
 
-    # rad/joint's unit, turns of the motor for the joint's motion; of a wheel or drum of radius r:
-    # n/r
-    ratio: Positive
-    inertia: NonNegative = (
-        0.0  # kg m², of rotor and gear about the motor's shaft; adds ratio² × it to the joint's
-    )
+    ratio: Positive  # rad/joint's unit, turns of the motor for the joint's motion; of a wheel or
+    # drum of radius r: n/r
+    inertia: NonNegative = 0.0  # kg m², of rotor and gear about the motor's shaft; adds ratio² × it
+    # to the joint's
     torque: Positive = inf  # N m, the largest one up to the base speed; left out: no limit
     base_speed: NonNegative = 0.0  # rad/s, of the motor, from which on the largest torque falls
-    no_load_speed: Positive = (
-        inf  # rad/s, of the motor, at which it has fallen to 0 in a line; with `torque`
-    )
+    no_load_speed: Positive = inf  # rad/s, of the motor, at which it has fallen to 0 in a line;
+    # with `torque`
 
 
 class ServoGroup(Group):
@@ -105,25 +96,18 @@ class ServoGroup(Group):
     joint's; the effort is limited by `limit` and `motor`, where the integral is clamped.
     """
 
-    # effort's unit s/joint's unit, effort for a deviation of the speed; `.inf`: the joint
-    gain: PositiveOrInfinite
-    # follows its reference exactly
-    integral_time: Positive | None = (
-        None  # s, of the speed loop; left out: none, a static load costs speed
-    )
-    position_gain: Positive | None = (
-        None  # 1/s, with `drive: position`: speed for a deviation of the position, sampled
-    )
-    # once a period
-    max_speed: Positive | None = (
-        None  # joint's unit/s, largest speed of the reference; left out: any
-    )
-    max_acceleration: Positive | None = (
-        None  # joint's unit/s², largest acceleration of the reference; left out: any
-    )
-    max_jerk: Positive | None = (
-        None  # joint's unit/s³, largest rate of that acceleration; left out: any
-    )
+    gain: PositiveOrInfinite  # effort's unit s/joint's unit, effort for a deviation of the speed;
+    # `.inf`: the joint follows its reference exactly
+    integral_time: Positive | None = None  # s, of the speed loop; left out: none, a static load
+    # costs speed
+    position_gain: Positive | None = None  # 1/s, with `drive: position`: speed for a deviation of
+    # the position, sampled once a period
+    max_speed: Positive | None = None  # joint's unit/s, largest speed of the reference; left out:
+    # any
+    max_acceleration: Positive | None = None  # joint's unit/s², largest acceleration of the
+    # reference; left out: any
+    max_jerk: Positive | None = None  # joint's unit/s³, largest rate of that acceleration; left
+    # out: any
 
 
 Command = Annotated[Literal["effort", "velocity", "position"], BY_SPEED]
@@ -143,31 +127,24 @@ class ActuatorGroup(Group):
     # followed as `servo` says
     servo: ServoGroup | None = None  # reference and loops with `drive: velocity` or `position`
 
-    limit: Limits | None = (
-        None  # effort's unit, range of the effort; one number stands for [-number, number]; left
-    )
-    # out: none
-    rate_limit: Positive | None = (
-        None  # effort's unit/s, largest rate of the effort; left out: none
-    )
-    lag: NonNegative = (
-        0.0  # s, time constant T of u' = (demand - u) / T, solved exactly within a period
-    )
+    limit: Limits | None = None  # effort's unit, range of the effort; one number stands for
+    # [-number, number]; left out: none
+    rate_limit: Positive | None = None  # effort's unit/s, largest rate of the effort; left out:
+    # none
+    lag: NonNegative = 0.0  # s, time constant T of u' = (demand - u) / T, solved exactly within a
+    # period
     limit_switches: Annotated[tuple[Real, Real], AfterValidator(_check_order)] | None = (
         None  # joint's unit, beyond
     )
     # either the drive is off and its brake (`brake`) engaged to the end of the run; read at the
     # ends of periods, the distance travelled beyond is in the summary; left out: none
-    motor: MotorGroup | None = (
-        None  # of a drive by force or torque; left out: no inertia, no limit by speed
-    )
+    motor: MotorGroup | None = None  # of a drive by force or torque; left out: no inertia, no limit
+    # by speed
     deadband: NonNegative = 0.0  # command's unit, demands up to this size count as zero
     delay: NonNegative = 0.0  # s, from the demand to its effect; rounded to whole periods
-    initial_demand: Real | None = (
-        None  # command's unit, before t = 0, where a delay, lag or rate limit begins; left
-    )
-    # out: a force or torque carries the weight on its joint, a position is the initial one,
-    # everything else is 0
+    initial_demand: Real | None = None  # command's unit, before t = 0, where a delay, lag or rate
+    # limit begins; left out: a force or torque carries the weight on its joint, a position is the
+    # initial one, everything else is 0
 
 
 class BrakeGroup(Group):
@@ -181,14 +158,11 @@ class BrakeGroup(Group):
     holds 12 degrees under any trolley, and 45 where the trolley weighs twice its payload.
     """
 
-    capacity: tuple[NonNegative, ...] | None = (
-        None  # effort's unit, largest effort of each actuated joint's brake;
-    )
-    # left out: twice the static load of the initial posture and what decelerates all that the joint
-    # carries by 2 rad/s² or m/s²
-    frequency: Positive | None = (
-        None  # rad/s, of a free joint on its brake's spring; left out: computed from the crane
-    )
+    capacity: tuple[NonNegative, ...] | None = None  # effort's unit, largest effort of each
+    # actuated joint's brake; left out: twice the static load of the initial posture and what
+    # decelerates all that the joint carries by 2 rad/s² or m/s²
+    frequency: Positive | None = None  # rad/s, of a free joint on its brake's spring; left out:
+    # computed from the crane
     damping: NonNegative = 0.7  # -, ratio of that spring
 
 
@@ -206,10 +180,8 @@ class SensorStuck(NamedTuple):
     """A sensor that repeats its sample from the beginning of the fault."""
 
     joint: str  # joint of the sensor or brake
-    at: NonNegative | None = (
-        None  # s, when it begins; left out: by the service `~/faults/NAME` or by
-    )
-    # `plant.set_fault`
+    at: NonNegative | None = None  # s, when it begins; left out: by the service `~/faults/NAME` or
+    # by `plant.set_fault`
     until: NonNegative | None = None  # s, when it ends; left out: never
 
     def find_error(self) -> str:
@@ -264,18 +236,15 @@ Fault = Annotated[Any, tagged_union_validator("kind", FAULTS)]
 class HardwareGroups(Group):
     """Groups that every crane may have."""
 
-    brake: BrakeGroup | None = (
-        None  # brakes of all actuated joints, for silent controllers and stuck joints
-    )
+    brake: BrakeGroup | None = None  # brakes of all actuated joints, for silent controllers and
+    # stuck joints
     sensors: dict[
         str, SensorGroup
     ] = {}  # by joint, or `all`: errors of the measurements in `joint_states`, which laws take
     actuators: dict[str, ActuatorGroup] = {}  # by actuated joint, or `all`: dynamics of the drives
-    faults: Annotated[
-        dict[str, Fault], AfterValidator(_check_names)
-    ] = {}  # by a name of your own, in small
-    # letters; a fault is there in every period that begins at or after its time; a slack cable is
-    # no fault
+    faults: Annotated[dict[str, Fault], AfterValidator(_check_names)] = {}  # by a name of your own,
+    # in small letters; a fault is there in every period that begins at or after its time; a slack
+    # cable is no fault
 
 
 def group_name(groups: dict[str, JointGroup], joint: str, key: str) -> str:

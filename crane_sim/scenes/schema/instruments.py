@@ -18,19 +18,14 @@ class ImuGroup(Group):
     position: Vector = NOTHING  # m, in the axes of the base, from its origin
     acceleration_noise: NonNegative = 0.0  # m/s², standard deviation of each component of a sample
     acceleration_bias: Vector = NOTHING  # m/s², what is added to every sample
-    angular_velocity_noise: NonNegative = (
-        0.0  # rad/s, standard deviation of each component of a sample
-    )
+    angular_velocity_noise: NonNegative = 0.0  # rad/s, standard deviation of each component of a
+    # sample
     angular_velocity_bias: Vector = NOTHING  # rad/s, what is added to every sample
-    orientation_noise: NonNegative | None = (
-        None  # rad, standard deviation about each axis of the base; left out: no
-    )
-    # orientation is measured, which the messages say
+    orientation_noise: NonNegative | None = None  # rad, standard deviation about each axis of the
+    # base; left out: no orientation is measured, which the messages say
     rate: Positive | None = None  # Hz, of samples; rounded to whole periods; left out: every period
-    delay: NonNegative = (
-        0.0  # s, from a sample to its message, which has the time of the sample; rounded to whole
-    )
-    # periods
+    delay: NonNegative = 0.0  # s, from a sample to its message, which has the time of the sample;
+    # rounded to whole periods
 
 
 class CameraGroup(Group):
@@ -43,7 +38,5 @@ class CameraGroup(Group):
     noise: NonNegative = 0.0  # m, standard deviation of each coordinate of a frame
     bias: Vector = NOTHING  # m, what is added to every frame
     rate: Positive | None = None  # Hz, of frames; rounded to whole periods; left out: every period
-    delay: NonNegative = (
-        0.0  # s, from a frame to its message, which has the time of the frame; rounded to whole
-    )
-    # periods
+    delay: NonNegative = 0.0  # s, from a frame to its message, which has the time of the frame;
+    # rounded to whole periods

@@ -19,9 +19,8 @@ class Auto(NamedTuple):
     switches and no chain hangs below, else `dop853`.
     """
 
-    rtol: Positive | None = (
-        None  # -, relative tolerance, the absolute one is a hundredth of it; left out: the method's
-    )
+    rtol: Positive | None = None  # -, relative tolerance, the absolute one is a hundredth of it;
+    # left out: the method's
 
 
 class MethodRequirements(NamedTuple):
@@ -35,12 +34,10 @@ class MethodRequirements(NamedTuple):
     continuous: bool = False  # a law drives it that the equations evaluate
 
 
-STIFF_FREQUENCY = (
-    2e4  # rad/s, of springs, from which an implicit method is faster (measured: bench/stiff.py)
-)
-TIGHT = (
-    1e-8  # relative tolerance, from which on order 16 in lanes is faster (measured: `crane bench`)
-)
+# rad/s, of springs, from which an implicit method is faster (measured: bench/stiff.py)
+STIFF_FREQUENCY = 2e4
+# relative tolerance, from which on order 16 in lanes is faster (measured: `crane bench`)
+TIGHT = 1e-8
 LONG_HORIZON = 1e4  # rad, of swinging, from which a bounded energy error matters more than speed
 GAUSS_STEP_FACTOR = 0.08
 """Step of the Gauss method times the frequency: energy errors of 1e-10 (measured: `crane reproduce

@@ -27,12 +27,10 @@ class FixedRope(Group):
     """The rope, which stays as long as it is."""
 
     length: Positive  # m, from the suspension point to the payload
-    slack: Literal["allow", "stop"] = (
-        "allow"  # stop: a run ends where the rope, or a further link, would push
-    )
-    torsion: Torsion | None = (
-        None  # what resists a twist between point and payload; left out: the payload turns freely
-    )
+    slack: Literal["allow", "stop"] = "allow"  # stop: a run ends where the rope, or a further link,
+    # would push
+    torsion: Torsion | None = None  # what resists a twist between point and payload; left out: the
+    # payload turns freely
 
 
 class LineStart(TipStart):

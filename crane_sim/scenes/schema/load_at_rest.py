@@ -123,9 +123,8 @@ def _with_stiffness(hanging: _Hanging, stiffness: Any) -> _Hanging:
 def _descend(hanging: _Hanging, y: Any) -> tuple[_Hanging, Any]:
     """Return (the load, its posture) after steps down until the potential is at rounding."""
     radius, lever = 0.5, np.sqrt(np.mean(np.sum(hanging.falls.bottom**2, axis=1))) or 1.0
-    scale = np.array([1.0, 1.0, 1.0, lever, lever, lever])[
-        : hanging.free
-    ]  # m: angles as displacements at the ends
+    # m: angles as displacements at the ends
+    scale = np.array([1.0, 1.0, 1.0, lever, lever, lever])[: hanging.free]
     for _ in range(DESCENTS):
         if hanging.free == 6 and abs(y[4]) > STEEP:
             hanging, y = _stand_on_end(hanging, y)
@@ -151,9 +150,8 @@ def _step(gradient: Any, curvature: Any, weight: float, radius: float) -> Any:
     """Return the step down by the absolute curvatures within the radius, also from a saddle."""
     values, axes = np.linalg.eigh(curvature)
     axes *= np.where(axes.sum(axis=0) < 0.0, -1.0, 1.0)  # LAPACK's signs differ by processor
-    least = max(
-        FLATTEST * weight, ROUNDING * float(np.abs(values).max())
-    )  # N/m: a load on slack falls has none
+    # N/m: a load on slack falls has none
+    least = max(FLATTEST * weight, ROUNDING * float(np.abs(values).max()))
     along = -(axes.T @ gradient) / np.maximum(np.abs(values), least)
     if np.linalg.norm(along) < STATIONARY:
         along = np.where(values < -UNSTABLE * weight, ASIDE, along)

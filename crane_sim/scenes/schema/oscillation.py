@@ -15,9 +15,8 @@ def row_frequency(springs: Any, inverse_masses: Any) -> float:
     """
     inverse = np.sqrt(inverse_masses)
     diagonal = np.append(springs, 0.0) + np.append(0.0, springs)
-    from scipy.linalg import (
-        eigvalsh_tridiagonal,
-    )  # here: few scenes ask, and it takes long to import
+    # here: few scenes ask, and it takes long to import
+    from scipy.linalg import eigvalsh_tridiagonal
 
     values = eigvalsh_tridiagonal(diagonal * inverse**2, -springs * inverse[1:] * inverse[:-1])
     return float(np.sqrt(values[-1]))

@@ -77,9 +77,8 @@ class OverheadFile(OverheadCrane):
         """Height of the payload above the rails at t = 0 [m]."""
         if self.initial.positions:
             return self.initial.positions[-1][-1]
-        cosines = [
-            turn[-1] if self.dimensions == 3 else -cos(turn) for turn in self.parts.turns
-        ]  # to the vertical
+        # to the vertical
+        cosines = [turn[-1] if self.dimensions == 3 else -cos(turn) for turn in self.parts.turns]
         return sum(
             length * cosine for length, cosine in zip(self.start_lengths, cosines, strict=True)
         )

@@ -12,12 +12,10 @@ from crane_sim.scenes.schema.axes import start_of
 from crane_sim.scenes.schema.overhead_groups import OverheadGroups
 
 Vector = tuple[float, ...]
-STRAIGHT_MASS_RATIO = (
-    1e3  # payload / heaviest node above it, from which model: auto takes a rod for a straight cable
-)
-UNIT_TOLERANCE = (
-    1e-6  # deviation of a unit vector's length from 1, and of its rate from perpendicular
-)
+# payload / heaviest node above it, from which model: auto takes a rod for a straight cable
+STRAIGHT_MASS_RATIO = 1e3
+# deviation of a unit vector's length from 1, and of its rate from perpendicular
+UNIT_TOLERANCE = 1e-6
 MIN_SEPARATION = 1e-9  # of a link's ends, relative to its length; a closer pair has no direction
 
 

@@ -38,25 +38,18 @@ HoistDrive = Annotated[Literal["prescribed", "force"], BY_SPEED]
 class CableGroup(Group):
     """Links and node masses from the top, the last the payload; one number stands for `links`."""
 
-    model: Literal["rigid", "elastic", "straight", "auto"] = (
-        "rigid"  # `rigid` links; `elastic` ones; `straight`: one
-    )
-    # rod; `auto`: `straight` where the cable is light and straight and nothing bends it, else
-    # `rigid`
+    model: Literal["rigid", "elastic", "straight", "auto"] = "rigid"  # `rigid` links; `elastic`
+    # ones; `straight`: one rod; `auto`: `straight` where the cable is light and straight and
+    # nothing bends it, else `rigid`
     links: LinkCount | None = None  # -, number of links; left out: as many as the
     # longer one of `lengths` and `node_masses`
     lengths: Lengths  # m, of the links, from the top; elastic: at rest
-    # kg, at the lower ends of the links; the last one is the payload; rigid nodes without mass
-    node_masses: Masses
-    # join two links
-    slack: Literal["allow", "stop"] = (
-        "allow"  # what happens when a rigid link would push: nothing, or the run ends;
-    )
-    # `tension_only` is that of elastic ones
-    inertia: Masses | None = (
-        None  # kg m², about their own middle, of links that turn as rods; left out: all mass is in
-    )
-    # the nodes
+    node_masses: Masses  # kg, at the lower ends of the links; the last one is the payload; rigid
+    # nodes without mass join two links
+    slack: Literal["allow", "stop"] = "allow"  # what happens when a rigid link would push: nothing,
+    # or the run ends; `tension_only` is that of elastic ones
+    inertia: Masses | None = None  # kg m², about their own middle, of links that turn as rods; left
+    # out: all mass is in the nodes
     stiffness: Lengths | None = None  # N/m, of elastic links
     damping: Masses | None = None  # N s/m, of elastic links
     tension_only: bool = False  # elastic links go slack instead of pushing
@@ -87,17 +80,12 @@ class HoistGroup(Group):
 
     drive: HoistDrive  # by a given `profile`, or by a force on the length, positive pays out
     profile: Profile = None  # m, length over time, of a prescribed hoist
-    inertia: SizeOrZero | None = (
-        None  # kg, drum inertia over radius squared, of a drive by force; left out: the
-    )
-    # massless winch
-    # of the massless winch: efforts that would push the rope are applied too, not as zero; a drum
-    push: bool = False
-    # takes every effort, and what its rope may do is `cable.slack`
-    limits: tuple[NonNegative, Positive] | None = (
-        None  # m, of the length; a run ends where one is reached; left out:
-    )
-    # from 0.001 on
+    inertia: SizeOrZero | None = None  # kg, drum inertia over radius squared, of a drive by force;
+    # left out: the massless winch
+    push: bool = False  # of the massless winch: efforts that would push the rope are applied too,
+    # not as zero; a drum takes every effort, and what its rope may do is `cable.slack`
+    limits: tuple[NonNegative, Positive] | None = None  # m, of the length; a run ends where one is
+    # reached; left out: from 0.001 on
 
 
 class Start(Group):
@@ -109,22 +97,16 @@ class Start(Group):
     vy: BoundedReal = 0.0  # m/s, of the bridge
     length: Size | None = None  # m, of a force-driven hoist; left out: its link's
     length_rate: BoundedReal = 0.0  # m/s, of a force-driven hoist
-    angles: Annotated[tuple[Tilt, ...], BeforeValidator(as_list)] | None = (
-        None  # rad, of the links from the downward
-    )
-    # vertical (2D); left out: they hang
-    # rad/s, of the angles (2D); 1/s, vectors of 3, of the directions (3D); left out: at rest
-    rates: Any = None
-    directions: tuple[Vector, ...] | None = (
-        None  # -, unit vectors down the links (3D); left out: they hang
-    )
-    positions: tuple[tuple[BoundedReal, ...], ...] | None = (
-        None  # m, of an elastic cable's nodes, [x, z] or
-    )
-    # [x, y, z], in place of angles or directions
-    velocities: tuple[tuple[BoundedReal, ...], ...] | None = (
-        None  # m/s, of the same nodes; left out: at rest
-    )
+    angles: Annotated[tuple[Tilt, ...], BeforeValidator(as_list)] | None = None  # rad, of the links
+    # from the downward vertical (2D); left out: they hang
+    rates: Any = None  # rad/s, of the angles (2D); 1/s, vectors of 3, of the directions (3D); left
+    # out: at rest
+    directions: tuple[Vector, ...] | None = None  # -, unit vectors down the links (3D); left out:
+    # they hang
+    positions: tuple[tuple[BoundedReal, ...], ...] | None = None  # m, of an elastic cable's nodes,
+    # [x, z] or [x, y, z], in place of angles or directions
+    velocities: tuple[tuple[BoundedReal, ...], ...] | None = None  # m/s, of the same nodes; left
+    # out: at rest
 
 
 class Change(Group):
@@ -137,11 +119,9 @@ class Event(Group):
     """A change of the payload at a given time."""
 
     at: NonNegative  # s, when it happens
-    velocity: Velocity | None = (
-        None  # m/s, of what is taken up just before, relative to the base and in its axes, in 3
-    )
-    # dimensions or below an elastic cable; left out, or `hook`: it moves with the payload, and
-    # nothing jumps
+    velocity: Velocity | None = None  # m/s, of what is taken up just before, relative to the base
+    # and in its axes, in 3 dimensions or below an elastic cable; left out, or `hook`: it moves with
+    # the payload, and nothing jumps
     set: Change  # what is new from then on
 
 
@@ -150,9 +130,8 @@ class FrictionGroup(Group):
 
     trolley: Friction | None = None  # on the rail along x
     bridge: Friction | None = None  # on the rails along y
-    hoist: Friction | None = (
-        None  # of the drum of a hoist with inertia, in terms of the rope; with rigid links
-    )
+    hoist: Friction | None = None  # of the drum of a hoist with inertia, in terms of the rope; with
+    # rigid links
 
 
 class BristleGroup(Group):

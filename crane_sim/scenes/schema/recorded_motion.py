@@ -59,9 +59,8 @@ def spline_base(file: str, duration: float, cut_off: float | None = None) -> Spl
     Raises:
         SceneError: the file cannot be read, or has no valid content.
     """
-    from scipy.interpolate import (
-        make_interp_spline,
-    )  # here: few scenes have one, and it takes long to import
+    # here: few scenes have one, and it takes long to import
+    from scipy.interpolate import make_interp_spline
 
     where = f"base_motion.file = {shorten(file, PATH)}"
     head, rows, lines = _read_columns(where, file)

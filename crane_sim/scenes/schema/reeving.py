@@ -21,8 +21,8 @@ LayerCount = Annotated[int, BeforeValidator(reject_bool), Field(ge=1, le=30)]
 class SheaveEfficiency(NamedTuple):
     """Bearings and bending of the rope in one number."""
 
-    # -, of one sheave: pull that leaves it over pull that enters; 0.98 on rolling bearings
-    efficiency: Positive
+    efficiency: Positive  # -, of one sheave: pull that leaves it over pull that enters; 0.98 on
+    # rolling bearings
 
     def ratio(self, radius: float) -> float:
         """Return the tension on the side that the rope goes to over the other one."""
@@ -85,9 +85,8 @@ class DrumGroup(Group):
     inertia: NonNegative = 0.0  # kg m², of the drum with gear and motor, about the drum's axis
     turns: Positive | None = None  # -, of rope in a full layer
     layers: LayerCount = 1  # -, that the drum can take
-    layer_height: Positive | None = (
-        None  # m, from one layer to the next: 0.87 to 1 times the rope's diameter
-    )
+    layer_height: Positive | None = None  # m, from one layer to the next: 0.87 to 1 times the
+    # rope's diameter
 
     def check(self, length: float | None, group: str) -> None:
         """Raise SceneError for keys that are missing or have no effect.
@@ -128,9 +127,8 @@ class ReevingGroup(Group):
     sheaves: Sheaves | None = None  # left out: without inertia and loss
     drum: DrumGroup | None = None  # left out: without inertia
     mass_per_length: Positive | None = None  # kg/m, of the rope; left out: it weighs nothing
-    length: Positive | None = (
-        None  # m, of the rope on the drum and in the falls; where rope has a mass or layers
-    )
+    length: Positive | None = None  # m, of the rope on the drum and in the falls; where rope has a
+    # mass or layers
 
     @property
     def longest(self) -> float:
@@ -163,9 +161,8 @@ class ReevingGroup(Group):
             radius = self.drum.radius + (self.drum.layer_height or 0.0) * (self.drum.layers - 1)
             mass += self.drum.inertia * (n / radius) ** 2
         if self.sheaves is not None:
-            speeds = (
-                sum(k * k for k in range(1, n)) + self.lead_sheaves * n * n
-            )  # squares, over that of the length
+            # squares, over that of the length
+            speeds = sum(k * k for k in range(1, n)) + self.lead_sheaves * n * n
             mass += ropes * self.sheaves.inertia / self.sheaves.radius**2 * speeds
         return mass
 

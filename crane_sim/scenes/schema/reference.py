@@ -30,22 +30,18 @@ KINDS: dict[str, Any] = {
 """The kinds of path, and their keys."""
 _PROFILE: TypeAdapter[Any] = TypeAdapter(Annotated[Any, tagged_union_validator("kind", KINDS)])
 _COMMON_KEYS = ("of", "shaping")  # keys of a path of any kind, beside the kind's own
-TARGET_TOLERANCE = (
-    1e-6  # m, rad, relative to large ones: of a path's end from the target of the joints
-)
+# m, rad, relative to large ones: of a path's end from the target of the joints
+TARGET_TOLERANCE = 1e-6
 COORDINATES = ("x", "y", "z")  # of the payload, in the base frame
 
 
 class PathGroup(Group):
     """Path of the payload or of the actuated joints: the keys that all kinds of path have."""
 
-    of: Literal["payload", "joints"] = (
-        "payload"  # whether the coordinates are the payload's (x, y, z in the axes of
-    )
-    # the base) or the actuated joints'
-    profile: Annotated[
-        Any, InlineUnion(("kind", KINDS))
-    ]  # which path; its own keys stand beside `kind`
+    of: Literal["payload", "joints"] = "payload"  # whether the coordinates are the payload's (x, y,
+    # z in the axes of the base) or the actuated joints'
+    profile: Annotated[Any, InlineUnion(("kind", KINDS))]  # which path; its own keys stand beside
+    # `kind`
     shaping: Shaping | None = None  # input shaping against swing; left out: the path as it is
 
 
@@ -71,13 +67,10 @@ def _path(value: Any) -> Any:
 class ReferenceGroup(Group):
     """Target of the actuated joints, and path of joints or payload; at least one of them."""
 
-    q: tuple[Real, ...] | None = (
-        None  # joint's unit, target of the actuated joints, in their order; left out: the
-    )
-    # end of a path of the joints
-    path: Annotated[PathGroup | None, BeforeValidator(_path)] = (
-        None  # of the actuated joints or the payload
-    )
+    q: tuple[Real, ...] | None = None  # joint's unit, target of the actuated joints, in their
+    # order; left out: the end of a path of the joints
+    path: Annotated[PathGroup | None, BeforeValidator(_path)] = None  # of the actuated joints or
+    # the payload
 
     @model_validator(mode="after")
     def _check_not_empty(self) -> Self:

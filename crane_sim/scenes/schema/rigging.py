@@ -47,9 +47,8 @@ class PayloadWindage(Group):
 
     area: NonNegative  # m², that the wind sees
     drag_coefficient: NonNegative  # -, some 1.2 of a box
-    centre: Vector | None = (
-        None  # m, of pressure, from the centre of mass of a body, in its axes; left out: there
-    )
+    centre: Vector | None = None  # m, of pressure, from the centre of mass of a body, in its axes;
+    # left out: there
 
 
 class Payload(Group):
@@ -60,12 +59,10 @@ class Payload(Group):
         None  # kg m², about the
     )
     # centre of mass, in the body's axes: three principal moments, or the rows of the tensor
-    windage: PayloadWindage | None = (
-        None  # area and drag in the `wind`; left out: no wind acts on it
-    )
-    attachment: Vector | None = (
-        None  # m, from a body's centre of mass to where it hangs, in its axes; left out: there
-    )
+    windage: PayloadWindage | None = None  # area and drag in the `wind`; left out: no wind acts on
+    # it
+    attachment: Vector | None = None  # m, from a body's centre of mass to where it hangs, in its
+    # axes; left out: there
 
     @property
     def pressed(self) -> Windage | None:
@@ -104,9 +101,8 @@ class Payload(Group):
 
 def _check_inertia(tensor: Any) -> None:
     """Raise SceneError for a tensor (3, 3) that no rigid body has."""
-    diagonal = not (
-        tensor - np.diag(np.diag(tensor))
-    ).any()  # then three moments were given, or could have been
+    # then three moments were given, or could have been
+    diagonal = not (tensor - np.diag(np.diag(tensor))).any()
     shown = f"payload.inertia = {(np.diag(tensor) if diagonal else tensor).tolist()}"
     if not np.allclose(tensor, tensor.T, rtol=ROUNDING, atol=0.0):
         raise SceneError(f"{shown}: must be symmetric")
@@ -125,18 +121,13 @@ def _check_inertia(tensor: Any) -> None:
 class RiggingStart(Group):
     """Further links and attitude at t = 0; left out: in line with the rope, axes as the base's."""
 
-    directions: tuple[Vector, ...] | None = (
-        None  # -, unit vectors down the further links, in the axes of the base
-    )
+    directions: tuple[Vector, ...] | None = None  # -, unit vectors down the further links, in the
+    # axes of the base
     direction_rates: tuple[Vector, ...] | None = None  # 1/s, across the directions
-    orientation: Quaternion = (
-        NO_TURN  # -, unit quaternion (w, x, y, z) from the body's axes to the base's
-    )
-    angular_velocity: Vector = (
-        0.0,
-        0.0,
-        0.0,
-    )  # rad/s, of the body relative to the base, in the body's axes
+    orientation: Quaternion = NO_TURN  # -, unit quaternion (w, x, y, z) from the body's axes to the
+    # base's
+    angular_velocity: Vector = (0.0, 0.0, 0.0)  # rad/s, of the body relative to the base, in the
+    # body's axes
 
     def nearest_to(self, yaw: float) -> "RiggingStart":
         """Return the start with the quaternion of its attitude that is nearer to a yaw [rad]."""

@@ -16,9 +16,8 @@ ROUNDING = 1e-9
 def check_rods(boom: Rod, jib: Rod) -> None:
     """Raise SceneError for an inertia that no body has, or for rods too light for any effort."""
     for name, rod in (("boom", boom), ("jib", jib)):
-        most = (
-            2.0 * rod.inertia
-        )  # of a body, each principal moment of inertia is at most the sum of the two others
+        # of a body, each principal moment of inertia is at most the sum of the two others
+        most = 2.0 * rod.inertia
         if rod.axial_inertia is not None and rod.axial_inertia > most * (1.0 + ROUNDING):
             raise SceneError(
                 f"{name}.axial_inertia = {rod.axial_inertia:g}: no rigid body has more than twice "

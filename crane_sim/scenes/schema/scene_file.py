@@ -35,9 +35,8 @@ class Assembly(NamedTuple):
     limits: tuple[TravelLimits, ...]  # of the joints that have some
     target: tuple[float, ...] | None  # (nu,) None without `reference.q`
     trajectory: Trajectory | None  # the compiled path, None without `reference.path`
-    open_loop: (
-        Inputs | tuple[float, ...]
-    )  # efforts without a law: functions of time, or held ones (nu,)
+    open_loop: Inputs | tuple[float, ...]  # efforts without a law: functions of time, or held ones
+    # (nu,)
     requirements: MethodRequirements  # on the method of a scene that is not sampled
     notes: dict[str, Any]  # settings chosen automatically, entries of the summary
 
@@ -47,19 +46,16 @@ class SceneFile(HardwareGroups, ABC):
 
     name: Name = ""  # of the scene, in one line; left out: the file's
     description: str = ""  # a line for the catalogue
-    # s, scene time of a run; rounded to whole periods, which the summary says (`rounded`)
-    duration: Positive
+    duration: Positive  # s, scene time of a run; rounded to whole periods, which the summary says
+    # (`rounded`)
     seed: Seed = 0  # -, of all that is drawn at random and has no seed of its own
-    uncertain: dict[str, Distribution] | None = (
-        None  # distributions of parameters by dotted key, such as
-    )
-    # `payload.mass`; the seed draws their values, which stand in the summary as `drawn`
+    uncertain: dict[str, Distribution] | None = None  # distributions of parameters by dotted key,
+    # such as `payload.mass`; the seed draws their values, which stand in the summary as `drawn`
     base_motion: BaseMotion | None = None  # how the base moves; left out: it rests
     imu: ImuGroup | None = None  # an inertial measurement unit on the base; left out: none
     camera: CameraGroup | None = None  # a camera that measures the payload; left out: none
-    wind: WindGroup | None = (
-        None  # presses on bodies with a `windage`; left out: the air rests, and nothing feels it
-    )
+    wind: WindGroup | None = None  # presses on bodies with a `windage`; left out: the air rests,
+    # and nothing feels it
     control: Control | None = None  # the law; left out: open loop
     integrator: Method = DOP853()  # method and its accuracy
 

@@ -20,19 +20,17 @@ DECIMALS = 12  # [m/s] of the deck's velocity, which then has the same bits on e
 class ContactChange(Group):
     """What may touch from an event on, such as spreader corners on a container that it let go."""
 
-    # m, of the new payload, as many as those of `contact`, from the spreader's origin, in its axes
-    points: Points
-    height: Real | None = (
-        None  # m, of what they touch above the base's origin; left out: that of `contact`
-    )
+    points: Points  # m, of the new payload, as many as those of `contact`, from the spreader's
+    # origin, in its axes
+    height: Real | None = None  # m, of what they touch above the base's origin; left out: that of
+    # `contact`
 
 
 class SpreaderChange(LoadChange):
     """Change of an event."""
 
-    contact: ContactChange | None = (
-        None  # what may touch from then on, where the scene has a `contact`
-    )
+    contact: ContactChange | None = None  # what may touch from then on, where the scene has a
+    # `contact`
 
 
 class SpreaderEvent(ExchangeEvent):

@@ -38,9 +38,8 @@ from crane_sim.scenes.schema.mast import angles_at_rest
 from crane_sim.scenes.schema.rods import check_rods
 from crane_sim.scenes.schema.suspension import Suspension
 
-START_TOLERANCE = (
-    1e-9  # m, m/s; largest difference of an axis at t = 0 from the start of its motion
-)
+# m, m/s; largest difference of an axis at t = 0 from the start of its motion
+START_TOLERANCE = 1e-9
 
 
 class SupportJoint(NamedTuple):
@@ -130,17 +129,12 @@ class DrivenSupport(SupportGroups):
     """The groups of all supports whose joints are driven by force or torque."""
 
     friction_joints: ClassVar[tuple[str, ...]] = ()  # that can have friction beside the support's
-    friction: dict[
-        str, Friction
-    ] = {}  # by joint of the support: its dry friction; the winch of a `rope` has
-    # `rope.friction`, that of a knuckle boom's rope with a point mass `rope` here
-    lugre: dict[
-        str, LuGre
-    ] = {}  # by joint of the support: dry friction by bristles; a joint has this or `friction`
-    backlash: dict[
-        str, JointDrives
-    ] = {}  # by joint of the support: its drives, one or several side by side, which
-    # have play; joints that are left out have none
+    friction: dict[str, Friction] = {}  # by joint of the support: its dry friction; the winch of a
+    # `rope` has `rope.friction`, that of a knuckle boom's rope with a point mass `rope` here
+    lugre: dict[str, LuGre] = {}  # by joint of the support: dry friction by bristles; a joint has
+    # this or `friction`
+    backlash: dict[str, JointDrives] = {}  # by joint of the support: its drives, one or several
+    # side by side, which have play; joints that are left out have none
 
     @field_validator("friction", "lugre", "backlash", mode="before")
     @classmethod
@@ -373,12 +367,9 @@ class BridgeGroups(DrivenSupport):
 class GantryGroups(BridgeGroups):
     """A trolley on a portal that travels along y, on a ship-to-shore crane with a boom."""
 
-    legs: Range | None = (
-        # m, where its legs stand along the trolley's rail, which only its picture shows; a rail
-        None
-    )
-    # that reaches further beyond them than they are apart is drawn as the boom of a ship-to-shore
-    # crane
+    legs: Range | None = None  # m, where its legs stand along the trolley's rail, which only its
+    # picture shows; a rail that reaches further beyond them than they are apart is drawn as the
+    # boom of a ship-to-shore crane
 
 
 class PointGroups(SupportGroups):

@@ -12,16 +12,13 @@ from crane_sim.scenes.schema.rigging import Vector
 class Suspension(Group):
     """Drive of the suspension point, whose motion does not depend on the payload."""
 
-    drive: Literal["acceleration", "servo"] = (
-        "acceleration"  # what the input is: the point's acceleration relative to
-    )
-    # the base [m/s²], or with `servo` where the point should be [m]
+    drive: Literal["acceleration", "servo"] = "acceleration"  # what the input is: the point's
+    # acceleration relative to the base [m/s²], or with `servo` where the point should be [m]
     kp: Positive | None = None  # 1/s², of a servo, which needs one
     kd: NonNegative | None = None  # 1/s, of a servo, which needs one
     height: Literal["fixed", "driven"] = "fixed"  # whether z of the point is driven, too
-    limits: Box | None = (
-        None  # m, by axis, of the point relative to the base; a run ends where one is reached
-    )
+    limits: Box | None = None  # m, by axis, of the point relative to the base; a run ends where one
+    # is reached
 
     @property
     def effort_unit(self) -> str:

@@ -85,9 +85,8 @@ class Normal(NamedTuple):
     """A normal distribution, truncated where it has limits."""
 
     deviation: Deviation  # parameter's unit, standard deviation without the limits
-    mean: Value | None = (
-        None  # parameter's unit, without the limits; left out: the file's own value
-    )
+    mean: Value | None = None  # parameter's unit, without the limits; left out: the file's own
+    # value
     low: Value = -inf  # parameter's unit, lower limit
     high: Value = inf  # parameter's unit, upper limit
     relative: bool = False  # whether the numbers are factors of the file's own value

@@ -21,10 +21,8 @@ class Winch(Group):
     """Keys of every winch: an effort drives it, or `drive: rate` imposes the length's motion."""
 
     drive: Any = "force"  # what the input of the winch is, see the subclasses
-    time_constant: Positive | None = (
-        None  # s, of a `rate` drive: its input is then the velocity [m/s], followed with
-    )
-    # this lag; left out: the acceleration
+    time_constant: Positive | None = None  # s, of a `rate` drive: its input is then the velocity
+    # [m/s], followed with this lag; left out: the acceleration
     limits: LengthRange | None = None  # m, of the length; a run ends where one is reached
     slack: Literal["allow", "stop"] = "allow"  # stop: a run ends where the rope would push
 
@@ -59,10 +57,8 @@ class Winch(Group):
 
     def stops(self, limited: bool) -> Stops | None:
         """Return what ends a run, None for nothing; `limited`: some joint has travel limits."""
-        imposed, stop = (
-            self.drive == "rate",
-            self.slack == "stop",
-        )  # an imposed length can reach 0 under any load
+        # an imposed length can reach 0 under any load
+        imposed, stop = self.drive == "rate", self.slack == "stop"
         if not (limited or imposed or stop):
             return None
         low, high = self.limits or (0.0, inf)
@@ -87,15 +83,12 @@ class ReevedRope(Winch):
     # the length, positive pays out, n times the pull on the lead line of n falls; the drum's torque
     # [N m], positive pays out; by `rate` the length's acceleration [m/s²], with `time_constant` its
     # velocity [m/s]; or nothing, the length stays
-    reeving: ReevingGroup | None = (
-        None  # falls, sheaves and drum; left out: the rope is one, without inertia and loss
-    )
-    friction: Friction | None = (
-        None  # N, of a winch driven by force or torque, in terms of the length
-    )
-    torsion: Torsion | None = (
-        None  # what resists a twist between tip and payload; left out: the payload turns freely
-    )
+    reeving: ReevingGroup | None = None  # falls, sheaves and drum; left out: the rope is one,
+    # without inertia and loss
+    friction: Friction | None = None  # N, of a winch driven by force or torque, in terms of the
+    # length
+    torsion: Torsion | None = None  # what resists a twist between tip and payload; left out: the
+    # payload turns freely
 
     @property
     def takes_motor(self) -> bool:

@@ -45,26 +45,17 @@ class GustGroup(Group):
     can be.
     """
 
-    spectrum: Literal[
-        "kaimal", "dryden", "von_karman"
-    ]  # Kaimal as in IEC 61400-1; the others as in MIL-HDBK-1797
-    intensity: Intensity | None = (
-        None  # -, standard deviation along the mean over the mean speed; the other two
-    )
-    # components in the standard's ratio to it: 0.8 and 0.5 of Kaimal's
-    deviations: tuple[Speed, Speed, Speed] | None = (
-        None  # m/s, in place of `intensity`: standard deviations along the
-    )
-    # mean, across it, upwards
-    lengths: tuple[Length, Length, Length] | None = (
-        None  # m, length scales of the components, as the standard defines
-    )
-    # them; left out: the standard's at `wind.height`
-    cut_off: Positive | None = (
-        None  # Hz, highest frequency: what is beyond is added below, so that the variance stays,
-    )
-    # and the summary warns where that is more than 1 %; left out: of each component the frequency
-    # with 0.8 % beyond it
+    spectrum: Literal["kaimal", "dryden", "von_karman"]  # Kaimal as in IEC 61400-1; the others as
+    # in MIL-HDBK-1797
+    intensity: Intensity | None = None  # -, standard deviation along the mean over the mean speed;
+    # the other two components in the standard's ratio to it: 0.8 and 0.5 of Kaimal's
+    deviations: tuple[Speed, Speed, Speed] | None = None  # m/s, in place of `intensity`: standard
+    # deviations along the mean, across it, upwards
+    lengths: tuple[Length, Length, Length] | None = None  # m, length scales of the components, as
+    # the standard defines them; left out: the standard's at `wind.height`
+    cut_off: Positive | None = None  # Hz, highest frequency: what is beyond is added below, so that
+    # the variance stays, and the summary warns where that is more than 1 %; left out: of each
+    # component the frequency with 0.8 % beyond it
     seed: Seed | None = None  # -, of the phases; left out: the scene's own
 
     def scales(self, speed: float, height: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -158,16 +149,13 @@ class WindGroup(Group):
     """
 
     speed: Speed  # m/s, mean at the height `height`
-    # rad, where the mean blows to, counter-clockwise from x of the world: 0 along x, 90 deg
-    direction: Angle = 0.0
-    # along y; cranes in the plane take the force's part in their plane
-    height: Height = (
-        10.0  # m, reference height above the ground, of `speed` and of the scales of gusts
-    )
+    direction: Angle = 0.0  # rad, where the mean blows to, counter-clockwise from x of the world: 0
+    # along x, 90 deg along y; cranes in the plane take the force's part in their plane
+    height: Height = 10.0  # m, reference height above the ground, of `speed` and of the scales of
+    # gusts
     profile: Profile = None  # the mean by height; left out: the same at all heights
-    origin_height: Annotated[NonNegative, Field(le=1e4)] = (
-        0.0  # m, of the world's origin above the ground
-    )
+    origin_height: Annotated[NonNegative, Field(le=1e4)] = 0.0  # m, of the world's origin above the
+    # ground
     density: Annotated[Positive, Field(le=100.0)] = 1.225  # kg/m³, of the air
     gusts: GustGroup | None = None  # turbulence; left out: the wind is steady
 
