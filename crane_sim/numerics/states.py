@@ -94,7 +94,7 @@ def leaves(x: State) -> Any:
     return tuple([leaf for part in x for leaf in leaves(part)]) if isinstance(x, tuple) else (x,)
 
 
-def replace_entry(x: tuple[float, ...], i: int, value: float) -> tuple[float, ...]:
+def replace_entry(x: tuple[Any, ...], i: int, value: Any) -> tuple[Any, ...]:
     """Return the flat tuple x with `value` at index i."""
     return tuple([value if k == i else entry for k, entry in enumerate(x)])
 

@@ -77,6 +77,14 @@ class Scene:
     # where all is ideal
     instruments: Instruments | None = None  # camera and motion reference unit; None without
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is pickled: without the file, whose schema is made from its parts."""
+        return {name: value for name, value in vars(self).items() if name != "file"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Read the file from the document."""
+        vars(self).update(state, file=read_file(state["document"])[0])
+
     @cached_property
     def period_ns(self) -> int:
         """The period in whole nanoseconds: stamps are multiples of it."""
@@ -345,12 +353,10 @@ def _motion(file: SceneFile, crane: Assembly, method: Any, varies: bool) -> dict
         method: settings of the integrator.
         varies: whether held commands give efforts that change within a period.
     """
-    control = file.control
-    continuous = control is not None and control.period == "continuous"
-    sampled = control is not None and not continuous
+    control, sampled = file.control, file.is_sampled
     is_held = sampled or (control is None and type(crane.open_loop) is tuple)
     model = system.with_meter(crane.model, is_held and not varies)
-    check_fit(method, model, continuous)
+    check_fit(method, model, continuous=control is not None and not sampled)
     source = None if control is not None else _source(crane.open_loop, method, model)
     law = {"law": None, "law_name": control and control.law, "sampled": sampled}
     return law | {"model": model, "method": method, "source": source}

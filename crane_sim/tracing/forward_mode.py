@@ -342,7 +342,7 @@ class _Transformation:
         callee: Function = instruction.literal
         operands = [self._duals[number] for number in instruction.arguments]
         self._graph.has_allocations |= callee.graph.has_allocations
-        if hasattr(callee.python, "slopes"):
+        if operands and hasattr(callee.python, "slopes"):  # without: of a number that is known
             self._transform_smooth(instruction)
             return
         moved = tuple(dual.tangent is not None for dual in operands)
@@ -465,7 +465,6 @@ class _Transformation:
         self._need(
             number
             for number, dual, moves in pairs
-            # fmt: skip
             if moves and dual.tangent is None and self._kind(number) is Kind.ARRAY
         )
         return (

@@ -84,7 +84,6 @@ def _passed_on(call: Instruction, inner: Sources, sources: Sources) -> Sources:
     arguments = dict(zip(callee.block.parameters, call.arguments, strict=True))
     firsts = [
         (result, _first(inner, number))
-        # fmt: skip
         for result, number in zip(call.results, callee.block.results, strict=True)
     ]
     return {

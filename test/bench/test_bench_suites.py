@@ -170,7 +170,6 @@ def test_rows_of_other_cranes_stay() -> None:
             for key in (
                 f"ns_per_{unit}_{which}"
                 for unit in ("evaluation", "step")
-                # fmt: skip
                 for which in ("with", "without", "added")
             )
         }

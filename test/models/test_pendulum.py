@@ -228,7 +228,10 @@ def test_the_servo_is_a_second_order_lag() -> None:
             {"initial": {"tip_velocity": [0.0, 0.0, 1.0]}},
             "initial.tip_velocity[2] = 1.0: must be 0",
         ),
-        ({"inputs": {"tip_z": {"kind": "constant"}}}, "inputs.tip_z: the height is fixed"),
+        (
+            {"inputs": {"tip_z": {"kind": "constant"}}},
+            "inputs.tip_z: drives nothing, suspension.height = 'fixed'",
+        ),
         ({"reference": {"q": [1.0, 2.0, 3.0]}}, "reference.q: has 3 values"),
     ],
 )

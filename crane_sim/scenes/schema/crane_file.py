@@ -198,8 +198,9 @@ class CraneFile(SupportGroups, SceneFile):
 
     def requirements(self) -> MethodRequirements:
         """Return the scene's requirements on its method."""
+        smooth = self.is_smooth and not self.is_sampled
         return MethodRequirements(
-            self.stiffest() or None, 0.0, self.is_elastic, self.is_smooth, self.duration
+            self.stiffest() or None, 0.0, self.is_elastic, smooth, self.duration
         )
 
     is_elastic: ClassVar = False  # whether springs carry the load

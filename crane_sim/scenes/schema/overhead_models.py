@@ -386,8 +386,8 @@ def check_straight(file: OverheadCrane) -> None:
 
 def requirements_of(file: OverheadCrane) -> MethodRequirements:
     """Return the scene's requirements on its integration method."""
-    smooth = not file.payload_drag and make_event_limits(file) is None
-    continuous = file.control is not None and file.control.period == "continuous"
+    smooth = not (file.is_sampled or file.payload_drag) and make_event_limits(file) is None
+    continuous = file.control is not None and not file.is_sampled
     frequency = stiffest(file) if needs_frequency(file.integrator) else None
     swing_angle = file.duration * sqrt(file.gravity / sum(file.parts.lengths))
     return MethodRequirements(

@@ -59,6 +59,11 @@ class SceneFile(HardwareGroups, ABC):
     control: Control | None = None  # the law; left out: open loop
     integrator: Method = DOP853()  # method and its accuracy
 
+    @property
+    def is_sampled(self) -> bool:
+        """Whether a law commands the drives once a period."""
+        return self.control is not None and self.control.period != "continuous"
+
     def build(self) -> Assembly:
         """Return what the file describes.
 
