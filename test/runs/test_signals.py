@@ -55,7 +55,7 @@ def monitored() -> Iterator[tuple[int, MonitorFile]]:
         Interruption(signal.SIGINT, 0.02, None, fresh=False),
         Interruption(signal.SIGTERM, 0.3, None, fresh=False),
         Interruption(signal.SIGINT, 4.0, 0.2, fresh=True),
-        Interruption(signal.SIGINT, 4.0, 0.1, fresh=False),
+        Interruption(signal.SIGINT, 2.0, 0.1, fresh=False),  # the run alone takes 2 s
     ],
     ids=[
         "as Python starts",
