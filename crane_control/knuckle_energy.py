@@ -195,6 +195,5 @@ def _parameters_of(
         g * jib.length * (m + 0.5 * jib.mass),
     )
     winch = RopeControl(options.kp[3], options.kd[3], target[3], m * g) if nu == 4 else None
-    return ControlParameters(
-        options.kp[:3], options.kd[:3], target[:3], gravity_moments, winch, options.reach
-    )  # pyright: ignore[reportArgumentType]
+    own: Any = (options.kp[:3], options.kd[:3], target[:3])  # of the joints, without the winch
+    return ControlParameters(*own, gravity_moments, winch, options.reach)

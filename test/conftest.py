@@ -239,7 +239,7 @@ def pytest_runtest_teardown(item: pytest.Item) -> Generator[None, Any, Any]:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_handlecrashitem(crashitem: str, sched: Any) -> None:
-    """Mark a test that crashed its worker as done: the next worker would try it again, and so on."""
+    """Mark a test that crashed its worker as done: the next one would try it again."""
     # of the schedulers that keep files together
     for unit in getattr(sched, "workqueue", {}).values():
         if crashitem in unit:
