@@ -195,5 +195,5 @@ def _parameters_of(
         g * jib.length * (m + 0.5 * jib.mass),
     )
     winch = RopeControl(options.kp[3], options.kd[3], target[3], m * g) if nu == 4 else None
-    own: Any = (options.kp[:3], options.kd[:3], target[:3])  # of the joints, without the winch
+    own: tuple[Any, Any, Any] = (options.kp[:3], options.kd[:3], target[:3])  # without the winch
     return ControlParameters(*own, gravity_moments, winch, options.reach)
