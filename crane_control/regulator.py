@@ -28,7 +28,7 @@ def solve_regulator(
         SceneError: no regulator makes all motions decay: the plant cannot be stabilised, or a
             motion that does not decay by itself has no weight.
     """
-    weights, solve = np.diag(r), solve_continuous_are
+    weights, solve = np.diag(r), _solve_continuous
     if period is not None:
         a, b = _sampled(a, b, period)
         solve = solve_discrete_are
@@ -48,6 +48,15 @@ def solve_regulator(
     if slowest.real > -STABILITY_TOLERANCE or not np.any(p):
         raise _undamped_error(abs(slowest.imag), bool(np.all(np.diag(q) > 0.0)))
     return np.asarray(gain, np.float64), poles
+
+
+def _solve_continuous(a: Array, b: Array, q: Array, weights: Array) -> Any:
+    """Return the solution of the continuous Riccati equation, as `solve_continuous_are` does."""
+    try:
+        return solve_continuous_are(a, b, q, weights)
+    except ValueError:  # weights that differ by more than it takes: with efforts scaled by them
+        scale = np.sqrt(np.diag(weights))
+        return solve_continuous_are(a, b / scale, q, np.eye(len(scale)))
 
 
 def _sampled(a: Array, b: Array, period: float) -> tuple[Any, Any]:

@@ -104,10 +104,17 @@ def law_of(name: str) -> AboutLaw:
 
 
 def has_setting(name: str, key: str) -> bool:
-    """Return whether a law has a setting, as its module's SETTINGS say."""
-    if is_own(name) or name not in law_names():
+    """Return whether a law has a setting, as its module's SETTINGS say.
+
+    One without SETTINGS, or built by a function of one's own from (settings, scene), has any.
+    """
+    if is_own(name):
+        return _is_builder(load_function("control.law", name))
+    if name not in law_names():
         return False
     settings = law_of(name).settings
+    if not settings:
+        return True
     return f"control.{key}" in settings or key in getattr(settings.get("control"), "_fields", ())
 
 
@@ -200,13 +207,17 @@ def _find_builder(name: str) -> Callable[[Mapping[str, Any], Any], Law]:
     return entries[0].load()
 
 
+def _is_builder(function: Any) -> bool:
+    return len(signature(function).parameters) == len(("settings", "scene"))
+
+
 def _make_own_law(name: str, settings: Mapping[str, Any], nominal: Any) -> Law:
     """Return the law FILE.py:FUNCTION or MODULE:FUNCTION.
 
     It is a function of (t, q, v), or is built by one of (settings, scene).
     """
     found: Any = load_function("control.law", name)
-    if len(signature(found).parameters) == len(("settings", "scene")):
+    if _is_builder(found):
         law = found(settings, nominal)
         if callable(law):
             return cast(Law, law)

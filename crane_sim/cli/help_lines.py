@@ -49,13 +49,13 @@ class CommandGroup(click.Group):
         for name in names:
             try:
                 command = self.get_command(ctx, name)
-            except (
-                SceneError
-            ) as error:  # of an installed package, which must not cost the others their help
+            except SceneError as error:  # of a package, which must not cost the others their help
                 click.echo(f"crane: warning: {error}", err=True)
                 continue
             if command is not None:
                 rows.append((name, command.get_short_help_str(_MAX_HELP_LENGTH)))
+        if not rows:
+            return
         with formatter.section(title):
             formatter.write_dl(rows)
 

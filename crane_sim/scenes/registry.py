@@ -31,6 +31,24 @@ from crane_sim.scenes.schema.supports import (
 )
 from crane_sim.trajectories.inputs import Constant
 
+_MADE: dict[str, Any] = {}
+"""Schemas that are made here, by their qualified names."""
+
+
+def __getattr__(name: str) -> Any:
+    """Return a schema that is made here: pickle finds classes as attributes of their module."""
+    try:
+        return _MADE[name]
+    except KeyError:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}") from None
+
+
+def _keep(schema: Any) -> Any:
+    """Return a schema with a qualified name of its own, under which it is kept."""
+    schema.__qualname__ = f"{schema.__name__}_{len(_MADE)}"
+    return _MADE.setdefault(schema.__qualname__, schema)
+
+
 ADDED = {
     "rope": {"rope": Positive, "swing_tangential": Tilt, "swing_radial": Tilt},
     "hoist": {"hoist": Positive},
@@ -53,19 +71,21 @@ def in_words(kinds: dict[str, Any], per: str = "") -> str:
 def start_of(support: type[SupportGroups], winch: str, base: type[Group]) -> type[Group]:
     """Return the group `initial` of a crane: positions and velocities in the joints' order."""
     kinds = {joint.name: joint.kind for joint in support.joints} | ADDED[winch]
-    return create_model(
-        "Initial",
-        __base__=base,
-        __doc__=f"{base.__doc__}",
-        __module__=__name__,
-        q=(
-            tuple[*kinds.values()],  # type: ignore[misc]
-            Field(description=f"{in_words(kinds)}; angles may be text such as `30 deg`"),
-        ),
-        v=(
-            tuple[*(Real,) * len(kinds)],  # type: ignore[misc]
-            Field((0.0,) * len(kinds), description=f"{in_words(kinds, '/s')}"),
-        ),
+    return _keep(
+        create_model(
+            "Initial",
+            __base__=base,
+            __doc__=f"{base.__doc__}",
+            __module__=__name__,
+            q=(
+                tuple[*kinds.values()],  # type: ignore[misc]
+                Field(description=f"{in_words(kinds)}; angles may be text such as `30 deg`"),
+            ),
+            v=(
+                tuple[*(Real,) * len(kinds)],  # type: ignore[misc]
+                Field((0.0,) * len(kinds), description=f"{in_words(kinds, '/s')}"),
+            ),
+        )
     )
 
 
@@ -74,13 +94,15 @@ def reference_of(support: type[SupportGroups], winch: str) -> type[Group]:
     kinds = {joint.name: joint.kind for joint in support.joints} | {winch: Positive}
     words = f"{in_words(kinds)} at the end; the last one is the length of rope or falls"
     kind: Any = tuple[*kinds.values()] | None  # type: ignore[misc]
-    return create_model(
-        "Reference",
-        __base__=ReferenceGroup,
-        __doc__="Target of the actuated joints, and path of joints or payload; at least one of "
-        "them.",
-        __module__=__name__,
-        q=(kind, Field(None, description=words)),
+    return _keep(
+        create_model(
+            "Reference",
+            __base__=ReferenceGroup,
+            __doc__="Target of the actuated joints, and path of joints or payload; at least one of "
+            "them.",
+            __module__=__name__,
+            q=(kind, Field(None, description=words)),
+        )
     )
 
 
@@ -90,12 +112,14 @@ def inputs_of(units: dict[str, str]) -> type[Group]:
         name: (Channel, Field(Constant(0.0), description=f"{unit}, over time"))
         for name, unit in units.items()
     }
-    return create_model(
-        "Inputs",
-        __base__=Group,
-        __doc__="Open-loop inputs of the actuated joints; those left out are zero.",
-        __module__=__name__,
-        **fields,
+    return _keep(
+        create_model(
+            "Inputs",
+            __base__=Group,
+            __doc__="Open-loop inputs of the actuated joints; those left out are zero.",
+            __module__=__name__,
+            **fields,
+        )
     )
 
 
@@ -134,14 +158,15 @@ def file_of(
         ),
     }
     bases: Any = (support, hanging)
-    schema: Any = create_model(
-        f"{crane.capitalize()}{hanging.__name__}",
-        __base__=bases,
-        __doc__=f"{support.__doc__} {hanging.__doc__}",
-        __module__=__name__,
-        **fields,
+    return _keep(
+        create_model(
+            f"{crane.capitalize()}{hanging.__name__}",
+            __base__=bases,
+            __doc__=f"{support.__doc__} {hanging.__doc__}",
+            __module__=__name__,
+            **fields,
+        )
     )
-    return schema
 
 
 _SUPPORTS: dict[str, type[SupportGroups]] = {

@@ -77,14 +77,6 @@ class Scene:
     # where all is ideal
     instruments: Instruments | None = None  # camera and motion reference unit; None without
 
-    def __getstate__(self) -> dict[str, Any]:
-        """Return what is pickled: without the file, whose schema is made from its parts."""
-        return {name: value for name, value in vars(self).items() if name != "file"}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        """Read the file from the document."""
-        vars(self).update(state, file=read_file(state["document"])[0])
-
     @cached_property
     def period_ns(self) -> int:
         """The period in whole nanoseconds: stamps are multiples of it."""

@@ -81,7 +81,7 @@ class StudyResult:
     study: Study
     folder: Path  # with table.parquet and recordings
 
-    @cached_property
+    @property
     def _file(self) -> Any:
         return load_pyarrow("pyarrow.parquet").ParquetFile(self.folder / TABLE)
 

@@ -11,7 +11,7 @@ A process that ends at any moment leaves whole blocks behind, and no others.
 import json
 import shutil
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -53,14 +53,15 @@ def locked_folder(folder: Path, what: str) -> Iterator[None]:
     Raises:
         SceneError: another process runs `what` the folder is of, or it cannot be made or written.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with lock_file(folder) as held:
-            if not held:
-                raise SceneError(f"folder {folder}: another process is running this {what}")
-            yield
-    except OSError as error:
-        raise SceneError(f"folder {folder}: {error.strerror}") from None
+    with ExitStack() as stack:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            held = stack.enter_context(lock_file(folder))
+        except OSError as error:
+            raise SceneError(f"folder {folder}: {error.strerror or error}") from None
+        if not held:
+            raise SceneError(f"folder {folder}: another process is running this {what}")
+        yield
 
 
 class Store:

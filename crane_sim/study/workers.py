@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, contextmanager
+from multiprocessing import resource_tracker
 from typing import Any, NamedTuple
 
 from crane_sim.files.errors import SceneError
@@ -64,12 +65,23 @@ class WorkerProcesses(ProcessPoolExecutor):
 
     def __init__(self, count: int) -> None:
         """Take the number of processes, which are started as tasks are submitted."""
+        _start_resource_tracker()
         super().__init__(count, multiprocessing.get_context("spawn"), _begin_worker, (os.getpid(),))
 
     def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Return the future of a task; a new process blocks SIGINT until it ignores it."""
         with blocked_interrupts():
             return super().submit(fn, *args, **kwargs)
+
+
+def _start_resource_tracker() -> None:
+    """Start the process that removes this one's semaphores should it be killed, without a line."""
+    quiet = "ignore:resource_tracker:UserWarning"
+    sys.warnoptions.append(quiet)  # an argument of Python processes that are started now
+    try:
+        resource_tracker.ensure_running()
+    finally:
+        sys.warnoptions.remove(quiet)
 
 
 def _begin_worker(parent: int) -> None:

@@ -171,9 +171,14 @@ def test_lockstep_is_simulate(name: str) -> None:
     assert here["energy_audit_error"] < 1e-10  # of the method's tolerance, as without hardware
 
 
-@pytest.mark.slow
+SLOW_KINDS = (
+    *("overhead_spatial", "overhead_hoist_chain", "overhead_elastic", "overhead_spring"),
+    *("overhead_chain_50", "overhead_rods"),
+)
+
+
 @pytest.mark.parametrize(
-    "name", "overhead_spatial overhead_hoist_chain overhead_elastic overhead_spring".split()
+    "name", ["overhead_chain", *(pytest.param(name, marks=pytest.mark.slow) for name in SLOW_KINDS)]
 )
 def test_every_model_takes_another_payload(name: str) -> None:
     """On every kind of crane a payload change leaves the audit small, and the motion differs.

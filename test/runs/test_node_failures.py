@@ -14,7 +14,7 @@ from crane_bench.soak.kill import Kill, back_after, soak_kills
 from crane_bench.soak.monitor import Received
 from crane_bench.soak.realtime import completion_delays
 from crane_sim import Scene, load_scene, orchestration, read_recording
-from crane_sim.recording.completeness import CUT
+from crane_sim.recording.completeness import CUT, Completeness
 from crane_sim.recording.rerun.reader import read_curves, read_summary
 from crane_sim.recording.rerun.recorder import BLOCK_STEPS
 from crane_sim.simulation.plant import SLOW
@@ -71,7 +71,8 @@ def test_killed_nodes_are_replaced_and_no_bit_changes(tmp_path: Path) -> None:
     assert np.array_equal(
         np.unique(read_curves(path, "plots/q").step), np.arange(1, SCENE.steps + 1)
     )
-    assert read_recording(path).finished
+    recorded = read_recording(path)
+    assert recorded.finished and recorded.completeness == Completeness()
     bags = [tmp_path / name for name in ("run.recovered.mcap", "run.part2.mcap")]
     assert summary["bag_parts"] == [*map(str, bags)]
     for topic, count in (

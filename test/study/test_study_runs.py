@@ -2,6 +2,7 @@
 
 import json
 import os
+import pickle
 import re
 import shutil
 import signal
@@ -91,6 +92,13 @@ def test_a_cluster_writes_the_same_table(whole: studies.StudyResult, tmp_path: P
     """
     found = studies.run(STUDY, tmp_path / "cluster", workers=1, scheduler="local")
     assert without_times(found.table) == without_times(whole.table)
+
+
+def test_a_result_is_pickled(whole: studies.StudyResult) -> None:
+    """A result that was read from, as by another process, has the same columns."""
+    names = list(whole.types)
+    copy = pickle.loads(pickle.dumps(whole))
+    assert list(copy.types) == names and len(copy) == len(whole)
 
 
 def test_a_finished_study_runs_nothing(whole: studies.StudyResult) -> None:

@@ -154,10 +154,9 @@ class PlanarCrane(NamedTuple):
         for k in simd_range(n):
             w[RATE, k] = x[nq + first + k]
         w[LENGTH, 0] = first_link(self, x)[0]
-        if self.event_limits is not None:
-            w[INV_MASS, n - 1] = 1.0 / get_payload_mass(
-                self.event_limits, x, len(x) - 1, self.cable.masses[n - 1]
-            )
+        # at each evaluation: a fault replaces the payload between periods, the work array stays
+        mass = get_payload_mass(self.event_limits, x, len(x) - 1, self.cable.masses[n - 1])
+        w[INV_MASS, n - 1] = 1.0 / mass
 
     @routine
     def node_velocities(self, x, w):

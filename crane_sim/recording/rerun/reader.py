@@ -15,7 +15,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from crane_sim.recording.completeness import Completeness, Steps, assess
-from crane_sim.recording.digest import CHANGES, DIGEST, Rows, agrees, digest_changes, verified_steps
+from crane_sim.recording.digest import DIGEST, Rows, agrees, lacks_changes, verified_steps
 from crane_sim.recording.rerun.rrd_file import NoRecording, read_chunks
 from crane_sim.recording.rerun.writer import DIGESTS, EVENTS, STATES, is_verified
 from crane_sim.recording.run import AnimationFrames, RecordedRun, UnreadableRecording, crane_of
@@ -108,7 +108,7 @@ def _assemble(path: Path, batches: Batches, run: dict[str, Any], unreadable: int
     good = verified_steps(curves.values(), blocks) if checked else _common_steps(curves.values())
     damage = [f"{unreadable} of its parts cannot be read"] * bool(unreadable)
     damage += ["its summary is not as it was written"] * (not is_whole)
-    if summary and end.get(CHANGES, digest := digest_changes(changes)) != digest:
+    if summary and lacks_changes(changes, blocks):
         damage.append("its events and states are not as they were written")
     _check_steps(path, good, summary)
     crane, rows = crane_of(run), {name: each.at(good) for name, each in curves.items()}

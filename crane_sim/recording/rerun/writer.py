@@ -9,7 +9,7 @@ import numpy as np
 import rerun as rr
 
 from crane_sim.recording.blocks import StateTimelines
-from crane_sim.recording.digest import CHANGES, Rows, describe_block, digest_changes, with_digest
+from crane_sim.recording.digest import Rows, describe_block, digest_changes, with_digest
 from crane_sim.recording.layout import Block, Layout, Span
 from crane_sim.recording.metric_units import summary_properties, summary_table
 from crane_sim.recording.rerun.blueprint import blueprint
@@ -65,8 +65,8 @@ class RunWriter:
         self._layout, self._channels, self.recorded = layout, channels(layout), 0
         self._spans: dict[str, Span] = {}
         self._timelines = StateTimelines(layout)
-        # (ns, event or state) by entity
-        self._changes = defaultdict[str, list[tuple[int, str]]](list)
+        self._states = defaultdict[str, set[str]](set)  # known so far, by entity
+        self._changes = list[str]()  # digests of events and states since the last block
         rr.set_strict_mode(True)  # otherwise a bad array is only warned about, and lost
         self._rec = rr.RecordingStream(APPLICATION, recording_id=layout.run_id)
         self._rec.set_log_time_enabled(False)  # wall time in the rows would make equal runs differ
@@ -112,16 +112,21 @@ class RunWriter:
         """
         first, last = int(block.step[0]), int(block.step[-1])
         verified = [channel for channel in self._channels if is_verified(channel.entity)]
-        digest = describe_block(first, last, self._write_channels(block, verified))
+        rows = self._write_channels(block, verified)
         self._log_changes(self._timelines.find_changes(block))
-        text = rr.TextDocument.columns(text=[digest])
-        self._rec.send_columns(DIGESTS, times(self._layout, np.array([last])), text)
+        self._log_digest(first, last, rows)
         self._write_channels(
             block, [channel for channel in self._channels if not is_verified(channel.entity)]
         )
         self._stage.draw(block)
         self.file.check()
         self.recorded += len(block.step)
+
+    def _log_digest(self, first: int, last: int, rows: Iterable[Rows]) -> None:
+        """Log the digest of steps and of changes since the last one; `last` < `first`: no steps."""
+        text = rr.TextDocument.columns(text=[describe_block(first, last, rows, self._changes)])
+        self._rec.send_columns(DIGESTS, times(self._layout, np.array([max(last, 1)])), text)
+        self._changes = []
 
     def _write_channels(self, block: Block, listed: Sequence[Channel]) -> list[Rows]:
         """Write the curves of a block; return their rows."""
@@ -156,7 +161,7 @@ class RunWriter:
             )
             rows = rr.TextLog.columns(text=texts, level=["INFO"] * len(texts))
             self._rec.send_columns(EVENTS, times_at(self._layout, instants), rows)
-            self._changes[EVENTS] += zip(instants.tolist(), texts, strict=True)
+            self._changes += digest_changes(EVENTS, zip(instants.tolist(), texts, strict=True))
         self._log_timelines(make_event_timelines(events))
 
     def close(self, summary: Mapping[str, Any]) -> Path:
@@ -167,6 +172,7 @@ class RunWriter:
                 `.part` file.
         """
         self._log_timelines(make_fault_timelines(summary))
+        self._log_digest(1, 0, ())
         framing = self._stage.fit_to_motion() or self._layout.framing
         self._rec.send_blueprint(
             blueprint(self._layout._replace(framing=framing, spans=self._spans))
@@ -175,8 +181,7 @@ class RunWriter:
         self._rec.log(
             "summary/table", rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True
         )
-        properties = summary_properties(summary) | {CHANGES: digest_changes(self._changes)}
-        self._rec.send_property("summary", rr.AnyValues(**with_digest(properties)))
+        self._rec.send_property("summary", rr.AnyValues(**with_digest(summary_properties(summary))))
         return self.file.finish()
 
     def _widen_span(self, entity: str, values: NDArray[np.float64]) -> None:
@@ -197,10 +202,10 @@ class RunWriter:
     def _log_states(self, timeline: str, instants: NDArray[np.int64], states: list[str]) -> None:
         """Log a timeline's states from instants [ns] on, and the colours of its states so far."""
         entity = f"{STATES}{timeline.replace(' ', '_')}"
-        known = {state for _, state in self._changes[entity]}
-        self._changes[entity] += zip(instants.tolist(), states, strict=True)
-        named = sorted(known.union(states))
-        if len(named) > len(known):
+        self._changes += digest_changes(entity, zip(instants.tolist(), states, strict=True))
+        if not self._states[entity].issuperset(states):
+            self._states[entity].update(states)
+            named = sorted(self._states[entity])
             colors = np.array([int(f"{get_color(state)[1:]}ff", 16) for state in named], np.uint32)
             self._rec.log(entity, rr.StateConfiguration(values=named, colors=colors), static=True)
         self._rec.send_columns(

@@ -157,8 +157,10 @@ class NodeHost:
 
         A call of it takes 0.1 ms, also where it has nothing to do: as long as a step in lockstep.
         """
-        for file, _ in self.node.arrivals.poll(timeout):
-            self.node.served[file].deliver()
+        # the epoll itself waits for whole milliseconds
+        if select.select([self.node.arrivals], [], [], timeout)[0]:
+            for file, _ in self.node.arrivals.poll(0):
+                self.node.served[file].deliver()
         if (now := time.monotonic()) >= self._next_turn:
             self._next_turn = now + _TURN_PERIOD
             for subscription in self.node.served.values():
