@@ -94,14 +94,12 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> AntiSwingLaw:
             "it goes to reference.q or takes control.speeds; leave the path out"
         )
     length, gains = swing_gains(nominal)
-    frequency, tables = sqrt(gravity(nominal) / length), _tables(options, nominal)
-    weights, delays = [1.0], [0.0]
-    if options.shaping is not None:
-        shaping = options.shaping
-        own = frequency if shaping.frequency == "auto" else shaping.frequency
-        weights, delays = impulses(shaping.kind, own, shaping.damping)
+    frequency = sqrt(gravity(nominal) / length)
+    tables = _tables(options, nominal)
+    weights, delays = _shaper_impulses(options.shaping, frequency)
     feedback = 2.0 * options.damping * frequency * length * gains
     targets = [0.0] * len(feedback) if tables else nominal.reference or ()
+    driven = zip(nominal.actuated, targets, feedback, strict=True)
     joints = tuple(
         SpeedCommand(
             nominal.joint_names.index(name),
@@ -110,12 +108,18 @@ def build(settings: Mapping[str, Any], nominal: Scene) -> AntiSwingLaw:
             options.position_gain,
             gains,
         )
-        for i, (name, target, gains) in enumerate(
-            zip(nominal.actuated, targets, feedback, strict=True)
-        )
+        for i, (name, target, gains) in enumerate(driven)
     )
     kinds = tuple("effort" if unit == "m/s" else "velocity" for unit in nominal.effort_units)
     return AntiSwingLaw(joints, tuple(weights), tuple(delays), kinds)
+
+
+def _shaper_impulses(shaping: Shaping | None, frequency: float) -> tuple[list[float], list[float]]:
+    """Return (weights, delays [s]) of a shaper; `frequency`: of the swing [rad/s], for `auto`."""
+    if shaping is None:
+        return [1.0], [0.0]
+    own = frequency if shaping.frequency == "auto" else shaping.frequency
+    return impulses(shaping.kind, own, shaping.damping)
 
 
 def swing_gains(scene: Scene) -> tuple[float, npt.NDArray[np.float64]]:

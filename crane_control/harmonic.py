@@ -172,38 +172,33 @@ def make_observer(settings: ObserverSettings, tracker: Tracker, lag: float) -> H
             "control.feedforward.base: must be left out, the harmonic law estimates the base's "
             "effect as a disturbance"
         )
-    omega_sq = tracker.pendulum.gravity / tracker.pendulum.length
-    theta, (low, high) = _initial_theta(settings.frequency, omega_sq), FREQUENCY_BOUNDS
-    position_std = (
-        settings.noise if tracker.camera is None else max(settings.noise, tracker.camera.noise_std)
+    noise = settings.noise
+    if tracker.camera is not None:
+        noise = max(noise, tracker.camera.noise_std)
+    return HarmonicObserver(
+        lag if settings.lead is None else settings.lead,
+        tracker.gains.ramp,
+        tracker.camera is None,
+        _make_filter(settings, noise, tracker.pendulum.gravity / tracker.pendulum.length),
     )
-    process_noise = np.array(
-        [
-            1e-12,
-            settings.push**2,
-            0.0,
-            settings.wander**2,
-            settings.detune**2,
-            settings.drift**2,
-            0.0,
-        ]
-    )
+
+
+def _make_filter(settings: ObserverSettings, noise: float, omega_sq: float) -> Filter:
+    """Return the filter for a position's noise [m] and the pendulum's ω² [1/s²]."""
+    theta = _initial_theta(settings.frequency, omega_sq)
+    low, high = FREQUENCY_BOUNDS
+    walks = (settings.wander**2, settings.detune**2, settings.drift**2)
+    process_noise = np.array([1e-12, settings.push**2, 0.0, *walks, 0.0])
     initial_variance = np.array(
-        [position_std**2, 1e-4, 0.25, 1.0, (0.4 * theta) ** 2, 1e-4, settings.rope**2]
+        [noise**2, 1e-4, 0.25, 1.0, (0.4 * theta) ** 2, 1e-4, settings.rope**2]
     )
-    ekf = Filter(
-        (position_std**2, settings.noise_rate**2),
+    return Filter(
+        (noise**2, settings.noise_rate**2),
         theta,
         initial_variance,
         process_noise,
         bounds=(low * low * omega_sq, high * high * omega_sq),
         state=initial_filter_state(),
-    )
-    return HarmonicObserver(
-        lag if settings.lead is None else settings.lead,
-        tracker.gains.ramp,
-        tracker.camera is None,
-        ekf,
     )
 
 

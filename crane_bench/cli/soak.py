@@ -132,21 +132,11 @@ def _report(measure: _Measure, as_json: bool, folder: str | None) -> None:
 
         save_findings(part, _command_line(part), metrics, data, Path(folder))
     if as_json:
-        print(
-            json.dumps(
-                json_value(
-                    {
-                        "part": part,
-                        "metrics": [metric._asdict() for metric in metrics],
-                        "data": data,
-                    }
-                )
-            )
-        )
+        fields = [metric._asdict() for metric in metrics]
+        print(json.dumps(json_value({"part": part, "metrics": fields, "data": data})))
     else:
-        print_table(
-            Console(), f"soak: {part}", ("metric", "measured", "required"), map(_cells, metrics)
-        )
+        columns = ("metric", "measured", "required")
+        print_table(Console(), f"soak: {part}", columns, map(_cells, metrics))
     if not all(metric.passed for metric in metrics):
         raise SystemExit(1)
 

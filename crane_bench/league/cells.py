@@ -107,26 +107,17 @@ def tip_accelerations(p, t, q, v, u, out):
 
 def compute_metrics(run: Rollout, on_path: bool) -> CellMetrics:
     """Return the metrics of a run with its payload's goal: the scene's path, or the target."""
-    scene, model = run.scene, run.scene.model
-    path = scene.trajectory
-    goal = (
-        sample_trajectory(path, run.t)[:, 0]
-        if on_path and path is not None
-        else target_position(scene)
-    )
-    error = np.linalg.norm(
-        express_in_base(model, run.t, run.payload)[:, : goal.shape[1]] - goal, axis=1
-    )
+    scene = run.scene
+    path = scene.trajectory if on_path else None
+    goal = target_position(scene) if path is None else sample_trajectory(path, run.t)[:, 0]
+    position = express_in_base(scene.model, run.t, run.payload)[:, : goal.shape[1]]
+    error = np.linalg.norm(position - goal, axis=1)
     distance = float(np.linalg.norm(goal[-1] - goal[0])) if on_path else error[0]
-    start = path.starts[-1] if on_path and path is not None else 0.0
+    start = 0.0 if path is None else path.starts[-1]
     near = nearness(np.zeros(1), np.array([distance]))
     outside = np.array([np.max(run.t[~(error <= near)], initial=-np.inf)])
     # with period 0 the last instant outside, not the one after it
     (settled,) = settling_times(np.zeros(1), near, outside, run.t[-1:], error[-1:], period=0.0)
-    accelerations = np.empty(len(run.t))
-    tip_accelerations(
-        model, run.t, *map(np.ascontiguousarray, (run.q, run.v, run.u)), accelerations
-    )
     return CellMetrics(
         mse=float(np.mean(error**2)),
         mae=float(np.mean(error)),
@@ -135,11 +126,18 @@ def compute_metrics(run: Rollout, on_path: bool) -> CellMetrics:
         peak_swing=run.summary["peak_swing_deg"],
         residual_swing=run.summary["residual_swing_deg"],
         settling=None if np.isnan(settled) else float(max(settled - start, 0.0)),
-        tip_acceleration=float(np.max(accelerations)),
+        tip_acceleration=_largest_tip_acceleration(run),
         effort=run.summary["peak_effort"],
         effort_units=dict(zip(scene.actuated, scene.effort_units, strict=True)),
         saturated=run.summary["saturated_steps"] / scene.steps,
     )
+
+
+def _largest_tip_acceleration(run: Rollout) -> float:
+    accelerations = np.empty(len(run.t))
+    columns = map(np.ascontiguousarray, (run.q, run.v, run.u))
+    tip_accelerations(run.scene.model, run.t, *columns, accelerations)
+    return float(np.max(accelerations))
 
 
 def metrics_on_path(run: Rollout) -> dict[str, float | None]:

@@ -95,35 +95,22 @@ def sea(peak: float, seed: int) -> dict[str, Any]:
 def compare(name: str, state: str, seeds: tuple[int, ...]) -> SeedComparison:
     """Return the row of a disturbance with the measurement `state`."""
     scene, required_ratio = MEASUREMENTS[state]
-    metrics = np.array(
-        [list(_yield_metrics(scene, disturbances(seed)[name], seed)) for seed in seeds]
-    )
+    rows = [list(_yield_metrics(scene, disturbances(seed)[name], seed)) for seed in seeds]
+    metrics = np.array(rows)
     mse, tips = metrics[:, :, 0], metrics[:, :, 1]
     completed = ~np.isnan(mse[:, 1])
     cartesian, harmonic = (float(np.median(mse[:, i])) for i in (0, 2))
     head = (name, state, cartesian)
     if not completed.any():
-        return SeedComparison(
-            *head,
-            np.nan,
-            len(seeds),
-            harmonic,
-            np.nan,
-            np.nan,
-            "-",
-            "no ratio: the adaptive law fails",
-        )
+        verdict = "no ratio: the adaptive law fails"
+        return SeedComparison(*head, np.nan, len(seeds), harmonic, np.nan, np.nan, "-", verdict)
     ratio = mse[completed, 1] / mse[completed, 2]
-    verdict = (
-        f"{required_ratio:g} times less: {'holds' if ratio.min() >= required_ratio else 'missed'}"
-    )
+    outcome = "holds" if ratio.min() >= required_ratio else "missed"
+    verdict = f"{required_ratio:g} times less: {outcome}"
     tip = float((tips[completed, 2] / tips[completed, 1]).max())
-    middle = (
-        float(np.median(mse[completed, 1])),
-        int((~completed).sum()),
-        harmonic,
-        float(np.median(ratio)),
-    )
+    adaptive = float(np.median(mse[completed, 1]))
+    failed = int((~completed).sum())
+    middle = (adaptive, failed, harmonic, float(np.median(ratio)))
     return SeedComparison(*head, *middle, float(ratio.min()), tip, verdict)
 
 

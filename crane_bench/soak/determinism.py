@@ -104,14 +104,9 @@ def state_sha256(setup: Setup, scene: Scene) -> str:
         folder, file, recorders = Path(name), Path(name, "scene.yaml"), setup.processes - 2
         scene.dump(file)
         common = {"scene": file, "expected_recorders": recorders}
+        recording: dict[str, Any] = {"scene": file, "path": folder / "run.rrd"}
         nodes = [(setup.controller, "crane_control.nodes.controller_node", common)]
-        nodes += [
-            (
-                sys.executable,
-                "crane_sim.ros.recorder_node",
-                {"scene": file, "path": folder / "run.rrd"},
-            )
-        ] * recorders
+        nodes += [(sys.executable, "crane_sim.ros.recorder_node", recording)] * recorders
         helpers = [
             subprocess.Popen(
                 setup.command(python, module, parameters),

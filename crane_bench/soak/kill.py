@@ -22,6 +22,7 @@ from crane_bench.soak.realtime import run_sleep_process
 from crane_sim import load_scene
 from crane_sim.orchestration import run
 from crane_sim.orchestration.ros_environment import reserve_domain
+from crane_sim.scenes.scene import Scene
 
 VICTIMS = ("controller", "recorder")
 # s within which control is back behind half of the kills, and behind all of them
@@ -97,38 +98,42 @@ def soak_kills(
     gaps = [draw.uniform(*_GAP) for _ in range(count)]
     loaded = load_scene(scene, {"duration": round(_BEFORE + sum(gaps) + _BEHIND)})
     killer, shared = _Killer(gaps), set(os.listdir("/dev/shm"))
-    with (
-        tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
-        reserve_domain() as domain,
-        monitor(loaded, domain) as monitored,
-        ThreadPoolExecutor(1) as pool,
-    ):
-        bare = pool.submit(run_sleep_process, _BARE, round(loaded.duration / _BARE))
-        killer.start()
-        options = {"mode": "realtime", "domain_id": domain, "restart": True}
-        summary = run(
-            loaded, record=Path(folder, "soak.rrd"), on_activated=killer.on_activated, **options
-        )
-        received: Messages = {}
-        monitored.read_to_end(received, lambda messages: len(messages["e"]) >= loaded.steps)
-        recorded = steps_in(Path(summary["recording"]))
-        machine = bare.result()["lateness_us"]["max"] * 1e-3  # ms
+    summary, received, recorded, stall = _run_with_kills(loaded, killer)
+    files = set(os.listdir("/dev/shm")) - shared
     kills = killer.kills()
     back = [back_after(kill, received) for kill in kills if kill.victim == "controller"]
+    growth = _growth(killer.plant_memory)
     metrics = [
         equal("kills", len(kills), count),
         *_survival(loaded.steps, summary, received, recorded),
-    ]
-    metrics += [
         *_control(back),
-        *_publishing(summary, machine),
+        *_publishing(summary, stall),
         _gap(loaded.period_ns, received["s"]),
-    ]
-    metrics += [equal("files more in /dev/shm", len(set(os.listdir("/dev/shm")) - shared), 0)]
-    metrics += [
-        at_most("growth of the plant's memory", _growth(killer.plant_memory), _MAX_GROWTH, "MB")
+        equal("files more in /dev/shm", len(files), 0),
+        at_most("growth of the plant's memory", growth, _MAX_GROWTH, "MB"),
     ]
     return metrics, {"summary": summary, "back_s": back, "plant_MB": killer.plant_memory}
+
+
+def _run_with_kills(
+    scene: Scene, killer: _Killer
+) -> tuple[dict[str, Any], Messages, list[int], float]:
+    """Return (summary, messages, recorded steps, longest stall [ms] of a bare loop beside it)."""
+    with (
+        tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
+        reserve_domain() as domain,
+        monitor(scene, domain) as monitored,
+        ThreadPoolExecutor(1) as pool,
+    ):
+        bare = pool.submit(run_sleep_process, _BARE, round(scene.duration / _BARE))
+        killer.start()
+        options = {"mode": "realtime", "domain_id": domain, "restart": True}
+        file = Path(folder, "soak.rrd")
+        summary = run(scene, record=file, on_activated=killer.on_activated, **options)
+        received: Messages = {}
+        monitored.read_to_end(received, lambda messages: len(messages["e"]) >= scene.steps)
+        recorded = steps_in(Path(summary["recording"]))
+        return summary, received, recorded, bare.result()["lateness_us"]["max"] * 1e-3
 
 
 def back_after(kill: Kill, received: Messages) -> float:

@@ -104,20 +104,14 @@ def soak_memory(seconds: float = 1800.0) -> tuple[list[Metric], dict[str, Any]]:
     """Run for `seconds`; return (metrics, data)."""
     warm_up = min(_WARM_UP, seconds / 3.0)
     sampler, summary = run_sampled(seconds)
-    metrics = [Metric("wall time", sampler.times[-1], "s"), Metric("steps", summary["steps"])]
-    metrics += [
-        equal(
-            "steps that the recorder says it has", summary.get("recorded_steps"), summary["steps"]
-        )
+    taken, recorded = summary["steps"], summary.get("recorded_steps")
+    metrics = [
+        Metric("wall time", sampler.times[-1], "s"),
+        Metric("steps", taken),
+        equal("steps that the recorder says it has", recorded, taken),
     ]
     for node, samples in sampler.samples.items():
-        warm, *later = [memory for t, memory in samples if t >= warm_up] or [samples[-1][1]]
-        metrics += [
-            Metric(f"{node}, after the warm-up of {warm_up:g} s", warm, "MB"),
-            at_most(
-                f"{node}, growth since the warm-up", (later or [warm])[-1] - warm, MAX_GROWTH, "MB"
-            ),
-        ]
+        metrics += _node_metrics(node, samples, warm_up)
     times, steps, speeds = map(np.array, (sampler.times, sampler.steps, sampler.speeds))
     rates, means = np.diff(steps) / np.diff(times), 0.5 * (speeds[1:] + speeds[:-1])
     data = {
@@ -130,3 +124,13 @@ def soak_memory(seconds: float = 1800.0) -> tuple[list[Metric], dict[str, Any]]:
     }
     late = times[1:] > warm_up
     return metrics + drift_metrics(rates[late].tolist(), means[late].tolist()), data
+
+
+def _node_metrics(node: str, samples: list[tuple[float, float]], warm_up: float) -> list[Metric]:
+    """Return the memory of a node behind the warm-up, and its growth since."""
+    warm, *later = [memory for t, memory in samples if t >= warm_up] or [samples[-1][1]]
+    growth = (later or [warm])[-1] - warm
+    return [
+        Metric(f"{node}, after the warm-up of {warm_up:g} s", warm, "MB"),
+        at_most(f"{node}, growth since the warm-up", growth, MAX_GROWTH, "MB"),
+    ]

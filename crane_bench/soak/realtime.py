@@ -141,22 +141,16 @@ def _compute_metrics(
     deviation = max(abs(rate - 1.0 / PERIOD) for rate in rates)
     misses, steps = _overruns(monitored), sum(summary["steps"] for summary in monitored)
     difference = 100.0 * abs(misses - sum(counted)) / steps
+    error_ratio = ratio(_period_errors(alone), _period_errors(bare))["median"]
+    monitored_error = statistics.median(_period_errors(monitored))
     return [
         Metric("rounds", len(monitored)),
         Metric("overruns of the bare loop", _overruns(bare)),
         Metric("overruns, run by itself", _overruns(alone)),
         Metric("period error p99, bare loop", statistics.median(_period_errors(bare)), "us"),
         Metric("period error p99, run by itself", statistics.median(_period_errors(alone)), "us"),
-        at_most(
-            "their ratio, median of the rounds",
-            ratio(_period_errors(alone), _period_errors(bare))["median"],
-            _RATIO,
-        ),
-        Metric(
-            "period error p99, beside the monitor",
-            statistics.median(_period_errors(monitored)),
-            "us",
-        ),
+        at_most("their ratio, median of the rounds", error_ratio, _RATIO),
+        Metric("period error p99, beside the monitor", monitored_error, "us"),
         Metric("mean rate, heard", float(np.mean(rates)), "Hz"),
         at_most("mean rate of a round, farthest off", deviation, _RATE, "Hz"),
         Metric("overruns beside the monitor, the plant's count", misses),

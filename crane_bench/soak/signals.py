@@ -91,28 +91,28 @@ def soak_signals(count: int = 50, seed: int = 0) -> tuple[list[Metric], dict[str
         planned = plan(count, seed, time.monotonic() - start)
         ends = [interrupt_run(interruption, domain, monitored) for interruption in planned]
         files = set(os.listdir("/dev/shm")) - shared
-    took = quantiles([end.took for end in ends if end.took] or [0.0])
     pairs = zip(planned, ends, strict=True)
     failures = [
         f"{event.way}, {event.at:.3f} s: {why}" for event, end in pairs for why in end.failures
     ]
-    metrics = [
-        Metric("runs interrupted", count),
+    data = {name: [getattr(event, name) for event in planned] for name in Interruption._fields}
+    data |= {name: [getattr(end, name) for end in ends] for name in End._fields}
+    return _compute_metrics(ends, failures, len(files)), data
+
+
+def _compute_metrics(ends: list[End], failures: list[str], files: int) -> list[Metric]:
+    took = quantiles([end.took for end in ends if end.took] or [0.0])
+    uncut = sum(end.took > 0.0 and not end.code for end in ends)
+    return [
+        Metric("runs interrupted", len(ends)),
         Metric("of them after their end", sum(not end.took for end in ends)),
-        Metric(
-            "of them too late to be cut short", sum(end.took > 0.0 and not end.code for end in ends)
-        ),
+        Metric("of them too late to be cut short", uncut),
         Metric("until the end, median", took["p50"], "s"),
         at_most("until the end, longest", took["max"], LIMIT, "s"),
-        equal("files more in /dev/shm", len(files), 0),
+        equal("files more in /dev/shm", files, 0),
         equal("failures", len(failures), 0),
         *(Metric("failure", why) for why in failures),
     ]
-    data = {
-        name: [getattr(interruption, name) for interruption in planned]
-        for name in Interruption._fields
-    }
-    return metrics, data | {name: [getattr(end, name) for end in ends] for name in End._fields}
 
 
 def interrupt_run(interruption: Interruption | None, domain: int, monitored: MonitorFile) -> End:
@@ -124,11 +124,8 @@ def interrupt_run(interruption: Interruption | None, domain: int, monitored: Mon
         tempfile.TemporaryDirectory(prefix="crane_sim-") as folder,
         tempfile.TemporaryDirectory(prefix="crane_sim-") as cache,
     ):
-        env = (
-            os.environ
-            | {MARK: mark}
-            | ({"CRANE_SIM_CACHE": cache} if interruption and interruption.fresh else {})
-        )
+        fresh = {"CRANE_SIM_CACHE": cache} if interruption and interruption.fresh else {}
+        env = os.environ | {MARK: mark} | fresh
         command = [_crane(), "run", SCENE, "--duration", str(way.duration), *way.options]
         command += ["--domain-id", str(domain), "--record", str(Path(folder, RECORDING)), "--json"]
         pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
@@ -136,26 +133,22 @@ def interrupt_run(interruption: Interruption | None, domain: int, monitored: Mon
             command, env=env, cwd=folder, preexec_fn=set_parent_death_signal(), **pipes
         ) as process:
             took = _send_signals(process, interruption, monitored, received)
-            printed, outliving = _wait_for_pipes(
-                process, mark, _EXIT_TIMEOUT if interruption else _START_TIMEOUT
-            )
+            timeout = _EXIT_TIMEOUT if interruption else _START_TIMEOUT
+            printed, outliving = _wait_for_pipes(process, mark, timeout)
         steps = load_scene(SCENE, {"duration": way.duration}).steps
         monitored.read_to_end(received, lambda messages: not _last_effort(messages, steps))
-        failures = [
-            *outliving,
-            *orphans(mark),
-            *of_run(Path(folder), _count_steps(received, steps)),
-            *_last_effort(received, steps),
-        ]
-    failures += (
-        [printed.strip().splitlines()[-1]]
-        if "Traceback" in printed or "Exception" in printed
-        else []
-    )
-    failures += _exit_code(
-        interruption, process.returncode, took > 0.0 and _count_steps(received, steps) < steps
-    )
+        count = _count_steps(received, steps)
+        failures = [*outliving, *orphans(mark), *of_run(Path(folder), count)]
+    failures += [*_last_effort(received, steps), *_exception(printed)]
+    failures += _exit_code(interruption, process.returncode, took > 0.0 and count < steps)
     return End(took, process.returncode, tuple(failures))
+
+
+def _exception(printed: str) -> list[str]:
+    """Return the last line that a run wrote to stderr, where that has an exception."""
+    if "Traceback" in printed or "Exception" in printed:
+        return [printed.strip().splitlines()[-1]]
+    return []
 
 
 def _kind_of(interruption: Interruption | None) -> RunKind:
@@ -213,15 +206,8 @@ def _send_signals(
     """Send the signals and wait for the end; return the time it took [s]."""
     if interruption is None:
         return 0.0
-    limit = time.monotonic() + _START_TIMEOUT
-    while (
-        interruption.begun
-        and process.poll() is None
-        and not received["s"]
-        and time.monotonic() < limit
-    ):
-        time.sleep(_POLL)
-        monitored.read_into(received)
+    if interruption.begun:
+        _wait_for_state(process, monitored, received)
     try:
         process.wait(interruption.at)
         return 0.0
@@ -238,6 +224,16 @@ def _send_signals(
     except subprocess.TimeoutExpired:
         process.kill()
     return time.monotonic() - start
+
+
+def _wait_for_state(
+    process: subprocess.Popen[str], monitored: MonitorFile, received: Messages
+) -> None:
+    """Wait for a run's first state, or its end."""
+    limit = time.monotonic() + _START_TIMEOUT
+    while process.poll() is None and not received["s"] and time.monotonic() < limit:
+        time.sleep(_POLL)
+        monitored.read_into(received)
 
 
 def _last_effort(received: Messages, steps: int) -> list[str]:

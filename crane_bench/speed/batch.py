@@ -136,21 +136,25 @@ def measure_mujoco(name: str, count: int, rounds: int) -> dict[str, Any]:
                 times = [
                     mujoco_engine.batch(problem, count, step, cores())[1] for _ in range(rounds)
                 ]
-                steps, seconds = round(scene.duration / step), count * scene.duration
-                cost = describe_spread([1e6 * wall_time / seconds for wall_time in times])
-                speed = describe_spread([count * steps / wall_time / 1e6 for wall_time in times])
-                row = {
-                    "step": step,
-                    "error_m": error_m,
-                    "us_per_crane_second": cost,
-                    "million_steps_per_s": speed,
-                }
+                row = {"step": step, "error_m": error_m}
+                row |= _describe_times(times, count, scene.duration, step)
                 results |= {f"{error:g}": row for error in reached}
             if len(reached) == len(pending):
                 break
     except EngineUnavailable as missing:
         return {"missing": str(missing)}
     return results
+
+
+def _describe_times(times: list[float], count: int, duration: float, step: float) -> dict[str, Any]:
+    """Return cost and rate of batches of `count` cranes that took `times` [s]."""
+    steps, seconds = round(duration / step), count * duration
+    cost = [1e6 * wall_time / seconds for wall_time in times]
+    speed = [count * steps / wall_time / 1e6 for wall_time in times]
+    return {
+        "us_per_crane_second": describe_spread(cost),
+        "million_steps_per_s": describe_spread(speed),
+    }
 
 
 def _largest_distance(ends: Array, expected: Array) -> float:

@@ -56,26 +56,11 @@ def _draw_panel(axes: Any, case: str, scene: dict[str, Any]) -> None:
     ]
     for engine in dict.fromkeys(point.engine for point in points):
         engine_points = [point for point in points if point.engine == engine]
-        if engine != NAME:
-            axes.plot(
-                *_pareto_front(engine_points),
-                color=COLOURS.get(engine, GREY),
-                linewidth=1.6,
-                label=engine,
-            )
+        if engine == NAME:
+            _draw_methods(axes, engine_points)
             continue
-        for method in dict.fromkeys(point.method for point in engine_points):
-            front = _pareto_front([point for point in engine_points if point.method == method])
-            label = f"{NAME} {method}"
-            axes.plot(
-                *front,
-                MARKS[method],
-                color=COLOURS[NAME],
-                linewidth=0.7,
-                linestyle="-",
-                markersize=3.2,
-                label=label,
-            )
+        front = _pareto_front(engine_points)
+        axes.plot(*front, color=COLOURS.get(engine, GREY), linewidth=1.6, label=engine)
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_title(f"{case}: {scene['title']}", fontsize=8.5)
@@ -83,6 +68,14 @@ def _draw_panel(axes: Any, case: str, scene: dict[str, Any]) -> None:
     axes.set_ylabel("error of the payload, m", fontsize=7.5)
     axes.tick_params(labelsize=7)
     axes.grid(alpha=0.25)
+
+
+def _draw_methods(axes: Any, points: list[WorkPrecisionPoint]) -> None:
+    """Draw the front of every method of this simulator."""
+    line = {"color": COLOURS[NAME], "linewidth": 0.7, "linestyle": "-", "markersize": 3.2}
+    for method in dict.fromkeys(point.method for point in points):
+        front = _pareto_front([point for point in points if point.method == method])
+        axes.plot(*front, MARKS[method], label=f"{NAME} {method}", **line)
 
 
 def _pareto_front(points: list[WorkPrecisionPoint]) -> tuple[list[float], list[float]]:

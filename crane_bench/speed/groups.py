@@ -207,33 +207,27 @@ def join(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
 
 def format_groups(results: dict[str, Any]) -> list[str]:
     """Return the table in lines."""
+    rows = results["cases"]
     lines = [
         "ns per evaluation and per step of order 8, without and with the group; medians of "
-        "interleaved pairs"
+        "interleaved pairs",
+        f"{'crane':<13} {'group':<26} {'evaluation':>20} {'':>6} {'step':>20} {'':>6} states",
     ]
-    lines.append(
-        f"{'crane':<13} {'group':<26} {'evaluation':>20} {'':>6} {'step':>20} {'':>6} states"
-    )
-    for row in results["cases"]:
+    for row in rows:
         costs = f"{_format_pair(row, 'evaluation')} {_format_pair(row, 'step')}"
         lines.append(
             f"{row['crane']:<13} {row['group']:<26} {costs} {row['states']:>3} "
             f"{row['states_added']:+}"
         )
-    rows = results["cases"]
     together = [
         f"  {row['crane']:<13} {_format_ratio(row, rows)}" for row in rows if row.get("parts")
     ]
-    return [
-        *lines,
-        *[
+    if together:
+        lines.append(
             "ratio of the cost that several groups add jointly to the sum of the costs that each "
             "adds alone"
-        ]
-        * bool(together),
-        *together,
-        *_describe_processors(rows),
-    ]
+        )
+    return [*lines, *together, *_describe_processors(rows)]
 
 
 def _describe_processors(rows: Sequence[dict[str, Any]]) -> list[str]:

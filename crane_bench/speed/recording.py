@@ -29,6 +29,11 @@ def _record_run(scene: "Scene", kinds: tuple[str, ...]) -> tuple[float, dict[str
         return speed, {kind: path.stat().st_size for kind, path in paths.items()}
 
 
+def _describe_spreads(found: dict[str, list[float]]) -> dict[str, Any]:
+    """Return the spread of each list that has values."""
+    return {label: describe_spread(values) for label, values in found.items() if values}
+
+
 def measure_recording(
     name: str = "knuckle_setpoint",
     duration: float = _MINUTE,
@@ -63,18 +68,15 @@ def measure_recording(
         for label in labels
         if label != "none"
     }
+    ratios = {label: ratio(values, speeds["none"]) for label, values in speeds.items()}
     return {
         "scene": name,
         "steps_per_round": scene.steps,
         "rounds": rounds,
-        "steps_per_second": {label: describe_spread(values) for label, values in speeds.items()},
-        "added_us_per_step": {label: describe_spread(values) for label, values in added.items()},
-        "ratio_to_unrecorded": {
-            label: ratio(values, speeds["none"]) for label, values in speeds.items()
-        },
-        "bytes_per_simulated_minute": {
-            kind: describe_spread(values) for kind, values in sizes.items() if values
-        },
+        "steps_per_second": _describe_spreads(speeds),
+        "added_us_per_step": _describe_spreads(added),
+        "ratio_to_unrecorded": ratios,
+        "bytes_per_simulated_minute": _describe_spreads(sizes),
         "machine": machine(),
     }
 

@@ -73,16 +73,10 @@ def _scene(
 ) -> dict[str, Any]:
     scene, reference = case_scene(case), reference_of(case)
     simulator, trials, refused = crane_sim_engine.CraneSimEngine(scene), {}, {}
-    if methods and not set(methods) & set(simulator.methods()):
-        raise SceneError(
-            f"--method {methods[0]}: does not fit {case.id}; possible: "
-            f"{', '.join(simulator.methods())}"
-        )
     trials[crane_sim_engine.NAME] = []
-    for method in simulator.methods():
-        if not methods or method in methods:
-            on_progress(f"{case.id}: {crane_sim_engine.NAME}, {method}")
-            trials[crane_sim_engine.NAME] += sweep_method(simulator.runs(method), reference)
+    for method in _select_methods(case, simulator, methods):
+        on_progress(f"{case.id}: {crane_sim_engine.NAME}, {method}")
+        trials[crane_sim_engine.NAME] += sweep_method(simulator.runs(method), reference)
     for engine in peers if case.compare_engines else ():
         on_progress(f"{case.id}: {engine.name}")
         try:
@@ -97,10 +91,27 @@ def _scene(
         "title": case.title,
         "duration": scene.duration,
         "trusted": reference.error_bound,
+        "date": time.strftime("%Y-%m-%d"),
     }
-    head["date"] = time.strftime("%Y-%m-%d")
     rows = [list(point) for point in points]
     return head | {"compiling_s": simulator.compile_times, "refused": refused, "points": rows}
+
+
+def _select_methods(
+    case: Case, simulator: crane_sim_engine.CraneSimEngine, methods: Sequence[str]
+) -> list[str]:
+    """Return the methods that fit a case, of `methods` if there are any.
+
+    Raises:
+        SceneError: none of `methods` fits.
+    """
+    possible = simulator.methods()
+    selected = [method for method in possible if not methods or method in methods]
+    if methods and not selected:
+        raise SceneError(
+            f"--method {methods[0]}: does not fit {case.id}; possible: {', '.join(possible)}"
+        )
+    return selected
 
 
 def _peer(

@@ -130,37 +130,43 @@ def measure_studies(
     """
     scenes, cores = _load_cranes(256), len(os.sched_getaffinity(0))
     _measure_study(64, "processes", 1)  # compiles
-    kernel, ways = (
-        list[float](),
-        {f"{way}_{workers}": list[dict[str, float]]() for way, workers in WAYS},
-    )
-    for _ in range(rounds):
-        kernel.append(_kernel_time(scenes))
-        for way, workers in WAYS:
-            ways[f"{way}_{workers}"].append(_measure_study(medium, way, workers))
-    sizes = {
-        str(samples): _measure_study(samples, "processes", cores) for samples in (small, large)
-    }
+    kernel, ways = _measure_in_turn(scenes, medium, rounds)
+    sizes = {str(count): _measure_study(count, "processes", cores) for count in (small, large)}
     kernel.append(_kernel_time(scenes))
     running = {name: [each["running"] / medium for each in found] for name, found in ways.items()}
     processor = (sizes[str(large)]["processor"] - sizes[str(small)]["processor"]) / (large - small)
+    rates = {n: ratio(running[f"processes_{n}"], running[f"dask_{n}"]) for n in ("1", "2")}
     return {
         "cranes": {"large": large, "small": small, "medium": medium},
         "rounds": rounds,
         "cores": cores,
-        "kernel_us": describe_spread([1e6 * t for t in kernel]),
-        "running_us": {
-            name: describe_spread([1e6 * t for t in each]) for name, each in running.items()
-        },
-        "dask_rate": {
-            n: ratio(running[f"processes_{n}"], running[f"dask_{n}"]) for n in ("1", "2")
-        },
+        "kernel_us": _describe_times(kernel),
+        "running_us": {name: _describe_times(each) for name, each in running.items()},
+        "dask_rate": rates,
         "sizes": sizes,
         "processor_us": 1e6 * processor,
         "parts_us": {name: 1e6 * t for name, t in _parts(len(scenes)).items()},
         "overhead": processor / statistics.median(kernel) - 1.0,
         "machine": machine(),
     }
+
+
+def _measure_in_turn(
+    scenes: Sequence[Scene], samples: int, rounds: int
+) -> tuple[list[float], dict[str, list[dict[str, float]]]]:
+    """Return (times of the compiled loop [s], what studies in each way take), interleaved."""
+    kernel = list[float]()
+    ways = {f"{way}_{workers}": list[dict[str, float]]() for way, workers in WAYS}
+    for _ in range(rounds):
+        kernel.append(_kernel_time(scenes))
+        for way, workers in WAYS:
+            ways[f"{way}_{workers}"].append(_measure_study(samples, way, workers))
+    return kernel, ways
+
+
+def _describe_times(times: Sequence[float]) -> dict[str, Any]:
+    """Return the spread of times [s] in µs."""
+    return describe_spread([1e6 * t for t in times])
 
 
 def format_studies(results: dict[str, Any]) -> list[str]:
@@ -171,23 +177,18 @@ def format_studies(results: dict[str, Any]) -> list[str]:
         f"{large} cranes under LQR, 20 s each, {results['cores']} cores: {found['seconds']:.0f} s, "
         f"{1e6 * found['seconds'] / large:.0f} µs per crane",
         f"of a processor, per further crane: {results['processor_us']:.0f} µs, the compiled loop "
-        "alone "
-        f"{results['kernel_us']['median']:.0f} µs: overhead {results['overhead']:.0%}",
+        f"alone {results['kernel_us']['median']:.0f} µs: overhead {results['overhead']:.0%}",
     ]
-    lines.append(
-        "of it: " + ", ".join(f"{name} {t:.0f} µs" for name, t in results["parts_us"].items())
-    )
+    parts = ", ".join(f"{name} {t:.0f} µs" for name, t in results["parts_us"].items())
+    lines.append(f"of it: {parts}")
     for samples, size in results["sizes"].items():
         lines.append(
             f"memory of {samples}: {size['own_MB']:.0f} MB, {size['worker_MB']:.0f} MB in a worker"
         )
     for name, spread in results["running_us"].items():
         way, workers = name.split("_")
-        rate = (
-            f", {results['dask_rate'][workers]['median']:.2f} of the rate of processes"
-            if way == "dask"
-            else ""
-        )
+        dask_rate = results["dask_rate"][workers]["median"]
+        rate = f", {dask_rate:.2f} of the rate of processes" if way == "dask" else ""
         lines.append(
             f"{medium} cranes, {way}, {workers} workers, once they run: {spread['median']:.0f} µs "
             f"per crane{rate}"

@@ -28,35 +28,24 @@ def cheapest_table(data: Scenes) -> str:
     return title + markdown_table(["scene", "engine", *_COLUMNS], rows)
 
 
+_TARGETS = (
+    "## Targets\n\nOurs is to take at most 1.3 times the time of hand-written C (S5: 1.5 times; "
+    "the chains S3a, S3b and S4: 2 times); the best general engine (Pinocchio, MuJoCo) at least "
+    "15 times ours (S4: 10 times); CasADi's generated C at least 1.2 times ours; heyoka 1.5 times "
+    "ours from 1e-4 to 1e-9, 5 times on chains, and no less at 1e-12. The last column says what is "
+    "missed; a dash: not measured on that scene, or not reached. S4r is S4 taken for a straight "
+    "rod by the scene, beside the engines' chains.\n\n"
+)
+
+
 def target_table(data: Scenes) -> str:
     """Return the ratios and whether the targets hold."""
     rows = []
     for case in CASES:
         if scene := select_compared(data, case.id, case.engine_results_from):
             rows += [_format_target(row) for row in targets(case.id, scene)]
-    text = (
-        "## Targets\n\nOurs is to take at most 1.3 times the time of hand-written C (S5: 1.5 "
-        "times; the chains S3a, "
-        "S3b and S4: 2 times); the best general engine (Pinocchio, MuJoCo) at least 15 times ours "
-        "(S4: 10 "
-        "times); CasADi's generated C at least 1.2 times ours; "
-        "heyoka 1.5 times ours from 1e-4 to 1e-9, 5 times on chains, and no less at 1e-12. The "
-        "last column says what "
-        "is missed; a dash: not measured on that scene, or not reached. S4r is S4 taken for a "
-        "straight rod by the "
-        "scene, beside the engines' chains.\n\n"
-    )
-    head = [
-        "scene",
-        "error",
-        "/ hand C",
-        "best general",
-        "/ ours",
-        "CasADi C / ours",
-        "heyoka / ours",
-        "",
-    ]
-    return text + markdown_table(head, rows)
+    ratios = ["/ hand C", "best general", "/ ours", "CasADi C / ours", "heyoka / ours"]
+    return _TARGETS + markdown_table(["scene", "error", *ratios, ""], rows)
 
 
 def select_compared(data: Scenes, case: str, engine_results_from: str) -> Scenes | None:

@@ -44,12 +44,8 @@ def _run() -> int:
         return _fail(str(error), 1)
     except MemoryError:
         return _fail("the run does not fit into memory; shorten its duration", 1)
-    except (
-        ArithmeticError,
-        LookupError,
-        TypeError,
-        ValueError,
-    ) as error:  # a gap in the checks: still one line
+    # a gap in the checks: still one line
+    except (ArithmeticError, LookupError, TypeError, ValueError) as error:
         return _fail(
             f"unforeseen {type(error).__name__}: {error}; please report the scene that led here", 1
         )

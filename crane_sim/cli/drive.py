@@ -140,9 +140,20 @@ def _check_device(given: Mapping[str, Any]) -> None:
         )
     if device == "gamepad" and find_spec("evdev") is None:
         raise SceneError(f"--input gamepad: {MISSING}")
+    _check_owners(given)
+    if topic is not None and not _TOPIC.fullmatch(topic):
+        raise SceneError(
+            f"--joy-topic {topic!r}: is no topic's name; possible: letters, digits, _ and /, such "
+            "as /joy"
+        )
+
+
+def _check_owners(given: Mapping[str, Any]) -> None:
+    """Raise SceneError for an option that belongs to another device."""
+    device = given["device"]
     for option, value, owner in (
         ("--gamepad", given["gamepad"], "gamepad"),
-        ("--joy-topic", topic, "joy"),
+        ("--joy-topic", given["joy_topic"], "joy"),
     ):
         if value and device != owner:
             raise SceneError(
@@ -152,11 +163,6 @@ def _check_device(given: Mapping[str, Any]) -> None:
         raise SceneError(
             f"--map {given['mapping'][0]}: belongs to --input gamepad or joy, here is --input "
             "keyboard"
-        )
-    if topic is not None and not _TOPIC.fullmatch(topic):
-        raise SceneError(
-            f"--joy-topic {topic!r}: is no topic's name; possible: letters, digits, _ and /, such "
-            "as /joy"
         )
 
 

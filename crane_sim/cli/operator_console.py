@@ -207,12 +207,8 @@ def make_panel(
     )
     outer.add_row(escape(below))
     if keys:
-        outer.add_row(
-            Text(
-                "space emergency stop · enter release · tab assistance · + - speed · q end",
-                style="dim",
-            )
-        )
+        hints = "space emergency stop · enter release · tab assistance · + - speed · q end"
+        outer.add_row(Text(hints, style="dim"))
     return outer
 
 

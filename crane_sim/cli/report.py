@@ -297,13 +297,8 @@ def _print_joints(console: Console, summary: dict[str, Any], scene: "Scene") -> 
     names = [name for name in scene.joint_names if name in margins or name in peaks]
     if not names:
         return
-    head = (
-        "joint",
-        "final error",
-        "joint settled after [s]",
-        "peak effort",
-        *["limit margin"] * bool(margins),
-    )
+    limits = ["limit margin"] * bool(margins)
+    head = ("joint", "final error", "joint settled after [s]", "peak effort", *limits)
     units = dict(zip(scene.joint_names, scene.joint_units, strict=True))
     effort_units = dict(zip(scene.actuated, scene.effort_units, strict=True))
     rows = [

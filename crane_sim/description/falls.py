@@ -318,13 +318,8 @@ def _mast(portal: Portal, root: float, tip: float) -> list[Shape]:
     other, out = (far if root == near else near), 1.0 if tip > root else -1.0
     apex, beam = (root, portal.top), 1.0 + 0.8 * unit
     feet = [*((root + share * (tip - root), beam) for share in STAYED), (other, portal.leg_top)]
-    shapes = [
-        Shape(
-            (0.8 * unit, 2.0 * portal.half_gauge + unit, 0.8 * unit),
-            (root, 0.0, portal.top),
-            YELLOW,
-        )
-    ]
+    girder = (0.8 * unit, 2.0 * portal.half_gauge + unit, 0.8 * unit)
+    shapes = [Shape(girder, (root, 0.0, portal.top), YELLOW)]
     for y in (portal.half_gauge, -portal.half_gauge):
         stays = [tube(apex, foot, 0.18 * unit, STEEL) for foot in feet]
         post = Shape(

@@ -247,23 +247,17 @@ def _add_swaying_tower(robot: Robot, tower: SwayingTower, size: float, ground: f
 
     Its axes are level.
     """
-    unit, h, masses, places = (
-        0.02 * size,
-        tower.height,
-        np.array(tower.masses),
-        np.array(tower.places),
-    )
-    below = Shape(
-        (1.6 * unit, 1.6 * unit, max(-ground - h, unit)), (0.0, 0.0, 0.5 * (ground - h)), YELLOW
-    )
+    unit, h = 0.02 * size, tower.height
+    masses, places = np.array(tower.masses), np.array(tower.places)
+    depth = max(-ground - h, unit)
+    below = Shape((1.6 * unit, 1.6 * unit, depth), (0.0, 0.0, 0.5 * (ground - h)), YELLOW)
     robot.link("base_link", [_foot(unit, ground), below])
     robot.link("mast_link", [Shape((1.6 * unit, 1.6 * unit, h), (0.0, 0.0, 0.5 * h), YELLOW)])
     centre = float(masses @ places / masses.sum())
     turning = float(masses @ (places - centre) ** 2)
     jib = [_truss(-COUNTER_JIB * size, size, unit), *_tower_head(size, unit)]
-    robot.link(
-        "slew_link", jib, Body(float(masses.sum()), (centre, 0.0, 0.0), (0.0, turning, turning))
-    )
+    body = Body(float(masses.sum()), (centre, 0.0, 0.0), (0.0, turning, turning))
+    robot.link("slew_link", jib, body)
     robot.turn("mast_x_deflection", "base_link", "mast_joint_link", FORWARD, (0.0, 0.0, -h))
     robot.turn("mast_y_deflection", "mast_joint_link", "mast_link", LEFT)
     robot.turn("slew", "mast_link", "slew_link", UP, (0.0, 0.0, h))

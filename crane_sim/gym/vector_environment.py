@@ -91,10 +91,8 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
             if value is not None and value < 1:
                 raise SceneError(f"{name} = {value}: must be at least 1")
         own, mode = task_scene(scene, crane), _checked_mode(autoreset_mode)
-        self.metadata, self._restarts = (
-            {"render_modes": [], "autoreset_mode": mode},
-            mode is AutoresetMode.SAME_STEP,
-        )
+        self.metadata = {"render_modes": [], "autoreset_mode": mode}
+        self._restarts = mode is AutoresetMode.SAME_STEP
         self.num_envs, self.scenes = num_envs, [own] * num_envs
         self.single_action_space = action_space(own, max_effort)
         self.single_observation_space = observation_space(own)
@@ -103,11 +101,7 @@ class CraneVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.observation_names, self.observation_units = observation_names(own)
         self.action_names, self.action_units = own.actuated, own.command_units
         self._paths = stack_columns([own.trajectory] * num_envs) if follows_path(own) else None
-        self._targets = (
-            None
-            if follows_path(own)
-            else Goal(*(part.repeat(num_envs, axis=0) for part in goal_of(own)))
-        )
+        self._targets = None if follows_path(own) else _repeat(goal_of(own), num_envs)
         self._generators = [seeding.np_random()[0] for _ in range(num_envs)]
         self._arrays = _allocate(own, num_envs)
         self._kind = _kind(own), kind_of(_equipment(make_initial(own)[-1]))
@@ -330,6 +324,11 @@ def _seeds(seed: Seeds, n: int) -> list[int | None]:
     if len(seeds) != n:
         raise ValueError(f"seed: has {len(seeds)} values for {n} cranes")
     return seeds
+
+
+def _repeat(goal: Goal, count: int) -> Goal:
+    """Return a goal of one row with a row for each crane."""
+    return Goal(*(part.repeat(count, axis=0) for part in goal))
 
 
 def _kind(scene: Scene) -> Any:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from crane_sim.files.errors import SceneError
-from crane_sim.recording.bag_messages import Message, UnreadableBag, read_messages
+from crane_sim.recording.bag_messages import BagContents, Message, UnreadableBag, read_messages
 
 Array = npt.NDArray[np.float64]
 STATES, COMMANDS = "joint_states", "joint_commands"
@@ -57,18 +57,11 @@ def read_bag(
             f"{path}: drives of several kinds, {', '.join(sorted(set(kinds)))}, cannot be read "
             "from a bag"
         )
-    try:
-        contents = read_messages(path, (STATES, COMMANDS))
-    except UnreadableBag as error:
-        raise SceneError(f"{path}: {error}") from None
+    contents = _read_contents(path)
     topics = {
         name: [each for each in contents.messages if each.topic == name]
         for name in (STATES, COMMANDS)
     }
-    if contents.damage:
-        logging.getLogger(__name__).warning(
-            "%s is damaged: %s; what is whole of it is used", path, contents.damage
-        )
     stamped = all(any(message.stamp for message in messages) for messages in topics.values())
     states = _track(path, topics[STATES], "position", joints, stamped)
     # what a drive is commanded is the name of the message's field, too
@@ -77,6 +70,19 @@ def read_bag(
     if contents.damage or contents.malformed:
         _check_gaps(path, commands, states.nanoseconds[0])
     return Bag(states, commands)
+
+
+def _read_contents(path: Path) -> BagContents:
+    """Return the messages of both topics; a warning says where the bag is damaged."""
+    try:
+        contents = read_messages(path, (STATES, COMMANDS))
+    except UnreadableBag as error:
+        raise SceneError(f"{path}: {error}") from None
+    if contents.damage:
+        logging.getLogger(__name__).warning(
+            "%s is damaged: %s; what is whole of it is used", path, contents.damage
+        )
+    return contents
 
 
 def _check_gaps(path: Path, commands: Track, start: int) -> None:

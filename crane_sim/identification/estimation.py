@@ -210,22 +210,10 @@ def _judge(
     values = shooting.values(point.logarithms)
     covariance = relative * np.outer(values, values)
     deviations = np.sqrt(np.diag(covariance))
-    reach = np.maximum(
-        float(scipy.stats.t.ppf(0.5 + LEVEL / 2.0, freedom)) * deviations, ROUNDING * np.abs(values)
-    )
-    columns = (
-        shooting.parameters,
-        shooting.nominal,
-        values,
-        deviations,
-        values - reach,
-        values + reach,
-    )
-    estimates = tuple(
-        Estimate(key, *map(float, numbers)) for key, *numbers in zip(*columns, strict=True)
-    )
+    estimates = _estimates(shooting, values, deviations, freedom)
     error, there = linear.residual * deviation, np.isfinite(shooting.data.q)
     errors = np.sqrt(np.sum(error**2, axis=0) / there.sum(axis=0))
+    doubts = *_weak(estimates), *_correlated(shooting, linear.residual, errors)
     return Identification(
         guess=guess,
         estimates=estimates,
@@ -233,16 +221,24 @@ def _judge(
         correlation=covariance / np.outer(deviations, deviations),
         condition=condition,
         residual=dict(zip(shooting.data.joints, errors.tolist(), strict=True)),
-        warnings=(
-            *notes,
-            *_weak(estimates),
-            *_correlated(shooting, linear.residual, errors),
-            *_unfinished(counts),
-        ),
+        warnings=(*notes, *doubts, *_unfinished(counts)),
         iterations=sum(counts),
         data=shooting.data,
         fit=shooting.predict(point),
         segments=tuple(each.first for each in shooting.segments),
+    )
+
+
+def _estimates(
+    shooting: Shooting, values: Array, deviations: Array, freedom: int
+) -> tuple[Estimate, ...]:
+    """Return the parameters with their intervals, of Student's t of these degrees of freedom."""
+    quantile = float(scipy.stats.t.ppf(0.5 + LEVEL / 2.0, freedom))
+    reach = np.maximum(quantile * deviations, ROUNDING * np.abs(values))
+    low, high = values - reach, values + reach
+    columns = (shooting.parameters, shooting.nominal, values, deviations, low, high)
+    return tuple(
+        Estimate(key, *map(float, numbers)) for key, *numbers in zip(*columns, strict=True)
     )
 
 

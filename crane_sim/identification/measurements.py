@@ -211,17 +211,7 @@ def select(found: Measurements, driven: tuple[str, ...], scene: Scene, source: s
             not increase.
     """
     joints = tuple(name for name in scene.joint_names if name in found.joints)
-    missing = [name for name in scene.actuated if name not in driven]
-    if not joints or missing:
-        what = (
-            f"commands of {', '.join(missing)}"
-            if joints
-            else f"position of {', '.join(scene.joint_names)}"
-        )
-        raise SceneError(
-            f"{source}: has no {what}; it has {', '.join(found.joints)}, commands of "
-            f"{', '.join(driven)}"
-        )
+    _check_names(found, driven, scene, source)
     for times in (found.t, found.command_times):
         if (back := np.flatnonzero(~(np.diff(times) > 0.0))).size:
             raise SceneError(
@@ -238,6 +228,21 @@ def select(found: Measurements, driven: tuple[str, ...], scene: Scene, source: s
         joints=joints,
         q=np.where(np.isfinite(q), q, np.nan),
         commands=np.ascontiguousarray(commands),
+    )
+
+
+def _check_names(found: Measurements, driven: tuple[str, ...], scene: Scene, source: str) -> None:
+    """Raise SceneError where all of the scene's joints, or commands of it, are missing."""
+    missing = [name for name in scene.actuated if name not in driven]
+    if not any(name in found.joints for name in scene.joint_names):
+        what = f"position of {', '.join(scene.joint_names)}"
+    elif missing:
+        what = f"commands of {', '.join(missing)}"
+    else:
+        return
+    raise SceneError(
+        f"{source}: has no {what}; it has {', '.join(found.joints)}, commands of "
+        f"{', '.join(driven)}"
     )
 
 

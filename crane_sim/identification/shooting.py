@@ -185,11 +185,8 @@ class Shooting:
 
     def _derivatives(self, point: Unknowns) -> tuple[Array, Array]:
         """Return the result of `sensitivities` of a smooth prediction."""
-        (logarithms, _), scene, n = (
-            point,
-            self.scene_of(point.logarithms),
-            self.segments[0].basis.shape[1],
-        )
+        logarithms, n = point.logarithms, self.segments[0].basis.shape[1]
+        scene = self.scene_of(logarithms)
         p, unknowns = len(logarithms), -(-(len(logarithms) + 2 * n) // DIRECTIONS) * DIRECTIONS
         times, commands = excitation_of(scene, self.data)
         samples = np.searchsorted(times, self.data.t - SAME_INSTANT)
@@ -206,9 +203,8 @@ class Shooting:
         weights = np.array(
             [sign * weight / STEP for weight in ORDER_6.values() for sign in (1.0, -1.0)]
         )
-        of_model = slopes_of_models(
-            [self.scene_of(each).model for each in nearby], weights, unknowns
-        )
+        models = [self.scene_of(each).model for each in nearby]
+        of_model = slopes_of_models(models, weights, unknowns)
         out = np.empty((len(times), len(scene.joint_names), unknowns))
         fill_derivatives(strict_method(scene), scene.model, of_model, excitations, starts, out)
         slopes = out[samples][:, self._columns]

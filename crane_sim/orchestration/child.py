@@ -116,12 +116,7 @@ class Child:
             case {"event": "active", "active": bool(active)}:
                 self.active = active
             case {"event": "progress", "step": int(step), **more}:
-                self.step = step
-                self.recorded, self.resets = more.get("recorded", 0), more.get("resets", 0)
-                self.last_bag_step, self.lost_commands = (
-                    more.get("last_bag_step", 0),
-                    more.get("lost_commands", 0),
-                )
+                self._on_progress(step, more)
             case {"event": "waiting" | "resumed", "why": str(why)}:
                 self.waiting = why
             case {"event": "notice", "line": str(line)}:
@@ -134,6 +129,12 @@ class Child:
                 self.fault, self.fatal = why, True
             case {"event": "exception", "why": str(why)}:  # its exit follows, and is the fault
                 self._exception = f": {why}"
+
+    def _on_progress(self, step: int, more: dict[str, Any]) -> None:
+        self.step = step
+        self.recorded, self.resets = more.get("recorded", 0), more.get("resets", 0)
+        self.last_bag_step = more.get("last_bag_step", 0)
+        self.lost_commands = more.get("lost_commands", 0)
 
     def _on_start(self, pid: int) -> None:
         self.pid = pid

@@ -110,20 +110,10 @@ def run(
     callbacks = Callbacks(
         lambda step: progress(step, scene.steps), on_news or _ignore, on_activated or _ignore
     )
-    plant: dict[str, object] = {
-        "mode": mode,
-        "commanded": not controller,
-        "paused": paused,
-        "clock": clock,
-    }
-    plant["commander"] = "controller" if controller else ""
-    optional = {
-        "rate": rate,
-        "on_silence": on_silence,
-        "command_stamps": command_stamps,
-        "fifo_priority": fifo,
-    }
-    optional |= {"publish_tf": tf, "frame_prefix": frame_prefix, "beside": beside}
+    plant: dict[str, object] = {"mode": mode, "commanded": not controller, "paused": paused}
+    plant |= {"clock": clock, "commander": "controller" if controller else ""}
+    optional = {"rate": rate, "fifo_priority": fifo, "on_silence": on_silence, "publish_tf": tf}
+    optional |= {"command_stamps": command_stamps, "frame_prefix": frame_prefix, "beside": beside}
     plant |= {name: value for name, value in optional.items() if value is not None}
     recorder = _recorder_settings(record, mcap, live_port, operator is not None)
     is_controlled = controller and scene.sampled
@@ -138,14 +128,16 @@ def run(
     ):
         roles = _start(group, scene, Path(folder), settings)
         if not (controller or operator):
-            limit = f", {max(wait, READY_TIMEOUT):g} s at most" if isfinite(wait) else ""
-            callbacks.on_news(
-                f"the run waits for your node on /{settings.namespace}/joint_commands, ROS domain "
-                f"{domain}{limit}"
-            )
-        return _supervise(
-            Supervisor(group, roles, interrupts, callbacks, wait), roles, scene, settings
-        )
+            callbacks.on_news(_describe_wait(settings.namespace, domain, wait))
+        supervisor = Supervisor(group, roles, interrupts, callbacks, wait)
+        return _supervise(supervisor, roles, scene, settings)
+
+
+def _describe_wait(namespace: str, domain: int, wait: float) -> str:
+    """Return one line on the user's node, for which a run waits `wait` [s]."""
+    limit = f", {max(wait, READY_TIMEOUT):g} s at most" if isfinite(wait) else ""
+    topic = f"/{namespace}/joint_commands"
+    return f"the run waits for your node on {topic}, ROS domain {domain}{limit}"
 
 
 def _ignore(*_: object) -> None:

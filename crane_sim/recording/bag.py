@@ -13,7 +13,7 @@ from crane_sim.recording.bag_messages import Message, UnreadableBag, read_messag
 from crane_sim.recording.blocks import block_of, run_of_block
 from crane_sim.recording.completeness import Completeness, Steps, assess
 from crane_sim.recording.digest import agrees
-from crane_sim.recording.layout import layout_of_scene
+from crane_sim.recording.layout import Layout, layout_of_scene
 from crane_sim.recording.mcap.reader import END, RUN, mcap_file, read_metadata
 from crane_sim.recording.run import RecordedRun, UnreadableRecording, parse_scene
 from crane_sim.recording.step_assembler import Row, StepAssembler
@@ -63,25 +63,33 @@ def read_bag_run(path: Path) -> RecordedRun:
         raise UnreadableRecording(f"{path}: {error}") from None
     if not agrees(properties, contents.is_checked):
         raise UnreadableRecording(f"{path}: is damaged: its scene is not as it was written")
-    scene = load_scene(parse_scene(properties["scene_file"], path), own_law=False)
-    if properties.get("law") == "external":  # another node commanded, whatever law the scene has
-        scene = scene.with_external_commands()
+    scene = _load_scene(properties, path)
     steps = decode_steps(scene, contents.messages)
     if not steps.rows:
         raise UnreadableRecording(
             f"{path}: has no control step: no joint_states with an applied_effort of its stamp"
         )
-    end = contents.metadata.get(END, {})
+    end, damage = contents.metadata.get(END, {}), contents.damage
     if not agrees(end, contents.is_checked):
-        end, contents = (
-            {},
-            contents._replace(damage=contents.damage or "its end is not as it was written"),
-        )
-    layout = layout_of_scene(scene, "", steps.true_states)
-    kept = {key: value for key, value in properties.items() if key in RUN_PROPERTIES}
-    layout = layout._replace(properties={**layout.properties, **kept})
+        end = {}
+        damage = damage or "its end is not as it was written"
+    layout = _make_layout(scene, properties, steps.true_states)
     run = run_of_block(layout, block_of(scene, steps.rows), _summary(scene, steps, end))
-    return replace(run, path=path, completeness=_assess(scene, steps.rows, end, contents.damage))
+    return replace(run, path=path, completeness=_assess(scene, steps.rows, end, damage))
+
+
+def _load_scene(properties: Mapping[str, str], path: Path) -> Scene:
+    scene = load_scene(parse_scene(properties["scene_file"], path), own_law=False)
+    if properties.get("law") == "external":  # another node commanded, whatever law the scene has
+        scene = scene.with_external_commands()
+    return scene
+
+
+def _make_layout(scene: Scene, properties: Mapping[str, str], truth: bool) -> Layout:
+    """Return the layout of a scene with the bag's properties that do not follow from it."""
+    layout = layout_of_scene(scene, "", truth)
+    kept = {key: value for key, value in properties.items() if key in RUN_PROPERTIES}
+    return layout._replace(properties={**layout.properties, **kept})
 
 
 def decode_steps(scene: Scene, messages: Sequence[Message]) -> BagSteps:

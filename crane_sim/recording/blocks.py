@@ -230,6 +230,12 @@ def run_of_rollout(rollout: Rollout) -> RecordedRun:
     return run_of_block(of_rollout(rollout, ""), block, rollout.summary | entries, rollout.events)
 
 
+_UNCHANGED = (  # what a run has as its block has it
+    *("base", "tensions", "reeved", "swing", "contact"),
+    *("kinetic", "potential", "lyapunov"),
+)
+
+
 def run_of_block(
     layout: Layout,
     block: Block,
@@ -238,22 +244,17 @@ def run_of_block(
 ) -> RecordedRun:
     """Return the run of a block that has all its steps."""
     t = 1e-9 * ((block.step - 1) * layout.period_ns).astype(np.float64)
-    measured = (
-        np.hsplit(block.measured, 2)
-        if layout.sensed and block.measured is not None
-        else (None, None)
-    )
+    q_measured, v_measured = _split_measured(layout, block)
+    about = layout.properties.items()
     return RecordedRun(
         path=None,
         crane=crane_of(layout.properties),
-        properties={
-            key: value for key, value in layout.properties.items() if key not in ("crane", "urdf")
-        },
+        properties={key: value for key, value in about if key not in ("crane", "urdf")},
         t=t,
         q=block.q,
         v=block.v,
-        q_measured=measured[0],
-        v_measured=measured[1],
+        q_measured=q_measured,
+        v_measured=v_measured,
         u=block.effort,
         commands=block.demanded,
         reference=block.reference,
@@ -263,12 +264,15 @@ def run_of_block(
         states=_states(layout, block, summary, events),
         events=[(round(1e9 * time) / 1e9, text) for time, text in events],
         summary=json.loads(json.dumps(summary, default=plain)),
-        **{
-            name: getattr(block, name)
-            for name in ("base", "tensions", "reeved", "swing", "contact")
-        },
-        **{name: getattr(block, name) for name in ("kinetic", "potential", "lyapunov")},
+        **{name: getattr(block, name) for name in _UNCHANGED},
     )
+
+
+def _split_measured(layout: Layout, block: Block) -> Sequence[Any]:
+    """Return the measured positions and velocities, None where they are the true ones."""
+    if not layout.sensed or block.measured is None:
+        return None, None
+    return np.hsplit(block.measured, 2)
 
 
 def _frames(layout: Layout, block: Block, t: Any) -> AnimationFrames:

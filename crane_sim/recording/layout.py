@@ -247,9 +247,13 @@ def _make_layout(scene: Scene, run_id: str, truth: bool, cable: Suspension | Non
         undriven=not (scene.sampled or scene.law_name or scene.document.get("inputs")),
         lyapunov=hasattr(scene.law, "lyapunov"),
         timeline_inputs=make_timeline_inputs(scene.hardware),
-        properties=_scene_properties(scene, truth)
-        | {"urdf": urdf(scene), "crane": _crane_facts(scene, framing)},
+        properties=_properties(scene, truth, framing),
     )
+
+
+def _properties(scene: Scene, truth: bool, framing: Framing) -> dict[str, Any]:
+    facts = {"urdf": urdf(scene), "crane": _crane_facts(scene, framing)}
+    return _scene_properties(scene, truth) | facts
 
 
 def _pictures(scene: Scene, cable: Suspension | None) -> tuple[Framing, tuple[float, ...]]:

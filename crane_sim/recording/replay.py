@@ -81,39 +81,45 @@ def replay(run: RecordedRun, law: str | None = None) -> Replay:
         SimulationError: the integration failed.
     """
     scene = load_scene(run.scene_values, own_law=False) if law is None else run.load_scene(law)
-    missing = np.flatnonzero(np.rint(run.t / scene.period) != np.arange(len(run.t)))
-    if missing.size:
-        raise SceneError(
-            f"replay: step {missing[0] + 1} is not in the recording: its command is not known"
-        )
+    _check_steps(scene, run)
     # a node commanded a scene without a law
     commanded = scene.sampled or bool(np.isfinite(run.commands).any())
     if not commanded and scene.law is None and scene.law_name is not None:
         scene = run.load_scene()  # which says that it is not executed
-    plant, command = (
-        Plant(scene.with_external_commands() if commanded else scene),
-        scene.idle_command,
-    )
+    plant = Plant(scene.with_external_commands() if commanded else scene)
+    command = scene.idle_command
     true: Difference | None = None
     shown: Difference | None = None
     for k in range(len(run.t)):
         true = true or _difference(scene, k, run, (plant.q, plant.v))
         shown = shown or _difference(scene, k, run, plant.seen)
         if true and shown:
-            return Replay(
-                k + 1, max(true, shown, key=lambda each: each.step), _version_changes(run.versions)
-            )
+            last = max(true, shown, key=lambda each: each.step)
+            return Replay(k + 1, last, _version_changes(run.versions))
         if commanded:
             plant.braking = all(map(isnan, run.commands[k]))
-            if plant.braking and not _acts(
-                run.states.get(BRAKES, []), run.t[k] + 0.5 * scene.period
-            ):
-                raise SceneError(f"replay: the command of step {k + 1} is not in the recording")
+            if plant.braking:
+                _check_brakes(scene, run, k)
             command = (
                 scene.zero_command(command) if plant.braking else tuple(map(float, run.commands[k]))
             )
         plant.advance(command if commanded else None)
     return Replay(len(run.t), None, _version_changes(run.versions))
+
+
+def _check_steps(scene: Scene, run: RecordedRun) -> None:
+    """Raise SceneError where the recording lacks a step."""
+    missing = np.flatnonzero(np.rint(run.t / scene.period) != np.arange(len(run.t)))
+    if missing.size:
+        raise SceneError(
+            f"replay: step {missing[0] + 1} is not in the recording: its command is not known"
+        )
+
+
+def _check_brakes(scene: Scene, run: RecordedRun, k: int) -> None:
+    """Raise SceneError where the brakes did not act in period k, which has no command."""
+    if not _acts(run.states.get(BRAKES, []), run.t[k] + 0.5 * scene.period):
+        raise SceneError(f"replay: the command of step {k + 1} is not in the recording")
 
 
 def _acts(changes: Changes, t: float) -> bool:

@@ -312,16 +312,12 @@ class RecordedRun:
             ("base", ("surge", "sway", "heave", "roll", "pitch", "yaw"), axes, self.base),
         )
         columns = {name: column for table in tables for name, column in _split(*table).items()}
-        columns |= {
-            "tension": (self.tension, "N"),
-            "swing": (self.swing, "rad"),
-        } | self._further_forces()
+        columns |= {"tension": (self.tension, "N"), "swing": (self.swing, "rad")}
+        columns |= self._further_forces()
         columns |= {"kinetic": (self.kinetic, "J"), "potential": (self.potential, "J")}
         if self.lyapunov is not None:
-            columns |= {
-                "lyapunov": (self.lyapunov[:, 0], "J"),
-                "lyapunov_rate": (self.lyapunov[:, 1], "W"),
-            }
+            columns["lyapunov"] = (self.lyapunov[:, 0], "J")
+            columns["lyapunov_rate"] = (self.lyapunov[:, 1], "W")
         return columns
 
     def _further_forces(self) -> dict[str, tuple[Array, str]]:

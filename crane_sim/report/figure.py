@@ -180,23 +180,11 @@ def _draw_states(axis: Any, run: RecordedRun) -> None:
     end = float(run.t[-1]) + run.period
     for row, changes in enumerate(run.states.values()):
         for begin, until, state in make_spans(changes, 0.0, end, end / MAX_SPANS):
-            axis.barh(
-                row,
-                max(until - begin, end / MAX_SPANS),
-                left=begin,
-                height=0.7,
-                color=get_color(state),
-            )
+            width = max(until - begin, end / MAX_SPANS)
+            axis.barh(row, width, left=begin, height=0.7, color=get_color(state))
             if until - begin > 0.02 * len(state) * end:
-                axis.text(
-                    begin + 0.01 * end,
-                    row,
-                    state,
-                    va="center",
-                    fontsize=6.5,
-                    color=TEXT_COLOR,
-                    clip_on=True,
-                )
+                style = {"va": "center", "fontsize": 6.5, "color": TEXT_COLOR, "clip_on": True}
+                axis.text(begin + 0.01 * end, row, state, **style)
     axis.set_yticks(range(len(run.states)), list(run.states), fontsize=7.5)
     axis.invert_yaxis()
     axis.set_xlim(0.0, end)

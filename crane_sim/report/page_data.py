@@ -62,15 +62,20 @@ def page_data(run: RecordedRun, max_frame_values: int = MAX_FRAME_VALUES) -> dic
         "afloat": run.base is not None,
         "frames": frames_of(run, used_coordinates(robot), max_frame_values),
         "panels": _encode(run, panels, slice(None)),
-        "failure_window_panels": None
-        if run.finished
-        else _encode(run, panels, _rows_before_failure(run, end)),
+        "failure_window_panels": _encode_failure(run, panels, end),
         "states": state_rows(run, end),
         "events": run.events[:MAX_EVENTS],
         "event_count": max(len(run.events), run.summary.get("event_count", 0)),
         "headlines": headlines(run),
         "scene": run.scene_text,
     } | _tables(run)
+
+
+def _encode_failure(run: RecordedRun, panels: list[Panel], end: float) -> Any:
+    """Return the panels of a run's failure window, None of a run that finished."""
+    if run.finished:
+        return None
+    return _encode(run, panels, _rows_before_failure(run, end))
 
 
 def state_rows(run: RecordedRun, end: float) -> list[dict[str, Any]]:

@@ -103,8 +103,13 @@ def _metrics(summary: dict[str, Any]) -> Table:
 def _differences(summary: dict[str, Any]) -> Iterator[Table]:
     """Yield the tables of the differences between variants, of the summary of a study."""
     first, *others = summary["failures"]  # variants
-    if not others:
-        return
+    if others:
+        yield _metric_differences(summary, first, others)
+        yield _failure_differences(summary, first)
+
+
+def _metric_differences(summary: dict[str, Any], first: str, others: Sequence[str]) -> Table:
+    """Return the differences of the metrics of other variants from those of the first one."""
     rows = []
     for name, by_variant in summary["metrics"].items():
         for other in others:
@@ -123,7 +128,11 @@ def _differences(summary: dict[str, Any]) -> Iterator[Table]:
         "effect size",
         "p (Wilcoxon)",
     )
-    yield Table(f"Differences from {first}, on the same samples", head, rows)
+    return Table(f"Differences from {first}, on the same samples", head, rows)
+
+
+def _failure_differences(summary: dict[str, Any], first: str) -> Table:
+    """Return on how many samples only one of two variants fails, or both."""
     fails = [
         (
             other,
@@ -134,7 +143,7 @@ def _differences(summary: dict[str, Any]) -> Iterator[Table]:
         if each["first_only"] + each["second_only"] + each["both"]
     ]
     head = ("variant", f"only {first} fails", "only the variant fails", "both", "p (McNemar)")
-    yield Table("Which of them fail", head, fails)
+    return Table("Which of them fail", head, fails)
 
 
 def _sensitivities(summary: dict[str, Any], design: str) -> Iterator[Table]:

@@ -167,13 +167,11 @@ class PlantNode:
         """Wait for the peers, simulate, report; then raise Fault if the run failed."""
         host, simulation = self._host, self._simulation
         host.manage(self._settings.autostart, self._activate)
-        host.wait(self._missing, simulation.publish_clock_if_due)
+        keep_clock = simulation.publish_clock_if_due
+        host.wait(self._missing, keep_clock)
         self._refuse_duplicate()
         host.report_ready()
-        host.wait(
-            lambda: "" if host.started and host.active else "the request go",
-            simulation.publish_clock_if_due,
-        )
+        host.wait(lambda: "" if host.started and host.active else "the request go", keep_clock)
         if not host.stop_reason:
             self._set_priority()
             if self._settings.paused:
@@ -188,7 +186,7 @@ class PlantNode:
         # after the report: a subscriber that does not acknowledge delays nothing else
         self._topics.flush()
         if host.pipes.attached:
-            host.wait(lambda: "the request finish", simulation.publish_clock_if_due)
+            host.wait(lambda: "the request finish", keep_clock)
         if error and host.stop_reason not in ENDINGS:
             raise Fault(error)
 

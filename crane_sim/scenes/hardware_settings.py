@@ -70,12 +70,7 @@ def equipment_of(file: SceneFile, period: float) -> tuple[HardwareConfig | None,
     ideal = not (file.sensors or file.actuators or file.faults)
     if ideal and file.brake in (None, BrakeGroup()):
         return None, {}
-    if not ideal and file.control is not None and file.control.period == "continuous":
-        group = next(name for name in ("sensors", "actuators", "faults") if getattr(file, name))
-        raise SceneError(
-            f"{group}: act once a period, and control.period is 'continuous'; give it a number of "
-            "seconds"
-        )
+    _refuse_continuous_law(file)
     _check_joints("sensors", file.sensors, (ALL, *file.joint_names))
     _check_joints("actuators", file.actuators, (ALL, *file.actuated))
     periods = Periods(period)
@@ -94,13 +89,23 @@ def equipment_of(file: SceneFile, period: float) -> tuple[HardwareConfig | None,
         servos=servos_of(file),
         ideal=ideal,
     )
-    held = (
-        stateful_joints(equipment, file.actuated)
-        if getattr(file, "inputs", None) is not None
-        else ()
-    )
     rounded = {"rounded": periods.rounded} if periods.rounded else {}
-    return equipment, rounded | ({"held_inputs": list(held)} if held else {})
+    held = list(stateful_joints(equipment, file.actuated)) if _has_inputs(file) else []
+    return equipment, rounded | ({"held_inputs": held} if held else {})
+
+
+def _refuse_continuous_law(file: SceneFile) -> None:
+    """Raise SceneError for groups that act once a period where the law is continuous."""
+    groups = [name for name in ("sensors", "actuators", "faults") if getattr(file, name)]
+    if groups and file.control is not None and file.control.period == "continuous":
+        raise SceneError(
+            f"{groups[0]}: act once a period, and control.period is 'continuous'; give it a number "
+            "of seconds"
+        )
+
+
+def _has_inputs(file: SceneFile) -> bool:
+    return getattr(file, "inputs", None) is not None
 
 
 def is_nonideal(equipment: HardwareConfig | None) -> bool:

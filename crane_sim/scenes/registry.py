@@ -123,6 +123,15 @@ def inputs_of(units: dict[str, str]) -> type[Group]:
     )
 
 
+def _effort_units(support: type[SupportGroups], hanging: type[CraneFile]) -> dict[str, str]:
+    """Return the units of the efforts on support and winch by joint."""
+    any_unit = "effort's unit"
+    units = dict.fromkeys(("tip_x", "tip_y", "tip_z"), any_unit)
+    if support is not PointGroups:
+        units = {joint.name: joint.effort_unit for joint in support.joints}
+    return units | dict.fromkeys(hanging.winch, any_unit)
+
+
 def file_of(
     crane: str,
     support: type[SupportGroups],
@@ -139,15 +148,11 @@ def file_of(
         start: the group `initial`, or its base where positions are in the order of the joints;
             `optional`: it may be left out.
     """
-    any_unit = "effort's unit"
-    units = dict.fromkeys(("tip_x", "tip_y", "tip_z"), any_unit)
-    if support is not PointGroups:
-        units = {joint.name: joint.effort_unit for joint in support.joints}
     by_order = start in (RopeStart, LoadStart)
     own = start_of(support, hanging.winch[0], start) if by_order else start
     typed = by_order and not issubclass(support, BridgeGroups)
     reference = reference_of(support, hanging.winch[0]) if typed else ReferenceGroup
-    inputs = inputs_of(units | dict.fromkeys(hanging.winch, any_unit))
+    inputs = inputs_of(_effort_units(support, hanging))
     fields: dict[str, Any] = {
         "crane": (Literal[crane], Field(description="the kind of crane")),
         "initial": (own, Field(own() if optional else ..., description="the state at t = 0")),

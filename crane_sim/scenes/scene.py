@@ -374,25 +374,19 @@ def _nominal_scene(scene: Scene) -> Scene:
             "inputs: a scene with a control law takes none (leave out one of inputs, control)"
         )
     document = nominal(dict(scene.document), control.nominal)
-    if (
-        scene.sampled
-        and not control.nominal
-        and scene.document.keys() - document.keys() == {"control"}
-    ):
+    same_crane = scene.document.keys() - document.keys() == {"control"}
+    if scene.sampled and not control.nominal and same_crane:
         file = scene.file.model_copy(update={"control": None})
         return replace(scene, law_name=None, file=file, document=document, source=file.open_loop())
     try:
         own = _build_scene(document, scene.period)
     except SceneError as error:
         raise SceneError(f"control.nominal: {error}") from None
-    if (
-        own.actuated != scene.actuated
-        or own.joint_names != scene.joint_names[: len(own.joint_names)]
-    ):
+    first_joints = scene.joint_names[: len(own.joint_names)]
+    if own.actuated != scene.actuated or own.joint_names != first_joints:
         raise SceneError(
             f"control.nominal: its joints {own.joint_names}, actuated {own.actuated}, must be the "
-            "first ones of "
-            f"the crane's {scene.joint_names}, actuated {scene.actuated}"
+            f"first ones of the crane's {scene.joint_names}, actuated {scene.actuated}"
         )
     return replace(own, sampled=scene.sampled)
 

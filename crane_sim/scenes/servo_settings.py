@@ -50,10 +50,8 @@ def _fill(servo: Any, group: ActuatorGroup, settings: ServoGroup) -> None:
     servo.stiffness = servo.gain / settings.integral_time if settings.integral_time else 0.0
     servo.position_gain = settings.position_gain or 0.0
     servo.max_speed = settings.max_speed or inf
-    servo.max_acceleration, servo.max_jerk = (
-        settings.max_acceleration or inf,
-        settings.max_jerk or inf,
-    )
+    servo.max_acceleration = settings.max_acceleration or inf
+    servo.max_jerk = settings.max_jerk or inf
 
 
 def _checked_servo(file: SceneFile, joint: str, group: ActuatorGroup, unit: str) -> ServoGroup:
@@ -95,14 +93,7 @@ def _check_keys(key: str, drive: str, servo: ServoGroup) -> None:
 
 def _check_exact(file: SceneFile, joint: str, group: ActuatorGroup) -> None:
     """Reject what keeps a drive from an exact motion: limits, impacts, play, friction, faults."""
-    motor = motor_of(file, joint)
-    limits = {"limit": group.limit is not None, "motor": motor is not None and motor.torque < inf}
-    for key, given in limits.items():
-        if given:
-            name = group_name(file.actuators, joint, key)
-            raise SceneError(
-                f"actuators.{name}.{key}: limits the effort, and servo.gain = inf follows exactly"
-            )
+    _refuse_effort_limits(file, joint, group)
     if getattr(file, "events", ()) and not hasattr(file, "falls"):
         why = (
             "jerks the joints, which servo.gain = inf does not let go back to their references; "
@@ -113,25 +104,38 @@ def _check_exact(file: SceneFile, joint: str, group: ActuatorGroup) -> None:
         raise SceneError(
             f"backlash.{joint}: a joint with play cannot follow exactly, as servo.gain = inf does"
         )
-    for key in ("friction", "lugre"):
-        groups = getattr(file, key, None)
-        if (
-            groups
-            and (groups.get(joint) if isinstance(groups, dict) else getattr(groups, joint, None))
-            is not None
-        ):
-            raise SceneError(
-                f"{key}.{joint}: a joint that may stick cannot follow exactly, as servo.gain = inf "
-                "does"
-            )
-    if getattr(getattr(file, joint, None), "friction", None) is not None:  # of a winch
-        raise SceneError(
-            f"{joint}.friction: a winch that may stick cannot follow exactly, as servo.gain = inf "
-            "does"
-        )
+    _refuse_friction(file, joint)
     for name, fault in file.faults.items():
         if isinstance(fault, EffortLoss) and fault.joint == joint:
             raise SceneError(
                 f"faults.{name}: the drive of {joint} follows exactly, servo.gain = inf: it loses "
                 "nothing"
             )
+
+
+def _refuse_effort_limits(file: SceneFile, joint: str, group: ActuatorGroup) -> None:
+    motor = motor_of(file, joint)
+    limits = {"limit": group.limit is not None, "motor": motor is not None and motor.torque < inf}
+    for key, given in limits.items():
+        if given:
+            name = group_name(file.actuators, joint, key)
+            raise SceneError(
+                f"actuators.{name}.{key}: limits the effort, and servo.gain = inf follows exactly"
+            )
+
+
+def _refuse_friction(file: SceneFile, joint: str) -> None:
+    for key in ("friction", "lugre"):
+        groups = getattr(file, key, None) or {}
+        part = groups.get(joint) if isinstance(groups, dict) else getattr(groups, joint, None)
+        if part is not None:
+            raise SceneError(
+                f"{key}.{joint}: a joint that may stick cannot follow exactly, as servo.gain = inf "
+                "does"
+            )
+    winch = getattr(file, joint, None)
+    if getattr(winch, "friction", None) is not None:
+        raise SceneError(
+            f"{joint}.friction: a winch that may stick cannot follow exactly, as servo.gain = inf "
+            "does"
+        )

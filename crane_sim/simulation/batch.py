@@ -87,14 +87,7 @@ def _count(parameters: Mapping[str, Any]) -> int:
         raise SceneError(
             "parameters: are empty; give at least one key of the scene with a value for each crane"
         )
-    counts: dict[str, int] = {}
-    for key, values in parameters.items():
-        listed = values.ndim if isinstance(values, np.ndarray) else isinstance(values, Sequence)
-        if not listed or isinstance(values, str):
-            raise SceneError(
-                f"parameters: {key!r} = {values!r}: must be an array with one entry for each crane"
-            )
-        counts[key] = len(values)
+    counts = {key: _count_values(key, values) for key, values in parameters.items()}
     (first, count), *_ = counts.items()
     for key, other in counts.items():
         if not other:
@@ -105,6 +98,16 @@ def _count(parameters: Mapping[str, Any]) -> int:
                 "crane"
             )
     return count
+
+
+def _count_values(key: str, values: Any) -> int:
+    """Return the number of values that a key of the scene is given."""
+    listed = values.ndim if isinstance(values, np.ndarray) else isinstance(values, Sequence)
+    if not listed or isinstance(values, str):
+        raise SceneError(
+            f"parameters: {key!r} = {values!r}: must be an array with one entry for each crane"
+        )
+    return len(values)
 
 
 def _check_alike(first: Scene, scene: Scene, i: int) -> None:
@@ -305,24 +308,29 @@ def run_cranes(scenes: Sequence[Scene], times: Array, threads: int, wide: bool) 
     share(0, 0)  # compiles
     alone(0, 0)
     ready = time.perf_counter()
+    unit = LANES if wide else 1
     with ThreadPoolExecutor(threads) as pool:
-        unit = LANES if wide else 1
         # some eight pieces for each thread: they may differ in length
         size = unit * (1 + n // (8 * threads * unit))
-        list(
-            pool.map(
-                lambda first: share(first, min(first + size, len(scenes))),
-                range(0, len(scenes), size),
-            )
-        )
-        if wide:  # those that failed once more, to know when and why
+        starts = range(0, len(scenes), size)
+        list(pool.map(lambda first: share(first, min(first + size, len(scenes))), starts))
+        if wide:
             failed = np.flatnonzero(arrays.counts[:n, 0] != Status.OK).tolist()
-            # laws with their initial state
-            again = stack_columns([make_driven(scene) for scene in scenes]) if failed else None
-            list(pool.map(lambda i: simulate_range(again, grid, arrays, i, i + 1), failed))
-    return _batch(
-        scenes[:n], grid, arrays, LANES if wide else 1, (ready - start, time.perf_counter() - ready)
-    )
+            _repeat_alone(pool, scenes, failed, grid, arrays)
+    return _batch(scenes[:n], grid, arrays, unit, (ready - start, time.perf_counter() - ready))
+
+
+def _repeat_alone(
+    pool: ThreadPoolExecutor,
+    scenes: Sequence[Scene],
+    failed: Sequence[int],
+    grid: TimeGrid,
+    arrays: BatchArrays,
+) -> None:
+    """Run those that failed in lanes once more, one by one, to know when and why."""
+    # laws with their initial state
+    again = stack_columns([make_driven(scene) for scene in scenes]) if failed else None
+    list(pool.map(lambda i: simulate_range(again, grid, arrays, i, i + 1), failed))
 
 
 def moves_in_lanes(scenes: Sequence[Scene]) -> bool:

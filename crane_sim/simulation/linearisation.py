@@ -207,7 +207,6 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
         )
     scene, target = average_scene(scene), scene.reference
     q, u = hanging_positions(scene, target), np.zeros(len(scene.actuated))
-    actuated = [scene.joint_names.index(name) for name in scene.actuated]
     for _ in range(ITERATIONS):
         basis = tangent_basis(scene, q)
         found = accelerations([scene], _points([q], [u]), _directions([basis], len(u)))
@@ -221,14 +220,23 @@ def equilibrium(scene: Scene) -> tuple[Array, Array]:
         rounding = 1e-15 * np.max(np.abs(a[n:, :n])) * (1.0 + np.max(np.abs(q)))
         if np.max(np.abs(qdd)) < ZERO_ACCELERATION + rounding:
             return q, u
-        free = ~(imposed_rows(a, b) | np.any(basis[actuated] != 0.0, axis=0))
-        # else a load turns by rounding
-        pulls = a[n:, :n] * (np.abs(a[n:, :n]) > ROUNDING * np.max(np.abs(a)))
-        step = np.linalg.lstsq(np.hstack([pulls[:, free], b[n:]]), -basis.T @ qdd)[0]
-        dq, du = basis[:, free] @ step[: free.sum()], step[free.sum() :]
+        dq, du = _newton_step(scene, basis, qdd, a, b)
         scale = _step_scale(scene, dq)
         q, u = _normalise(scene, q + scale * dq), u + scale * du
     raise SceneError(f"reference.q = {list(target)}: no efforts hold the crane at rest there")
+
+
+def _newton_step(
+    scene: Scene, basis: Array, qdd: Array, a: Array, b: Array
+) -> tuple[Array, npt.NDArray[np.floating]]:
+    """Return the changes of positions and of efforts (nu,) after which nothing accelerates."""
+    n = basis.shape[1]
+    actuated = [scene.joint_names.index(name) for name in scene.actuated]
+    free = ~(imposed_rows(a, b) | np.any(basis[actuated] != 0.0, axis=0))
+    # else a load turns by rounding
+    pulls = a[n:, :n] * (np.abs(a[n:, :n]) > ROUNDING * np.max(np.abs(a)))
+    step = np.linalg.lstsq(np.hstack([pulls[:, free], b[n:]]), -basis.T @ qdd)[0]
+    return basis[:, free] @ step[: free.sum()], step[free.sum() :]
 
 
 def hanging_positions(scene: Scene, reference: tuple[float, ...]) -> Array:

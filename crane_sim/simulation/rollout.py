@@ -310,12 +310,8 @@ def simulate(
     scene = _with_changes(scene, named, overrides)
     times = checked_times(sample_times, scene.steps * scene.period)
     started, compiled_before = time.perf_counter(), compile_time()
-    if scene.law_name is not None and scene.law is None and not callable(law):
-        line = (
-            f"control.law = {shorten(scene.law_name)}: is not executed (own_law=False); give the "
-            "law to use"
-        )
-        raise SceneError(line)
+    if not callable(law):
+        _check_own_law(scene)
     scene = scene.with_external_commands() if callable(law) else scene
     run = run_raw(scene, with_initial_state(law if callable(law) else scene.law), times)
     wall = time.perf_counter() - started - (compile_time() - compiled_before)
@@ -356,6 +352,15 @@ def _check_law(law: Any) -> None:
         if isinstance(law, Mapping)
         else line
     )
+
+
+def _check_own_law(scene: Scene) -> None:
+    """Raise SceneError where the scene names a law that it does not have."""
+    if scene.law_name is not None and scene.law is None:
+        raise SceneError(
+            f"control.law = {shorten(scene.law_name)}: is not executed (own_law=False); give the "
+            "law to use"
+        )
 
 
 def _with_changes(

@@ -109,9 +109,8 @@ def pass_lanes(method, cranes, grid, arrays, first, last):
         grid, arrays, first, last: see `simulate_range`.
     """
     use_wide_vectors()
-    for block in range(
-        max(first, 0), last, LANES
-    ):  # an index that may be negative would be a gather
+    # an index that may be negative would be a gather
+    for block in range(max(first, 0), last, LANES):
         like = first_lane(cranes, arrays, block)
         xs, us = np.empty((dimension(like[0]), LANES)), np.empty((len(like[1]), LANES))
         for j in simd_range(LANES):
@@ -120,35 +119,22 @@ def pass_lanes(method, cranes, grid, arrays, first, last):
         for k in range(0, grid.steps, span):
             for j in simd_range(LANES):
                 crane = take_entry(cranes, block + j)
-                put_lane(
-                    us,
-                    j,
-                    held_efforts(crane.source, crane.model, k * grid.period, lane(like[0], xs, j)),
-                )
+                x = lane(like[0], xs, j)
+                put_lane(us, j, held_efforts(crane.source, crane.model, k * grid.period, x))
             end = min(k + span, grid.steps) * grid.period
             while t < end:
                 h, after = equal_step(method.step, t, end)
                 while i < len(grid.times) and grid.times[i] < after:
                     for j in simd_range(LANES):
-                        crane, x, u = (
-                            take_entry(cranes, block + j),
-                            lane(like[0], xs, j),
-                            lane(like[1], us, j),
-                        )
+                        crane = take_entry(cranes, block + j)
+                        x = lane(like[0], xs, j)
+                        u = lane(like[1], us, j)
                         sample(method, crane, x, u, t, grid.times[i], arrays.rows[block + j], i)
                     i += 1
                 for j in simd_range(LANES):
                     crane, x = take_entry(cranes, block + j), lane(like[0], xs, j)
-                    x = step(
-                        method,
-                        crane.model,
-                        t,
-                        x,
-                        driving(crane.source, lane(like[1], us, j)),
-                        h,
-                        None,
-                    )
-                    put_lane(xs, j, x)
+                    source = driving(crane.source, lane(like[1], us, j))
+                    put_lane(xs, j, step(method, crane.model, t, x, source, h, None))
                 t, taken = after, taken + 1
         for j in simd_range(LANES):
             crane, x, u = take_entry(cranes, block + j), lane(like[0], xs, j), lane(like[1], us, j)

@@ -26,7 +26,7 @@ from crane_sim.files.document import get_value, with_values
 from crane_sim.files.errors import SceneError
 from crane_sim.files.installation import import_optional
 from crane_sim.files.output import write_text, write_whole
-from crane_sim.study.cases import cases
+from crane_sim.study.cases import CaseList, cases
 from crane_sim.study.columns import worst_joint
 from crane_sim.study.execution import check_metrics, run, run_block
 from crane_sim.study.identity import block_needs, hash_of, identity_of, read_identity
@@ -106,27 +106,27 @@ def tune(
     loaded = training.model_copy(update={"scene": scene_document(training)})
     with start_workers(workers, None) as pool:
         if not (place / SEARCH).exists():
-            check_metrics(listed)
-            check_worst_metric(listed)
+            _check_listed(listed)
         with _locked(place, checked):
             search = _search(optuna, checked, loaded, place, pool, on_progress or (lambda *_: None))
             front = _front_of(search)
             chosen = choose(front, settings)
             trials = _count_finished(search)  # more than the study's, where the folder has more
-            held_out = _held_out(training, settings, chosen)
-            judged = run(
-                held_out, place / f"held_out_{trials}_keep_{settings.keep}", workers, pool=pool
-            )
+            judging = place / f"held_out_{trials}_keep_{settings.keep}"
+            judged = run(_held_out(training, settings, chosen), judging, workers, pool=pool)
             # the newest is that of the gains below, one that was there before, too
             judged.folder.touch()
-            _write_gains(
-                place / GAINS,
-                {name: changes_of(loaded, settings, chosen[name].gains) for name in chosen},
-            )
+            gains = {name: changes_of(loaded, settings, chosen[name].gains) for name in chosen}
+            _write_gains(place / GAINS, gains)
     infeasible = sum(any(each.constraints.values()) for each in search.trials)
-    return TuningResult(
-        front, chosen, trials, infeasible, judged, settings.objectives, settings.changes
-    )
+    searched = settings.objectives, settings.changes
+    return TuningResult(front, chosen, trials, infeasible, judged, *searched)
+
+
+def _check_listed(listed: CaseList) -> None:
+    """Check that the runs of a search that begins have its metrics."""
+    check_metrics(listed)
+    check_worst_metric(listed)
 
 
 def _front_of(search: Any) -> list[Candidate]:
@@ -243,19 +243,13 @@ def _search(
     """Return the search after its trials; those that are in the folder are not run again."""
     settings, search = study.tune, _open_search(optuna, study, folder)
     assert settings is not None
-    if not _count_finished(search) and not any(
-        trial.state.name == "WAITING" for trial in search.trials
-    ):
+    is_waiting = any(trial.state.name == "WAITING" for trial in search.trials)
+    if not is_waiting and not _count_finished(search):
         search.enqueue_trial(_own_gains(training, settings))
 
     def evaluate(trial: Any) -> tuple[float, ...]:
-        gains = {
-            key: trial.suggest_float(key, each.low, each.high, log=each.log)
-            for key, each in settings.gains.items()
-        }
-        values, violation = evaluate_gains(
-            training, settings.changes | gains, settings.objectives, pool
-        )
+        changes = settings.changes | _suggest_gains(trial, settings)
+        values, violation = evaluate_gains(training, changes, settings.objectives, pool)
         trial.set_constraint(NOT_REACHED, violation)
         return values
 
@@ -271,6 +265,14 @@ def _search(
     begin_trial()
     search.optimize(evaluate, settings.trials - _count_finished(search), callbacks=[begin_trial])
     return search
+
+
+def _suggest_gains(trial: Any, settings: Tune) -> dict[str, float]:
+    """Return the gains that the search proposes for a trial."""
+    return {
+        key: trial.suggest_float(key, each.low, each.high, log=each.log)
+        for key, each in settings.gains.items()
+    }
 
 
 def _drop_unfinished_line(file: Path) -> None:

@@ -174,16 +174,21 @@ def combine(operation: str, a: Any, b: Any) -> Any:
         return raise_to_power(graph, a, b)
     if operation == "floor_divide" or operation == "modulo":
         return divide_with_remainder(graph, operation, a, b)
-    kind = Kind.REAL if operation == "divide" else common_kind(a, b)
-    if kind is Kind.BOOLEAN and operation not in _OF_FLAGS:
-        kind = Kind.INTEGER
+    kind = _kind_of_operands(operation, a, b)
     x, y = convert(graph, a, kind), convert(graph, b, kind)
-    result = graph.append(
-        operation, (x.number, y.number), (Kind.BOOLEAN if operation in _COMPARISONS else kind,)
-    )[0]
+    kind_of_result = Kind.BOOLEAN if operation in _COMPARISONS else kind
+    result = graph.append(operation, (x.number, y.number), (kind_of_result,))[0]
     if kind is Kind.INTEGER:
         _note_least(operation, a, b, result)
     return result
+
+
+def _kind_of_operands(operation: str, a: Any, b: Any) -> Kind:
+    """Return the kind to which an operation's numbers are converted."""
+    kind = Kind.REAL if operation == "divide" else common_kind(a, b)
+    if kind is Kind.BOOLEAN and operation not in _OF_FLAGS:
+        return Kind.INTEGER
+    return kind
 
 
 def _structural(operation: str, a: Any, b: Any) -> Any:

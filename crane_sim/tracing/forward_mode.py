@@ -145,10 +145,8 @@ class _Transformation:
         def values(*symbols: Value) -> tuple[Value, ...]:
             rest = iter(symbols[len(numbers) :])
             for number, symbol, moved in zip(numbers, symbols, self._moved, strict=False):
-                self._duals[number], self._origins[number] = (
-                    Dual(symbol, next(rest) if moved else None),
-                    number,
-                )
+                self._duals[number] = Dual(symbol, next(rest) if moved else None)
+                self._origins[number] = number
             self._run(self._function.block)
             results = [self._duals[number] for number in self._function.block.results]
             missing = [
@@ -346,11 +344,10 @@ class _Transformation:
             self._transform_smooth(instruction)
             return
         moved = tuple(dual.tangent is not None for dual in operands)
-        needed = frozenset(
-            i for i, number in enumerate(instruction.results) if number in self._active
-        )
+        numbers = instruction.results
+        needed = frozenset(i for i, number in enumerate(numbers) if number in self._active)
         if not any(moved) and not needed:
-            transformed = Transformed(callee, (False,) * len(instruction.results))
+            transformed = Transformed(callee, (False,) * len(numbers))
         else:
             transformed = self._transform_callee(instruction, moved, needed)
         function = transformed.function
@@ -360,10 +357,8 @@ class _Transformation:
             *(x.tangent for x in operands if x.tangent is not None),
         )
         results = self._graph.append("call", numbers_of(arguments), function.result_kinds, function)
-        rest = iter(results[len(instruction.results) :])
-        for number, value, moves in zip(
-            instruction.results, results, transformed.moved, strict=False
-        ):
+        rest = iter(results[len(numbers) :])
+        for number, value, moves in zip(numbers, results, transformed.moved, strict=False):
             self._new_address(number, value, next(rest) if moves else None)
 
     def _transform_callee(

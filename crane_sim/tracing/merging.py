@@ -105,29 +105,45 @@ def fit(
             for leaf in fit(a, b, graph, kinds, index, what)
         ]
     if isinstance(like, ArraySymbol | RecordSymbol):
-        if (
-            type(tree) is not type(like)
-            or tree.dtype != like.dtype
-            or known_sizes(tree) != known_sizes(like)
-        ):
-            raise TraceError(f"{what} changes the type or the shape of an array")
-        leaves = [base_address(graph, tree), *sizes_of(tree)]
-        for _ in leaves:
-            next(kinds)
-        index[0] += len(leaves)
-        return leaves
+        return _fit_array(tree, like, graph, kinds, index, what)
     if is_number(like):
-        kind = next(kinds)
-        if not is_number(tree):
-            raise TraceError(f"{what} changes a number into {_describe(tree)}")
-        common = max(kind, number_kind(tree), key=RANK.__getitem__)
-        if common is not kind:
-            raise KindChange(index[0], common)
-        index[0] += 1
-        return [convert(graph, tree, kind)]
+        return [_fit_number(tree, graph, next(kinds), index, what)]
     if tree is not like and tree != like:
         raise TraceError(f"{what} changes {_describe(like)} into {_describe(tree)}")
     return []
+
+
+def _fit_array(
+    tree: Any,
+    like: ArraySymbol | RecordSymbol,
+    graph: Graph,
+    kinds: Iterator[Kind],
+    index: list[int],
+    what: str,
+) -> list[Value]:
+    """Return address and sizes of an array or a record, which has the type and shape of `like`."""
+    if (
+        type(tree) is not type(like)
+        or tree.dtype != like.dtype
+        or known_sizes(tree) != known_sizes(like)
+    ):
+        raise TraceError(f"{what} changes the type or the shape of an array")
+    leaves = [base_address(graph, tree), *sizes_of(tree)]
+    for _ in leaves:
+        next(kinds)
+    index[0] += len(leaves)
+    return leaves
+
+
+def _fit_number(tree: Any, graph: Graph, kind: Kind, index: list[int], what: str) -> Value:
+    """Return a number as one of this kind."""
+    if not is_number(tree):
+        raise TraceError(f"{what} changes a number into {_describe(tree)}")
+    common = max(kind, number_kind(tree), key=RANK.__getitem__)
+    if common is not kind:
+        raise KindChange(index[0], common)
+    index[0] += 1
+    return convert(graph, tree, kind)
 
 
 def _describe(tree: Any) -> str:

@@ -135,29 +135,19 @@ class CasadiC:
         """Return the chain by its tensions, a tridiagonal system."""
         ca, (q, v, initial, outputs) = self._ca, self._chain_coordinates(p)
         n, s, c, inverse_masses = len(p.masses), ca.sin(q[1:]), ca.cos(q[1:]), 1.0 / p.masses
-        cos_sin_relative = [
-            (c[k] * c[k + 1] + s[k] * s[k + 1], c[k] * s[k + 1] - s[k] * c[k + 1])
-            for k in range(n - 1)
-        ]
-        pivot = [
-            inverse_masses[0] + s[0] ** 2 / p.trolley,
-            *(inverse_masses[:-1] + inverse_masses[1:]),
-        ]
+        cosines = [c[k] * c[k + 1] + s[k] * s[k + 1] for k in range(n - 1)]
+        sines = [c[k] * s[k + 1] - s[k] * c[k + 1] for k in range(n - 1)]
+        upper_pivot = inverse_masses[0] + s[0] ** 2 / p.trolley
+        pivot = [upper_pivot, *(inverse_masses[:-1] + inverse_masses[1:])]
         t = [p.lengths[k] * v[k + 1] ** 2 for k in range(n)]
         t[0] += p.gravity * c[0]
-        for k in range(1, n):
-            ratio = cos_sin_relative[k - 1][0] * inverse_masses[k - 1] / pivot[k - 1]
-            pivot[k] -= ratio * cos_sin_relative[k - 1][0] * inverse_masses[k - 1]
-            t[k] += ratio * t[k - 1]
-        t[-1] /= pivot[-1]
-        for k in range(n - 2, -1, -1):
-            t[k] = (t[k] + cos_sin_relative[k][0] * inverse_masses[k] * t[k + 1]) / pivot[k]
+        _solve_tensions(cosines, inverse_masses, pivot, t)
         trolley_acceleration = t[0] * s[0] / p.trolley
         angular_accelerations = [0.0 for _ in range(n)]
         angular_accelerations[0] = -p.gravity * s[0] - c[0] * trolley_acceleration
         for k in range(n - 1):
-            angular_accelerations[k] += cos_sin_relative[k][1] * t[k + 1] * inverse_masses[k]
-            angular_accelerations[k + 1] -= cos_sin_relative[k][1] * t[k] * inverse_masses[k]
+            angular_accelerations[k] += sines[k] * t[k + 1] * inverse_masses[k]
+            angular_accelerations[k + 1] -= sines[k] * t[k] * inverse_masses[k]
         angular_accelerations = [
             a / length for a, length in zip(angular_accelerations, p.lengths, strict=True)
         ]
@@ -212,3 +202,16 @@ class CasadiC:
         """Return the kinetic energy of a rod's rotation about its centre of mass."""
         perpendicular = rate**2 + (slew * self._ca.cos(angle)) ** 2
         return 0.5 * (rod.inertia * perpendicular + rod.axial * (slew * self._ca.sin(angle)) ** 2)
+
+
+def _solve_tensions(
+    cosines: list[Any], inverse_masses: Any, pivot: list[Any], t: list[Any]
+) -> None:
+    """Solve the tridiagonal system of a chain's tensions: `t` is its right side, then they."""
+    for k in range(1, len(t)):
+        ratio = cosines[k - 1] * inverse_masses[k - 1] / pivot[k - 1]
+        pivot[k] -= ratio * cosines[k - 1] * inverse_masses[k - 1]
+        t[k] += ratio * t[k - 1]
+    t[-1] /= pivot[-1]
+    for k in range(len(t) - 2, -1, -1):
+        t[k] = (t[k] + cosines[k] * inverse_masses[k] * t[k + 1]) / pivot[k]

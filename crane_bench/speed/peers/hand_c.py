@@ -67,20 +67,7 @@ def _single(p: Chain) -> CLoopInput:
 def _chain(p: Chain) -> CLoopInput:
     n, m, lengths = len(p.masses), p.masses, p.lengths
     padded = (n + 8) // 8 * 8
-    # diagonal of the system: 1
-    scale = np.array([np.sqrt(m[0]), *(1.0 / np.sqrt(1.0 / m[:-1] + 1.0 / m[1:]))])
-    rows, x = np.zeros((4, padded)), np.zeros(2 * padded)
-    rows[0, 1:n] = scale[:-1] * scale[1:] / m[:-1]
-    rows[1, :n] = lengths * scale
-    rows[2, : n - 1] = scale[1:] / (m[:-1] * lengths[:-1])
-    rows[3, 1:n] = scale[:-1] / (m[:-1] * lengths[1:])
-    top = [
-        m[0] / p.trolley,
-        p.gravity * scale[0],
-        p.gravity / lengths[0],
-        scale[0] / p.trolley,
-        1.0 / lengths[0],
-    ]
+    x = np.zeros(2 * padded)
     x[:n] = np.diff(p.angles, prepend=0.0)
     max_frequency = 2.0 * float(np.sqrt(np.sum(m) * p.gravity / np.min(m * lengths)))
 
@@ -88,17 +75,24 @@ def _chain(p: Chain) -> CLoopInput:
         angles = np.cumsum(x[:n])
         return np.array([x[n] + lengths @ np.sin(angles), 0.0, -(lengths @ np.cos(angles))]), None
 
-    parameters = np.array([*rows.ravel(), *top])
+    parameters, links = _chain_parameters(p, padded), (f"-DLINKS={n}",)
     return CLoopInput(
-        C_SOURCES / "chain.c",
-        parameters,
-        x,
-        outputs,
-        max_frequency,
-        p.duration,
-        ALL,
-        (f"-DLINKS={n}",),
+        C_SOURCES / "chain.c", parameters, x, outputs, max_frequency, p.duration, ALL, links
     )
+
+
+def _chain_parameters(p: Chain, padded: int) -> Array:
+    """Return the parameters of chain.c, its rows of `padded` numbers."""
+    n, m, lengths, g = len(p.masses), p.masses, p.lengths, p.gravity
+    # diagonal of the system: 1
+    scale = np.array([np.sqrt(m[0]), *(1.0 / np.sqrt(1.0 / m[:-1] + 1.0 / m[1:]))])
+    rows = np.zeros((4, padded))
+    rows[0, 1:n] = scale[:-1] * scale[1:] / m[:-1]
+    rows[1, :n] = lengths * scale
+    rows[2, : n - 1] = scale[1:] / (m[:-1] * lengths[:-1])
+    rows[3, 1:n] = scale[:-1] / (m[:-1] * lengths[1:])
+    top = [m[0] / p.trolley, g * scale[0], g / lengths[0], scale[0] / p.trolley, 1.0 / lengths[0]]
+    return np.array([*rows.ravel(), *top])
 
 
 def _spring(p: Spring) -> CLoopInput:
@@ -119,13 +113,8 @@ def _knuckle(p: KnuckleCrane) -> CLoopInput:
     boom, jib, g = p.boom, p.jib, p.gravity
     k1, k2 = boom.length**2 * (0.25 * boom.mass + jib.mass), 0.25 * jib.length**2 * jib.mass
     parameters = [boom.length, jib.length, p.tower + boom.axial + jib.axial, 1.0 / p.payload, g]
-    parameters += [
-        k1,
-        k2,
-        0.5 * boom.length * jib.length * jib.mass,
-        boom.inertia + k1,
-        jib.inertia + k2,
-    ]
+    coupling = 0.5 * boom.length * jib.length * jib.mass
+    parameters += [k1, k2, coupling, boom.inertia + k1, jib.inertia + k2]
     parameters += [boom.inertia - boom.axial, jib.inertia - jib.axial]
     parameters += [g * boom.length * (0.5 * boom.mass + jib.mass), 0.5 * g * jib.length * jib.mass]
     max_frequency = float(np.sqrt(p.stiffness[2] / p.payload))
@@ -135,19 +124,11 @@ def _knuckle(p: KnuckleCrane) -> CLoopInput:
         return np.array([c * x[3] - s * x[4], s * x[3] + c * x[4], x[5]]), None
 
     s, c = np.sin(p.q[0]), np.cos(p.q[0])
-    in_slewing_frame = [
-        c * p.start[0] + s * p.start[1],
-        c * p.start[1] - s * p.start[0],
-        p.start[2],
-    ]
+    x, y, z = p.start
+    in_slewing_frame = [c * x + s * y, c * y - s * x, z]
     state = np.array([*p.q, *in_slewing_frame, *np.zeros(6)])
     parameters += [*p.stiffness, *p.neutral]
+    constants = np.array(parameters)
     return CLoopInput(
-        C_SOURCES / "knuckle.c",
-        np.array(parameters),
-        state,
-        outputs,
-        max_frequency,
-        p.duration,
-        PLAIN,
+        C_SOURCES / "knuckle.c", constants, state, outputs, max_frequency, p.duration, PLAIN
     )

@@ -24,6 +24,7 @@ Number = Callable[[float], Any]
 TOLERANCES = sweep_values(1e-2, 1e-16, 4)
 COARSE_TOLERANCES = sweep_values(1e-2, 1e-16, 1)  # of chains, which are slow to compile
 MAX_UNROLLED = 10  # links of a chain whose recurrences are written out one by one
+_KNUCKLE_STATE = ("alpha", "beta", "gamma", "x", "y", "z", "wa", "wb", "wg", "vx", "vy", "vz")
 
 
 def load_heyoka() -> Any:
@@ -183,45 +184,48 @@ def _solve(pivots: list[Any], off_diagonal: list[Any], right_side: list[Any]) ->
     return t
 
 
+def _luffing_inertias(p: KnuckleCrane, number: Number) -> tuple[Any, Any, Any]:
+    """Return (coupling of boom and jib, inertia of the boom with the jib's mass, of the jib)."""
+    lb, mb, ib, _ = map(number, p.boom)
+    lj, mj, ij, _ = map(number, p.jib)
+    half, quarter = number(0.5), number(0.25)
+    coupling = half * lb * lj * mj
+    return coupling, ib + lb * lb * (quarter * mb + mj), ij + quarter * lj * lj * mj
+
+
+def _rope_force(
+    hy: Any, rope: tuple[Any, Any, Any], stiffness: Any, length: Any
+) -> tuple[Any, Any, Any]:
+    """Return the force of an elastic rope along its vector."""
+    x, y, z = rope
+    pull = stiffness - stiffness * length / hy.sqrt(x * x + y * y + z * z)
+    return pull * x, pull * y, pull * z
+
+
 def _knuckle(hy: Any, p: KnuckleCrane, number: Number) -> Equations:
     """Return the knuckle crane, its payload in the slewing frame."""
-    variables = hy.make_vars(
-        "alpha", "beta", "gamma", "x", "y", "z", "wa", "wb", "wg", "vx", "vy", "vz"
-    )
+    variables = hy.make_vars(*_KNUCKLE_STATE)
     _, beta, gamma, x, y, z, wa, wb, wg, vx, vy, vz = variables
-    lb, mb, ib, axial_b = map(number, p.boom)
-    lj, mj, ij, axial_j = map(number, p.jib)
+    lb, mb, _, axial_b = map(number, p.boom)
+    lj, mj, _, axial_j = map(number, p.jib)
     tower, m, g = map(number, (p.tower, p.payload, p.gravity))
     (kb, kg, kr), (b0, g0, r0) = map(number, p.stiffness), map(number, p.neutral)
-    half, quarter, two = number(0.5), number(0.25), number(2.0)
-    k3, jb, jj = (
-        half * lb * lj * mj,
-        ib + lb * lb * (quarter * mb + mj),
-        ij + quarter * lj * lj * mj,
-    )
+    half, two = number(0.5), number(2.0)
+    k3, jb, jj = _luffing_inertias(p, number)
     sb, cb, sg, cg = hy.sin(beta), hy.cos(beta), hy.sin(gamma), hy.cos(gamma)
     r, ez = lb * cb + lj * cg, z - lb * sb - lj * sg
-    ex = x - r
-    pull = kr - kr * r0 / hy.sqrt(ex * ex + y * y + ez * ez)
-    fr, ft, fz = pull * ex, pull * y, pull * ez
+    fr, ft, fz = _rope_force(hy, (x - r, y, ez), kr, r0)
     p1, p2 = (jb - axial_b) * cb + k3 * cg, (jj - axial_j) * cg + k3 * cb
     c, s = k3 * (cb * cg + sb * sg), k3 * (sb * cg - cb * sg)
     hb, hg, couple = sb * p1, sg * p2, kg * (gamma - beta - g0)
     b2 = couple - kb * (beta - b0) - s * wg * wg - hb * wa * wa
     b2 += lb * (cb * fz - sb * fr) - g * lb * (half * mb + mj) * cb
     b3 = s * wb * wb - couple - hg * wa * wa + lj * (cg * fz - sg * fr) - half * g * lj * mj * cg
-    wa_dot = (r * ft + two * wa * (hb * wb + hg * wg)) / (
-        tower + axial_b + axial_j + cb * p1 + cg * p2
-    )
+    ja = tower + axial_b + axial_j + cb * p1 + cg * p2
+    wa_dot = (r * ft + two * wa * (hb * wb + hg * wg)) / ja
     det = jb * jj - c * c
     ax = two * wa * vy + wa * wa * x + wa_dot * y - fr / m
     ay = wa * wa * y - two * wa * vx - wa_dot * x - ft / m
-    accelerations = (
-        wa_dot,
-        (jj * b2 - c * b3) / det,
-        (jb * b3 - c * b2) / det,
-        ax,
-        ay,
-        -fz / m - g,
-    )
+    wb_dot, wg_dot = (jj * b2 - c * b3) / det, (jb * b3 - c * b2) / det
+    accelerations = (wa_dot, wb_dot, wg_dot, ax, ay, -fz / m - g)
     return list(zip(variables, (wa, wb, wg, vx, vy, vz, *accelerations), strict=True))

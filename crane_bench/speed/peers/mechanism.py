@@ -244,7 +244,7 @@ def _load_bodies(
 
 
 def _on_falls(scene: Scene, crane: FallsCrane, inputs: list[Table]) -> Mechanism | None:
-    q, v, falls = scene.initial_q, scene.initial_v, crane.falls
+    q, v = scene.initial_q, scene.initial_v
     if any(inputs[2].values) or v[2] != 0.0:
         return None  # the falls' length would change
     bodies = _support(scene, crane.support.structure)
@@ -254,23 +254,21 @@ def _on_falls(scene: Scene, crane: FallsCrane, inputs: list[Table]) -> Mechanism
         )
     turn, omega, origin = attitude_of(q), _angular_velocity(q, v), (0.0, 0.0, 0.0)
     bodies += _load_bodies(crane.load, origin, origin, (turn, omega), len(bodies) - 1)
-    rows = zip(
-        falls.top.tolist(),
-        falls.bottom.tolist(),
-        falls.offset,
-        falls.axial_stiffness,
-        falls.relaxation,
-        strict=True,
-    )
-    ropes = list[Fall]()
-    for top, bottom, offset, stiffness, relaxation in rows:
-        length = q[2] + float(offset)
-        ends = (1, tuple(top)), (len(bodies) - 1, tuple(bottom))
-        ropes.append(
-            Fall(*ends, length, float(stiffness / length), float(relaxation * stiffness / length))
-        )
+    ropes = _ropes(crane, q[2], len(bodies) - 1)
     drives = _drives(crane.support.structure, inputs)
     return Mechanism(bodies, (0.0, 0.0, 0.0), ropes, drives, crane.gravity, scene.duration)
+
+
+def _ropes(crane: FallsCrane, hoisted: float, load: int) -> list[Fall]:
+    """Return the falls at a length of the hoist [m], on the body of number `load`."""
+    falls, ropes = crane.falls, list[Fall]()
+    ends = zip(falls.top.tolist(), falls.bottom.tolist(), strict=True)
+    materials = zip(falls.offset, falls.axial_stiffness, falls.relaxation, strict=True)
+    for (top, bottom), (offset, axial, relaxation) in zip(ends, materials, strict=True):
+        length = hoisted + float(offset)
+        stiffness, damping = float(axial / length), float(relaxation * axial / length)
+        ropes.append(Fall((1, tuple(top)), (load, tuple(bottom)), length, stiffness, damping))
+    return ropes
 
 
 def _on_cable(
@@ -278,24 +276,17 @@ def _on_cable(
 ) -> Mechanism | None:
     q, v, chain = scene.initial_q, scene.initial_v, crane.cable
     n, lag = len(chain.masses), getattr(crane.hoist, "time_constant", None)
-    if (
-        lag is None
-        or any(v[2 : 5 + 3 * (n - 1)])
-        or not isinstance(crane.support.structure, Bridge | TowerCrane)
-    ):
+    structure = crane.support.structure
+    if lag is None or any(v[2 : 5 + 3 * (n - 1)]) or not isinstance(structure, Bridge | TowerCrane):
         return None  # beside the support only the load's attitude may have rates
-    bodies = _support(scene, crane.support.structure)
-    turn = rotation(2, q[0]) if isinstance(crane.support.structure, TowerCrane) else np.eye(3)
+    bodies = _support(scene, structure)
+    turn = rotation(2, q[0]) if isinstance(structure, TowerCrane) else np.eye(3)
     heavy, masses = HEAVY * float(chain.masses.sum()), [*chain.masses[:-1].tolist(), 0.0]
     rope = rotation(0, q[3]) @ rotation(1, -q[4])
     bodies += _turned_line(rope, len(bodies), (0.0, 0.0, 0.0))
-    bodies.append(
-        Body(Joint(True, 2, -q[2], mass=masses[0]), len(bodies) - 1, 0.0, heavy, heavy / lag)
-    )
-    drives = [
-        *_drives(crane.support.structure, inputs),
-        Drive(len(bodies) - 1, -heavy / lag, inputs[2]),
-    ]
+    hoist = Joint(True, 2, -q[2], mass=masses[0])
+    bodies.append(Body(hoist, len(bodies) - 1, 0.0, heavy, heavy / lag))
+    drives = [*_drives(structure, inputs), Drive(len(bodies) - 1, -heavy / lag, inputs[2])]
     turn, offset = turn @ rope, (0.0, 0.0, 0.0)
     for k in range(1, n):
         link = _rotation_to(turn.T @ np.array(q[2 + 3 * k : 5 + 3 * k]))

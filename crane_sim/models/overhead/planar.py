@@ -119,9 +119,8 @@ class PlanarCrane(NamedTuple):
         use_wide_vectors()
         nq, first, modes = layout_of(self)
         self.fill_links(x, w)
-        inv_mass, bias_acc = self.trolley.response(
-            t, tau, 0, x[nq], trolley_mode(self.event_limits, x, modes)
-        )
+        mode = trolley_mode(self.event_limits, x, modes)
+        inv_mass, bias_acc = self.trolley.response(t, tau, 0, x[nq], mode)
         first_length = first_link(self, x)
         winch = hoist_response(self.hoist, t, tau, hoist_mode(x), first_length, self.gravity)
         hoist_inv_mass, hoist_bias_acc = winch

@@ -149,9 +149,8 @@ def solve_motion(p, t, x, tau):
     flow, air = airflow_at(p.wind, p.base, t, p.support.yaw(xs)), airspeed(base, position, moving)
     force = add_payload_force(p, add_drag(p.drag, force, air), t, xs)
     force = add_wind(flow, p.load.windage, force, position, air)
-    driven = p.support.add_wind_efforts(
-        p.support.add_base_efforts(tau, base, pose), flow, base, pose
-    )
+    driven = p.support.add_base_efforts(tau, base, pose)
+    driven = p.support.add_wind_efforts(driven, flow, base, pose)
     tau = add_joint_friction(p.friction, driven, rope_state, x)
     force, reaction, tau = add_swing_friction(
         p.swing_friction, rope_state, force, (0.0, 0.0, 0.0), tau, p.support

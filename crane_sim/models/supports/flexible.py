@@ -46,40 +46,28 @@ class FlexibleSupport(NamedTuple):
 
     def mechanism(self) -> Mechanism:
         """Return joints and bodies: slew, inner boom, the bending joints, outer boom, its slide."""
-        rigid, modes = self.support.mechanism(), (self.lateral, self.vertical)
-        n, count = len(rigid.limits), sum(1 for mode in modes if mode is not None)
-        elevation = () if isinstance(self.support, TowerCrane) else ((1, 1),)
-        joints = self._inner_joints(elevation)
-        inner, root = len(joints) - 1, 0
-        if self.lateral is not None:
-            root, joints = len(joints), (*joints, Joint(Z, ((n, 1),), parent=0))
-        if self.vertical is not None:
-            elevation = (*elevation, (n + count - 1, 1))
-        outer, section = len(joints), (self.outer.base_section.body(),)
-        boom = Joint(
-            Y, elevation, reverse=True, parent=root, offset=self.outer.pin(), bodies=section
-        )
-        slide = Joint(
-            X, ((n - 1, 1),), slides=True, parent=outer, bodies=(self.outer.telescope.body(),)
-        )
-        joints = (*joints, boom, slide)
-        springs = (
-            mode_spring(mode, i, n + count)
-            for i, mode in ((n, self.lateral), (n + count - 1, self.vertical))
-        )
-        pressed = (
-            (inner, self.inner.base_section.windage),
-            (outer, self.outer.base_section.windage),
-        )
+        rigid = self.support.mechanism()
+        n = len(rigid.limits)
+        modes = [mode for mode in (self.lateral, self.vertical) if mode is not None]
+        count = len(modes)
+        is_level = isinstance(self.support, TowerCrane)
+        elevation = () if is_level else ((1, 1),)
+        inner_joints = self._inner_joints(elevation)
+        joints = (*inner_joints, *self._outer_joints(elevation, n, len(inner_joints)))
+        inner = len(inner_joints) - 1
+        outer = len(joints) - 2
+        sections = ((inner, self.inner.base_section), (outer, self.outer.base_section))
         return Mechanism(
             Tree(joints, Point(outer + 1)),
             limits=(*rigid.limits, *(None,) * count),
             actuated=tuple(range(n)),
-            springs=tuple(spring for spring in springs if spring is not None),
+            springs=tuple(mode_spring(mode, n + i, n + count) for i, mode in enumerate(modes)),
             yaw=(0,) if self.lateral is None else (0, n),
-            outline=(Point(-1), *(() if isinstance(self.support, TowerCrane) else (Point(outer),))),
+            outline=(Point(-1),) if is_level else (Point(-1), Point(outer)),
             pressed=tuple(
-                pressed_part(joint, windage) for joint, windage in pressed if windage is not None
+                pressed_part(joint, section.windage)
+                for joint, section in sections
+                if section.windage is not None
             ),
             bending=count,
         )
@@ -101,11 +89,28 @@ class FlexibleSupport(NamedTuple):
         luff = Joint(Y, elevation, reverse=True, parent=0, offset=pin, bodies=(body,))
         return Joint(Z, ((0, 1),), bodies=(slewing,)), luff
 
+    def _outer_joints(
+        self, elevation: tuple[tuple[int, int], ...], n: int, first: int
+    ) -> tuple[Joint, ...]:
+        """Return the joint that bends sideways, if any, the outer boom and its slide.
 
-def mode_spring(mode: Compliance | None, coordinate: int, n: int) -> Spring | None:
-    """Return the spring of a bending mode on one of n coordinates, None where nothing bends."""
-    if mode is None:
-        return None
+        They are behind `first` joints of the inner body; the rigid support has n coordinates.
+        """
+        sideways = () if self.lateral is None else (Joint(Z, ((n, 1),), parent=0),)
+        root = 0 if self.lateral is None else first
+        if self.vertical is not None:
+            elevation = (*elevation, (n + len(sideways), 1))
+        outer = first + len(sideways)
+        section = (self.outer.base_section.body(),)
+        pin = self.outer.pin()
+        boom = Joint(Y, elevation, reverse=True, parent=root, offset=pin, bodies=section)
+        telescope = (self.outer.telescope.body(),)
+        slide = Joint(X, ((n - 1, 1),), slides=True, parent=outer, bodies=telescope)
+        return *sideways, boom, slide
+
+
+def mode_spring(mode: Compliance, coordinate: int, n: int) -> Spring:
+    """Return the spring of a bending mode on one of n coordinates."""
     lever = tuple(1 if i == coordinate else 0 for i in range(n))
     return Spring(lever, mode.stiffness, mode.rest, mode.damping)
 

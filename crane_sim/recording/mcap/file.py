@@ -157,36 +157,40 @@ def recover_bag(part: Path, time_left: Callable[[], float] = lambda: inf) -> Pat
 
 def _copy_messages(source: Path, target: Path, time_left: Callable[[], float]) -> bool:
     """Write a file with all that is whole of another one; return whether that has messages."""
-    schemas, channels, found = dict[int, int](), dict[int, int](), False
-    with (
-        source.open("rb") as left,
-        target.open("wb") as file,
-        suppress(ValueError),
-    ):  # it is no MCAP file
-        writer = _start(file)
+    found = False
+    with source.open("rb") as left, target.open("wb") as file, suppress(ValueError):  # no MCAP file
+        copier = _Copier(_start(file))
         for record in records(left):
             if time_left() <= 0.0:
                 raise TimeoutError("no time is left to read all messages")
-            match record:
-                case Metadata():
-                    writer.add_metadata(record.name, record.metadata)
-                case Schema() if record.id not in schemas:
-                    schemas[record.id] = writer.register_schema(
-                        record.name, record.encoding, record.data
-                    )
-                case Channel() if record.id not in channels and record.schema_id in schemas:
-                    about = (
-                        record.topic,
-                        record.message_encoding,
-                        schemas[record.schema_id],
-                        record.metadata,
-                    )
-                    channels[record.id] = writer.register_channel(*about)
-                case Message() if record.channel_id in channels:
-                    channel, time = channels[record.channel_id], record.log_time
-                    writer.add_message(
-                        channel, time, record.data, record.publish_time, record.sequence
-                    )
-                    found = True
-        writer.finish()
+            found |= copier.copy(record)
+        copier.writer.finish()
     return found
+
+
+class _Copier:
+    """Copies records of another file, each schema and channel once."""
+
+    def __init__(self, writer: Writer) -> None:
+        self.writer = writer
+        self._schemas: dict[int, int] = {}
+        self._channels: dict[int, int] = {}
+
+    def copy(self, record: Any) -> bool:
+        """Copy a record; return whether it is a message."""
+        writer, schemas, channels = self.writer, self._schemas, self._channels
+        match record:
+            case Metadata():
+                writer.add_metadata(record.name, record.metadata)
+            case Schema() if record.id not in schemas:
+                about = (record.name, record.encoding, record.data)
+                schemas[record.id] = writer.register_schema(*about)
+            case Channel() if record.id not in channels and record.schema_id in schemas:
+                schema = schemas[record.schema_id]
+                about = (record.topic, record.message_encoding, schema, record.metadata)
+                channels[record.id] = writer.register_channel(*about)
+            case Message() if record.channel_id in channels:
+                channel, time = channels[record.channel_id], record.log_time
+                writer.add_message(channel, time, record.data, record.publish_time, record.sequence)
+                return True
+        return False

@@ -114,15 +114,30 @@ def _with_units(joints: Sequence[str], units: Sequence[str], suffix: str = "") -
 
 
 def _stored_curves(layout: Layout) -> list[Channel]:
-    driven, derived = layout.driven, f", {layout.provenance}" if layout.provenance else ""
-    names, speeds = (
-        _with_units(layout.joints, layout.units),
-        _with_units(layout.joints, layout.units, "/s"),
-    )
-    applied, demanded = (
-        _with_units(layout.actuated, each) for each in (layout.effort_units, layout.command_units)
-    )
-    targets, colors, own = tuple(names[i] for i in driven), _hues(range(len(names))), _hues(driven)
+    derived = f", {layout.provenance}" if layout.provenance else ""
+    return [
+        *_joint_curves(layout),
+        Channel("plots/payload", METRES, PALETTE, lambda b: b.nodes[:, -1]),
+        Channel("plots/swing", (f"from the vertical [rad]{derived}",), (PLAIN,), lambda b: b.swing),
+        *_energies(derived),
+        _tensions(layout, derived),
+        _reeved_tensions(layout, derived),
+        *_measured_joints(layout),
+        Channel(
+            "plots/contact", ("normal force on the load [N]",), (PALETTE[2],), lambda b: b.contact
+        ),
+    ]
+
+
+def _joint_curves(layout: Layout) -> list[Channel]:
+    """Return the positions, speeds, targets and efforts of the coordinates."""
+    driven = layout.driven
+    names = _with_units(layout.joints, layout.units)
+    speeds = _with_units(layout.joints, layout.units, "/s")
+    applied = _with_units(layout.actuated, layout.effort_units)
+    demanded = _with_units(layout.actuated, layout.command_units)
+    targets = tuple(names[i] for i in driven)
+    colors, own = _hues(range(len(names))), _hues(driven)
     return [
         Channel("plots/q", names, colors, lambda b: b.q),
         Channel("plots/v", speeds, colors, lambda b: b.v),
@@ -130,30 +145,31 @@ def _stored_curves(layout: Layout) -> list[Channel]:
         Channel("plots/q_err", targets, own, lambda b: _minus(b.reference, b.q[:, driven])),
         Channel("plots/effort", applied, own, lambda b: b.effort),
         Channel("plots/effort_demanded", demanded, own, lambda b: b.demanded),
-        Channel("plots/payload", METRES, PALETTE, lambda b: b.nodes[:, -1]),
-        Channel("plots/swing", (f"from the vertical [rad]{derived}",), (PLAIN,), lambda b: b.swing),
+    ]
+
+
+def _energies(derived: str) -> list[Channel]:
+    """Return the energies, and the Lyapunov function with its rate."""
+    return [
         Channel("plots/energy", (f"energy [J]{derived}",), (PALETTE[1],), lambda b: b.energy),
         Channel("plots/energy_parts", ("kinetic [J]", "potential [J]"), BLUE_GREEN, _energy_parts),
         Channel("plots/lyapunov", ("V [J]",), (PALETTE[3],), lambda b: _columns(b.lyapunov, 0)),
         Channel(
             "plots/lyapunov_rate", ("dV/dt [W]",), (PALETTE[4],), lambda b: _columns(b.lyapunov, 1)
         ),
-        *(_tensions(layout, derived), _reeved_tensions(layout, derived)),
-        Channel(
-            "plots/q_measured",
-            names if layout.sensed else (),
-            colors,
-            lambda b: _half(b.measured, 0),
-        ),
-        Channel(
-            "plots/v_measured",
-            speeds if layout.sensed else (),
-            colors,
-            lambda b: _half(b.measured, 1),
-        ),
-        Channel(
-            "plots/contact", ("normal force on the load [N]",), (PALETTE[2],), lambda b: b.contact
-        ),
+    ]
+
+
+def _measured_joints(layout: Layout) -> list[Channel]:
+    """Return the measured positions and speeds; no names where they are the true ones."""
+    joints = layout.joints if layout.sensed else ()
+    units = layout.units if layout.sensed else ()
+    names = _with_units(joints, units)
+    speeds = _with_units(joints, units, "/s")
+    colors = _hues(range(len(layout.joints)))
+    return [
+        Channel("plots/q_measured", names, colors, lambda b: _half(b.measured, 0)),
+        Channel("plots/v_measured", speeds, colors, lambda b: _half(b.measured, 1)),
     ]
 
 
@@ -198,6 +214,7 @@ def _shown_curves(layout: Layout) -> list[Channel]:
         (plot.entity, [layout.joints.index(name) for name in plot.joints])
         for plot in layout.length_plots
     ]
+    energies = ("kinetic", "potential since the start", "sum")
     return [
         *_with_targets(layout, "shown/angle_deg", angle_indices(layout), np.degrees),
         *(
@@ -214,12 +231,7 @@ def _shown_curves(layout: Layout) -> list[Channel]:
         ),
         *_split(layout, efforts(layout), lambda b: b.effort),
         *_split(layout, commands(layout), lambda b: b.demanded),
-        Channel(
-            "shown/energy_J",
-            ("kinetic", "potential since the start", "sum"),
-            ENERGY_COLORS,
-            _energy_changes,
-        ),
+        Channel("shown/energy_J", energies, ENERGY_COLORS, _energy_changes),
     ]
 
 

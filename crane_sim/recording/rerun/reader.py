@@ -61,6 +61,9 @@ def read_summary(path: Path) -> dict[str, Any]:
     return json.loads(properties["json"])
 
 
+_DAMAGE = (ValueError, LookupError, TypeError, pa.ArrowException)  # of a file without digests
+
+
 def read_run(path: Path) -> RecordedRun:
     """Return the run in a recording; of a cut or damaged one, the steps that are as written.
 
@@ -87,15 +90,9 @@ def read_run(path: Path) -> RecordedRun:
         return _assemble(path, batches, run, unreadable)
     except UnreadableRecording:
         raise
-    except (
-        ValueError,
-        LookupError,
-        TypeError,
-        pa.ArrowException,
-    ) as error:  # of a file without digests
-        raise UnreadableRecording(
-            f"{path}: is damaged: {str(error).partition(chr(10))[0]}"
-        ) from error
+    except _DAMAGE as error:
+        reason = str(error).partition("\n")[0]
+        raise UnreadableRecording(f"{path}: is damaged: {reason}") from error
 
 
 def _assemble(path: Path, batches: Batches, run: dict[str, Any], unreadable: int) -> RecordedRun:
@@ -106,31 +103,41 @@ def _assemble(path: Path, batches: Batches, run: dict[str, Any], unreadable: int
     changes, curves = _changes(batches), _verified_curves(batches)
     blocks = [text for _, text in _texts(batches[DIGESTS], "TextDocument:text")]
     good = verified_steps(curves.values(), blocks) if checked else _common_steps(curves.values())
-    damage = [f"{unreadable} of its parts cannot be read"] * bool(unreadable)
-    damage += ["its summary is not as it was written"] * (not is_whole)
+    damage = _describe_damage(unreadable, is_whole)
     if summary and lacks_changes(changes, blocks):
         damage.append("its events and states are not as they were written")
     _check_steps(path, good, summary)
     crane, rows = crane_of(run), {name: each.at(good) for name, each in curves.items()}
     arrays = _arrays(rows, path, bool(crane.actuated), good)
     events = _in_seconds(changes.get(EVENTS, []))
+    kept = {key: value for key, value in run.items() if key not in ("crane", "urdf", DIGEST)}
     return RecordedRun(
         path=path,
         crane=crane,
-        properties={
-            key: value for key, value in run.items() if key not in ("crane", "urdf", DIGEST)
-        },
+        properties=kept,
         frames=_frames(rows),
-        states={
-            _timeline(name): _in_seconds(changes[name])
-            for name in sorted(changes)
-            if name != EVENTS
-        },
+        states=_select_states(changes),
         events=events or [(each["t"], each["what"]) for each in summary.get("events", ())],
         summary=summary,
         completeness=_assess(arrays["t"], run, summary, "; ".join(damage)),
         **arrays,
     )
+
+
+def _describe_damage(unreadable: int, is_whole: bool) -> list[str]:
+    """Return what is damaged of a file's parts and its summary, a line each."""
+    damage: list[str] = []
+    if unreadable:
+        damage.append(f"{unreadable} of its parts cannot be read")
+    if not is_whole:
+        damage.append("its summary is not as it was written")
+    return damage
+
+
+def _select_states(changes: dict[str, Instants]) -> dict[str, list[tuple[float, str]]]:
+    """Return the timelines of states, by name, of all changes."""
+    names = [name for name in sorted(changes) if name != EVENTS]
+    return {_timeline(name): _in_seconds(changes[name]) for name in names}
 
 
 def _check_steps(path: Path, good: NDArray[np.int64], summary: dict[str, Any]) -> None:

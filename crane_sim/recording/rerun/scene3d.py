@@ -106,24 +106,15 @@ class Scene3D:
             return
         self._framing, rec, size = framing, self._rec, framing.size
         self._cast.set_size(size)
-        rec.log(
-            "payload/trail",
-            rr.LineStrips3D.from_fields(colors=TRAIL_COLOR, radii=0.003 * size),
-            static=True,
-        )
-        rec.log(
-            "reference/path",
-            rr.LineStrips3D.from_fields(colors=TARGET_COLOR, radii=0.002 * size),
-            static=True,
-        )
+        trail = rr.LineStrips3D.from_fields(colors=TRAIL_COLOR, radii=0.003 * size)
+        rec.log("payload/trail", trail, static=True)
+        path = rr.LineStrips3D.from_fields(colors=TARGET_COLOR, radii=0.002 * size)
+        rec.log("reference/path", path, static=True)
         if self._aimed:
             self._log_ball()
         for name in self._layout.actuated:
-            rec.log(
-                f"effort/{name}",
-                rr.Arrows3D.from_fields(colors=EFFORT_COLOR, radii=0.007 * size),
-                static=True,
-            )
+            arrow = rr.Arrows3D.from_fields(colors=EFFORT_COLOR, radii=0.007 * size)
+            rec.log(f"effort/{name}", arrow, static=True)
         if self._vessel:
             self._vessel.fit(framing)
         else:
@@ -229,15 +220,24 @@ class Vessel:
             (0.97 * length, 0.97 * width, 0.5 * height),
             HULL_COLOR,
         )
+        self._log_seams((x, y, deck), length, width)
+        self._half, self._level = WATER_RATIO * half, deck - freeboard
+        self._x = np.linspace(x - self._half, x + self._half, CREST_POINTS)
+        self._y = (y - self._half, y + self._half)
+        self._log_still_water()
+
+    def _log_seams(self, at: tuple[float, float, float], length: float, width: float) -> None:
+        """Log the seams along the deck, given the middle and half the sides of the deck."""
+        x, y, deck = at
         seams = [
             [(x - length, y + i * width, deck), (x + length, y + i * width, deck)]
             for i in np.linspace(-1, 1, 9)
         ]
         lines = rr.LineStrips3D(seams, colors=SEAM_COLOR, radii=rr.Radius.ui_points(0.6))
         self._rec.log("vessel/seams", lines, static=True)
-        self._half, self._level = WATER_RATIO * half, deck - freeboard
-        self._x = np.linspace(x - self._half, x + self._half, CREST_POINTS)
-        self._y = (y - self._half, y + self._half)
+
+    def _log_still_water(self) -> None:
+        """Log the water at rest."""
         first = 2 * np.arange(CREST_POINTS - 1)[:, None]
         triangles = np.vstack([first + (0, 2, 1), first + (1, 2, 3)])
         still = self._surface(np.zeros((1, CREST_POINTS)))[0]

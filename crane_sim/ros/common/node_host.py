@@ -243,6 +243,13 @@ class NodeHost:
         self.stop_reason = self.stop_reason or reason
 
 
+def _report_unforeseen(host: NodeHost, error: Exception) -> None:
+    """Log an error; the supervisor names it where it reports the exit."""
+    host.node.get_logger().fatal(traceback.format_exc())
+    why = traceback.format_exception_only(error)[-1].splitlines()[0]
+    host.pipes.report("exception", why=why)
+
+
 def main(
     name: str,
     options: dict[str, Option],
@@ -266,10 +273,8 @@ def main(
         rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
         make_node = ManagedNode if managed else ServingNode
         node = make_node(name, automatically_declare_parameters_from_overrides=True)
-    except (
-        ValueError,
-        RuntimeError,
-    ) as error:  # arguments that ROS cannot parse, or an invalid name
+    # arguments that ROS cannot parse, or an invalid name
+    except (ValueError, RuntimeError) as error:
         print(f"{name}: {str(error).splitlines()[0]}", file=sys.stderr)
         return 2
     common = common_parameters(node)
@@ -282,11 +287,8 @@ def main(
             node.get_logger().fatal(str(error))
         host.pipes.report("fault", why=str(error))
         return 1 if isinstance(error, Fault) else 2
-    except Exception as error:  # unforeseen: the supervisor names it where it reports the exit
-        node.get_logger().fatal(traceback.format_exc())
-        host.pipes.report(
-            "exception", why=traceback.format_exception_only(error)[-1].splitlines()[0]
-        )
+    except Exception as error:
+        _report_unforeseen(host, error)
         return 1
     finally:
         host.close()

@@ -243,11 +243,8 @@ class TrajectoryAction:
 
         A goal ends at its end, or as soon as a joint is out of its tolerances.
         """
-        handle, goal, ended = (
-            followed.handle,
-            followed.goal,
-            state.t > followed.goal.end - MIN_INTERVAL,
-        )
+        handle, goal = followed.handle, followed.goal
+        ended = state.t > goal.end - MIN_INTERVAL
         due = (state.stamp - followed.first_stamp) // self._scene.period_ns % self._every == 0
         if not (due or ended or goal.on_the_way.limited or goal.at_the_end.limited):
             return False

@@ -111,20 +111,7 @@ def read_goal(
         GoalError: it cannot be followed.
     """
     trajectory = request.trajectory
-    if (
-        request.multi_dof_trajectory.points
-        or request.component_path_tolerance
-        or request.component_goal_tolerance
-    ):
-        raise GoalError(
-            GoalCode.INVALID_GOAL, "joints with several degrees of freedom: the crane has none"
-        )
-    if sorted(trajectory.joint_names) != sorted(names):
-        given = ", ".join(trajectory.joint_names) or "none"
-        raise GoalError(
-            GoalCode.INVALID_JOINTS,
-            f"joint_names = {given}: must be {', '.join(names)}, in any order",
-        )
+    _check_joints(request, names)
     try:
         waypoints = waypoints_of(trajectory, now, period, period_ns)
     except ValidationError as error:
@@ -133,10 +120,8 @@ def read_goal(
         raise GoalError(GoalCode.INVALID_GOAL, str(error)) from None
     if error := waypoints.describe_mismatch() or waypoints.describe_end_velocity():
         raise GoalError(GoalCode.INVALID_GOAL, error)
-    immediate, leeway = (
-        not messages.nanoseconds(trajectory.header.stamp),
-        request.goal_time_tolerance,
-    )
+    immediate = not messages.nanoseconds(trajectory.header.stamp)
+    leeway = request.goal_time_tolerance
     on_the_way = _tolerances("path_tolerance", request.path_tolerance, names)
     at_the_end = _tolerances("goal_tolerance", request.goal_tolerance, names)
     seconds = leeway.sec + leeway.nanosec / messages.NS_PER_S
@@ -145,6 +130,24 @@ def read_goal(
         line = f"the last point is {now - goal.end:g} s ago"
         raise GoalError(GoalCode.INVALID_GOAL if immediate else GoalCode.OLD_HEADER_TIMESTAMP, line)
     return goal
+
+
+def _check_joints(request: Any, names: Sequence[str]) -> None:
+    """Raise GoalError where a request is not of exactly the joints `names`."""
+    if (
+        request.multi_dof_trajectory.points
+        or request.component_path_tolerance
+        or request.component_goal_tolerance
+    ):
+        raise GoalError(
+            GoalCode.INVALID_GOAL, "joints with several degrees of freedom: the crane has none"
+        )
+    if sorted(request.trajectory.joint_names) != sorted(names):
+        given = ", ".join(request.trajectory.joint_names) or "none"
+        raise GoalError(
+            GoalCode.INVALID_JOINTS,
+            f"joint_names = {given}: must be {', '.join(names)}, in any order",
+        )
 
 
 def _tolerances(key: str, given: Iterable[Any], names: Sequence[str]) -> Tolerances:

@@ -24,10 +24,7 @@ def brake_to_rest(
     """
     plant = simulation.plant
     last = plant.k + ceil(_BRAKING_LIMIT / simulation.scene.period)
-    simulation.brake(True, "ending")
-    simulation.ending, simulation.waiting = host.brake_reason, ""
-    simulation.resume()
-    simulation.warn(f"{host.brake_reason}: the brakes act until the crane rests", "commands")
+    _apply_brakes(simulation, host.brake_reason)
     effort = (0.0,) * len(simulation.scene.actuated) if simulation.scene.sampled else None
     due = next_poll = last_in_sync = time.monotonic()
     while simulation.running and plant.k < last and not plant.at_rest and not host.stop_reason:
@@ -38,9 +35,8 @@ def brake_to_rest(
             simulation.heartbeat()
             continue
         simulation.step(effort)
-        if (
-            not period
-        ):  # at the pace of the wall clock a recorder keeps up, and must not delay the brakes
+        # at the pace of the wall clock a recorder keeps up, and must not delay the brakes
+        if not period:
             simulation.throttle_for_recorder(BLOCK, partial(_is_interrupted, host))
         due = max(due + period, time.monotonic())
         if due >= next_poll:
@@ -48,9 +44,16 @@ def brake_to_rest(
             host.spin(0.0)
             simulation.heartbeat()
         time.sleep(max(due - time.monotonic(), 0.0))
-    simulation.failure = _describe_end(
-        host.brake_reason, simulation.failure, plant.at_rest or plant.k < last
-    )
+    in_time = plant.at_rest or plant.k < last
+    simulation.failure = _describe_end(host.brake_reason, simulation.failure, in_time)
+
+
+def _apply_brakes(simulation: SimulationRun, reason: str) -> None:
+    """Apply the brakes of a run that ends for this reason, and let it go on if it is paused."""
+    simulation.brake(True, "ending")
+    simulation.ending, simulation.waiting = reason, ""
+    simulation.resume()
+    simulation.warn(f"{reason}: the brakes act until the crane rests", "commands")
 
 
 def _describe_end(reason: str, failure: str, in_time: bool) -> str:

@@ -47,26 +47,15 @@ class PlantTopics:
         `notify` is called with a line on a subscriber of the states that is not matched.
         """
         events = PublisherEventCallbacks(incompatible_qos=partial(self._on_incompatible, notify))
-        self._states = node.create_publisher(
-            JointState, "joint_states", messages.DEEP_STREAM_QOS, event_callbacks=events
-        )
-        self._truth = (
-            node.create_publisher(JointState, "true_states", messages.DEEP_STREAM_QOS)
-            if sensed
-            else None
-        )
-        self._efforts = node.create_publisher(
-            JointState, "applied_effort", messages.DEEP_STREAM_QOS
-        )
-        self._clock = node.create_publisher(Clock, "/clock", messages.CLOCK_QOS) if clock else None
-        self._pose = node.create_publisher(PoseStamped, "payload_pose", messages.SENSOR_QOS)
-        self._description = node.create_publisher(String, "robot_description", messages.LATCHED_QOS)
-        self._simulation_state = node.create_publisher(
-            UInt8, "simulation_state", messages.LATCHED_QOS
-        )
-        self._diagnostics = node.create_publisher(
-            DiagnosticArray, "/diagnostics", messages.STREAM_QOS
-        )
+        create, stream = node.create_publisher, messages.DEEP_STREAM_QOS
+        self._states = create(JointState, "joint_states", stream, event_callbacks=events)
+        self._truth = create(JointState, "true_states", stream) if sensed else None
+        self._efforts = create(JointState, "applied_effort", stream)
+        self._clock = create(Clock, "/clock", messages.CLOCK_QOS) if clock else None
+        self._pose = create(PoseStamped, "payload_pose", messages.SENSOR_QOS)
+        self._description = create(String, "robot_description", messages.LATCHED_QOS)
+        self._simulation_state = create(UInt8, "simulation_state", messages.LATCHED_QOS)
+        self._diagnostics = create(DiagnosticArray, "/diagnostics", messages.STREAM_QOS)
         self._node, self._source = node, f"{node.get_namespace().strip('/')}/plant"
         self._state_codec = JointStateCodec(joints, STATE)
         self._applied_indices = [

@@ -113,16 +113,12 @@ def stiffest_frequency(
         contact: of the load, None without.
     """
     over, arms, apart = _spread(falls, start)
-    n, rotation = (
-        apart / np.maximum(np.linalg.norm(apart, axis=1), CLOSE)[:, None],
-        rotation_matrix(start.load[3:]),
-    )
+    n = apart / np.maximum(np.linalg.norm(apart, axis=1), CLOSE)[:, None]
+    rotation = rotation_matrix(start.load[3:])
     yawing = np.cross(over, n)[:, 2:]
     rows = [np.hstack([n, np.cross(arms, n) @ rotation, n, yawing, np.ones((len(n), 1))])]
-    springs, relaxations = (
-        [falls.axial_stiffness / (falls.length + falls.offset)],
-        [falls.relaxation],
-    )
+    springs = [falls.axial_stiffness / (falls.length + falls.offset)]
+    relaxations = [falls.relaxation]
     if isinstance(contact, CompliantContact):
         levers = contact.points @ rotation.T
         up = np.tile([0.0, 0.0, 1.0], (len(levers), 1))
@@ -130,14 +126,19 @@ def stiffest_frequency(
         springs.append(np.full(len(levers), contact.stiffness))
         relaxations.append(np.zeros(len(levers)))
     weighted = np.vstack(rows) * np.sqrt(np.concatenate(springs))[:, None]
-    inverse = np.zeros((11, 11))
-    inverse[:3, :3], inverse[3:6, 3:6] = np.eye(3) / load.mass, np.array(load.inverse_inertia)
-    inverse[6:10, 6:10], inverse[10, 10] = (
-        mobility[0],
-        1.0 / mobility[1] if mobility[1] is not None else 0.0,
-    )
+    inverse = _inverse_mass_matrix(load, *mobility)
     damped = weighted * np.sqrt(np.concatenate(relaxations))[:, None]
     return max(_largest_eigenvalue(weighted, inverse) ** 0.5, _largest_eigenvalue(damped, inverse))
+
+
+def _inverse_mass_matrix(load: RigidLoad, tip_mobility: Any, moved: float | None) -> Any:
+    """Return M⁻¹ (11, 11) of load, tip and length; the mass moved with it is None for no motion."""
+    inverse = np.zeros((11, 11))
+    inverse[:3, :3] = np.eye(3) / load.mass
+    inverse[3:6, 3:6] = np.array(load.inverse_inertia)
+    inverse[6:10, 6:10] = tip_mobility
+    inverse[10, 10] = 1.0 / moved if moved is not None else 0.0
+    return inverse
 
 
 def _largest_eigenvalue(rows: Any, inverse: Any) -> float:

@@ -99,21 +99,25 @@ class Hoist(Group):
 
     def _check_drive(self) -> None:
         """Raise SceneError for keys that belong to another drive, or are missing."""
-        drive = self.drive
-        if drive == "rate":
-            if self.mass is not None:
-                raise SceneError("hoist.mass: only a force drive has one, this drive is 'rate'")
-            if self.friction is not None:
-                raise SceneError(
-                    "hoist.friction: belongs to a winch driven by force or torque, this drive is "
-                    "'rate'"
-                )
-            return
+        if self.drive == "rate":
+            self._check_rate_drive()
+        else:
+            self._check_effort_drive()
+
+    def _check_rate_drive(self) -> None:
+        if self.mass is not None:
+            raise SceneError("hoist.mass: only a force drive has one, this drive is 'rate'")
+        if self.friction is not None:
+            raise SceneError(
+                "hoist.friction: belongs to a winch driven by force or torque, this drive is 'rate'"
+            )
+
+    def _check_effort_drive(self) -> None:
         if self.time_constant is not None:
             raise SceneError(
-                f"hoist.time_constant: only a rate drive has one, this drive is {drive!r}"
+                f"hoist.time_constant: only a rate drive has one, this drive is {self.drive!r}"
             )
-        if drive == "torque" and (self.reeving is None or self.reeving.drum is None):
+        if self.drive == "torque" and (self.reeving is None or self.reeving.drum is None):
             raise SceneError(
                 "hoist.drive = 'torque': is that of a drum; give hoist.reeving.drum, or take "
                 "'force'"

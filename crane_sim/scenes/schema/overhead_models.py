@@ -66,11 +66,9 @@ def crane_of(file: OverheadCrane) -> Any:
                 f"events[{i}].velocity: takes 3 dimensions or an elastic cable; here the payload's "
                 "holds"
             )
-    straight, links, rests = (
-        file.cable_model == "straight",
-        len(file.parts.lengths),
-        file.base_motion is None,
-    )
+    straight = file.cable_model == "straight"
+    links = len(file.parts.lengths)
+    rests = file.base_motion is None
     plain = not (_bends(file) or file.cable.inertia or file.pushes_nodes)
     if straight and not plain:
         raise SceneError(
@@ -235,12 +233,23 @@ def springs_of(file: OverheadCrane, hoist: Hoist | None) -> Springs:
         raise SceneError(
             "cable.node_masses: every node of an elastic cable has a mass greater than 0"
         )
-    for name, value in (("joints", file.joints or group.joints), ("cable.inertia", group.inertia)):
+    _refuse_rigid_links(file, hoist)
+    stiffness = fill_list(group.stiffness, n, "cable.stiffness")
+    damping = fill_list(group.damping or (0.0,), n, "cable.damping")
+    masses, lengths = np.array(parts.masses), np.array(parts.lengths)
+    slack = Slack() if group.tension_only else None
+    return Springs(masses, lengths, np.array(stiffness), np.array(damping), slack)
+
+
+def _refuse_rigid_links(file: OverheadCrane, hoist: Hoist | None) -> None:
+    """Raise SceneError for what an elastic cable cannot have."""
+    cable = file.cable
+    for name, value in (("joints", _bends(file)), ("cable.inertia", cable.inertia)):
         if value is not None:
             raise SceneError(
                 f"{name}: belongs to rigid links; an elastic cable neither bends nor turns as rods"
             )
-    if group.slack == "stop":
+    if cable.slack == "stop":
         raise SceneError(
             "cable.slack = 'stop': belongs to rigid links; an elastic cable takes tension_only"
         )
@@ -248,11 +257,6 @@ def springs_of(file: OverheadCrane, hoist: Hoist | None) -> Springs:
         raise SceneError(
             "hoist.inertia = 0: the massless winch needs rigid links; give the hoist an inertia"
         )
-    stiffness, damping = fill_list(group.stiffness, n, "cable.stiffness"), group.damping or (0.0,)
-    damping = fill_list(damping, n, "cable.damping")
-    masses, lengths = np.array(parts.masses), np.array(parts.lengths)
-    slack = Slack() if group.tension_only else None
-    return Springs(masses, lengths, np.array(stiffness), np.array(damping), slack)
 
 
 def stretched_lengths(file: OverheadCrane, lengths: tuple[float, ...]) -> tuple[float, ...]:
@@ -295,12 +299,7 @@ def make_event_limits(file: OverheadCrane) -> EventLimits | None:
     """Return the conditions that switch the model or end the run, None without any."""
     axes = [group.limits if group is not None else None for group in (file.trolley, file.bridge)]
     hoist = file.hoist.limits if file.hoist is not None else None
-    groups = {"friction": file.friction, "lugre": file.lugre}
-    has_friction = any(
-        check_friction(f"{key}.{name}", part)
-        for key, group in groups.items()
-        for name, part in group or ()
-    )
+    has_friction = _has_friction(file)
     has_hoist = file.hoist is not None  # a first link that is wound up to nothing ends the run
     switches = (
         has_hoist
@@ -320,6 +319,15 @@ def make_event_limits(file: OverheadCrane) -> EventLimits | None:
         Stops(max(shortest, least), longest, taut=float(file.cable.slack == "stop")),
         times=np.array([event.at for event in events]),
         masses=np.array([file.parts.masses[-1], *(event.set.payload.mass for event in events)]),
+    )
+
+
+def _has_friction(file: OverheadCrane) -> bool:
+    groups = {"friction": file.friction, "lugre": file.lugre}
+    return any(
+        check_friction(f"{key}.{name}", part)
+        for key, group in groups.items()
+        for name, part in group or ()
     )
 
 

@@ -173,33 +173,35 @@ class ReevingGroup(Group):
             shortest, longest: of the falls [m].
             group: of the scene that has the reeving.
         """
-        drum, sheaves, length = self.drum, self.sheaves, self.length
+        sheaves = self.sheaves
         if sheaves is not None and sheaves.inertia > 0.0 and isinstance(sheaves.loss, RopeSlip):
             raise SceneError(
                 f"{group}.reeving.sheaves.inertia = {sheaves.inertia:g}: sheaves with the loss "
-                "'capstan' stand still; "
-                "must be 0"
+                "'capstan' stand still; must be 0"
             )
-        if drum is not None:
-            drum.check(length, group)
-        if length is None:
-            if self.mass_per_length is not None:
-                raise SceneError(
-                    f"{group}.reeving.length: is missing; a rope with a mass_per_length needs it"
-                )
-            return
-        if self.falls * longest > length:
+        if self.drum is not None:
+            self.drum.check(self.length, group)
+        if self.length is not None:
+            self._check_length(self.length, shortest, longest, group)
+        elif self.mass_per_length is not None:
+            raise SceneError(
+                f"{group}.reeving.length: is missing; a rope with a mass_per_length needs it"
+            )
+
+    def _check_length(self, length: float, shortest: float, longest: float, group: str) -> None:
+        """Raise SceneError for a rope [m] that is too short, or too long for its drum."""
+        needed = self.falls * longest
+        if needed > length:
             raise SceneError(
                 f"{group}.reeving.length = {length:g}: too short, {self.falls} falls of "
-                f"{longest:g} m take "
-                f"{self.falls * longest:g} m"
+                f"{longest:g} m take {needed:g} m"
             )
-        capacity = inf if drum is None else float(sum(drum.capacities()))
-        if length - self.falls * shortest > capacity:
+        capacity = inf if self.drum is None else float(sum(self.drum.capacities()))
+        wound = length - self.falls * shortest
+        if wound > capacity:
             raise SceneError(
                 f"{group}.reeving.drum: its layers hold {capacity:g} m of rope, and falls of "
-                f"{shortest:g} m leave "
-                f"{length - self.falls * shortest:g} m to it"
+                f"{shortest:g} m leave {wound:g} m to it"
             )
 
     def model(self, motor: float, group: str, ropes: int = 1) -> Reeving:

@@ -123,13 +123,11 @@ class ReevedRope(Winch):
 
     def check_surroundings(self, file: Any) -> None:
         """Raise SceneError for motors, base motions and events that do not fit drive and rope."""
-        extra = next(
-            (key for key in ("reeving", "friction") if getattr(self, key) is not None), None
-        )
-        if extra is not None and self.drive in ("force", "torque") and getattr(file, "events", ()):
+        extras = [key for key in ("reeving", "friction") if getattr(self, key) is not None]
+        if extras and self.drive in ("force", "torque") and getattr(file, "events", ()):
             raise SceneError(
-                f"events: an impact on a winch with rope.{extra} is not modelled; take rope.drive: "
-                "rate"
+                f"events: an impact on a winch with rope.{extras[0]} is not modelled; take "
+                "rope.drive: rate"
             )
         if self.torsion is not None and file.payload.inertia is None:
             raise SceneError(
@@ -141,11 +139,8 @@ class ReevedRope(Winch):
                 "actuators.rope.motor: belongs to rope.drive: force; give rope.reeving.drum its "
                 "inertia"
             )
-        if (
-            file.base_motion is not None
-            and self.reeving is not None
-            and self.reeving.mass_per_length is not None
-        ):
+        has_weight = self.reeving is not None and self.reeving.mass_per_length is not None
+        if has_weight and file.base_motion is not None:
             raise SceneError(
                 "rope.reeving.mass_per_length: belongs to a base that rests, here is base_motion"
             )
