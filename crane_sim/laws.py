@@ -188,9 +188,8 @@ def _errors_in_one_line(name: str) -> Iterator[None]:
         raise
     except ValueError as error:
         raise SceneError(f"control: {join_lines(error)}") from None
-    except (
-        Exception
-    ) as error:  # of an external package: whatever it is, the user gets a one-line error
+    except Exception as error:
+        # of an external package: whatever it is, the user gets a one-line error
         what = f"{type(error).__name__}: {join_lines(error)}"
         raise SceneError(f"control.law = {shorten(name, PATH)}: cannot be built: {what}") from error
 

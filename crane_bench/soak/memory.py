@@ -32,10 +32,8 @@ def resident(pid: int) -> float | None:
             * os.sysconf("SC_PAGE_SIZE")
             / _MB
         )
-    except (
-        FileNotFoundError,
-        ProcessLookupError,
-    ):  # the second one: it exits between opening and reading
+    except (FileNotFoundError, ProcessLookupError):
+        # the second one: it exits between opening and reading
         return None
 
 
@@ -74,9 +72,8 @@ class MemorySampler:
             for name, pid in self._pids.items():
                 if (memory := resident(pid)) is not None:
                     self.samples.setdefault(name, []).append((elapsed, memory))
-        if (
-            elapsed >= self._seconds and len(self.times) > self._seconds / INTERVAL
-        ):  # after a stall, all its samples
+        if elapsed >= self._seconds and len(self.times) > self._seconds / INTERVAL:
+            # after a stall, all its samples
             signal.raise_signal(signal.SIGINT)  # as a user ends a run: in order, files complete
 
 

@@ -120,9 +120,8 @@ def take_frame(camera, t, position):
             position[0] + noise[0],
             position[1] + noise[1],
         )
-        if (
-            counts[0] == 0
-        ):  # a first frame without latency: the payload's position before the run is known
+        if counts[0] == 0:
+            # a first frame without latency: the payload's position before the run is known
             filter_frame(camera, queue[row])
         counts[0] += 1
         counts[2] = int(t / camera.interval + 1e-9) + 1

@@ -53,9 +53,8 @@ def _run() -> int:
 
 def _fail_by_usage(error: "click.ClickException") -> int:
     """Print what click says of a command line; return the exit code."""
-    if (
-        type(error).__name__ == "NoArgsIsHelpError"
-    ):  # older versions of click print the usage themselves
+    if type(error).__name__ == "NoArgsIsHelpError":
+        # older versions of click print the usage themselves
         print(error.format_message(), file=sys.stderr)
         return 2
     return _fail(error.format_message(), 2)

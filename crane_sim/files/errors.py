@@ -197,10 +197,8 @@ def shorten(value: Any, most: int = 60) -> str:
     """Return a value as a text of at most `most` characters for a message, without line breaks."""
     try:
         text = re.sub(r"\s*\n\s*", " ", repr(value))
-    except (
-        ValueError,
-        RecursionError,
-    ) as error:  # an integer of thousands of digits; groups in groups in groups
+    except (ValueError, RecursionError) as error:
+        # an integer of thousands of digits; groups in groups in groups
         return f"{type(value).__name__} ({error})"
     return _cut(text, most)
 

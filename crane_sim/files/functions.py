@@ -43,9 +43,8 @@ def source_of(name: str) -> Path | None:
     if not place.endswith(".py"):
         try:
             spec = find_spec(place)
-        except (
-            Exception
-        ):  # of a package that the module is in, which is executed: told where it is loaded
+        except Exception:
+            # of a package that the module is in, which is executed: told where it is loaded
             return None
         place = "" if spec is None or spec.origin is None else spec.origin
     return Path(place) if Path(place).is_file() else None

@@ -185,9 +185,8 @@ def _fit(scene: Scene, data: Measurements, parameters: Sequence[str], segment: f
             starts = [Unknowns(guess, shooting.start.deviations) for guess in guesses]
             costs = [evaluate_cost(shooting, deviation, start) for start in starts]
             point, _ = minimise(shooting, deviation, starts[int(np.argmin(costs))], ROUGHLY)
-        except (
-            SceneError
-        ) as error:  # segments are too short for their samples, or too long for the first guess
+        except SceneError as error:
+            # segments are too short for their samples, or too long for the first guess
             failure = error
             continue
         found, states = Minimum(length, shooting, deviation, point), shooting.states(point)

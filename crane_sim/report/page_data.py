@@ -145,9 +145,8 @@ def frames_of(
     if run.base is not None:
         base = run.base[steps]
         parts["base"] = np.hstack([base[:, :3], base_quaternions(base)])
-    if (
-        frames.target is not None and np.isfinite(frames.target).all()
-    ):  # it may begin in the middle of a run
+    if frames.target is not None and np.isfinite(frames.target).all():
+        # it may begin in the middle of a run
         parts["target"] = frames.target
     if frames.falls is not None:
         parts["falls"] = _flat(frames.falls)

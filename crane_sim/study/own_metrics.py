@@ -33,10 +33,8 @@ def _load(name: str, _: str | None) -> Measure:
     """Load a function anew where its source has another hash."""
     try:
         function = load_function("study: metrics", name)
-    except (
-        Exception,
-        SystemExit,
-    ) as error:  # of the user's own module: any error of it is one line
+    except (Exception, SystemExit) as error:
+        # of the user's own module: any error of it is one line
         raise (
             error
             if isinstance(error, SceneError)

@@ -97,9 +97,8 @@ def _sources_below(folder: str, undigested: set[str]) -> Iterator[str]:
         if entry.is_dir():
             if entry.path not in undigested:
                 yield from _sources_below(entry.path, undigested)
-        elif (
-            entry.name.endswith(".py") and entry.is_file()
-        ):  # not an editor's lock, a link to nowhere
+        elif entry.name.endswith(".py") and entry.is_file():
+            # not an editor's lock, a link to nowhere
             yield entry.path
 
 

@@ -153,9 +153,8 @@ def band_of(scale: float, cut_off: float, duration: float) -> Band:
         ValueError: the cut-off [Hz] is out of range; the message is what is possible.
     """
     period, longest = LENGTHS_PER_PERIOD * scale, MAX_NODES / (NODES_PER_CYCLE * cut_off)
-    while (
-        period < duration and 2.0 * period <= longest
-    ):  # so that few durations change the gusts of a seed
+    while period < duration and 2.0 * period <= longest:
+        # so that few durations change the gusts of a seed
         period *= 2.0
     period = min(period, longest)
     low, high = (

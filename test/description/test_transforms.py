@@ -151,9 +151,8 @@ def check_frames(scene: Scene) -> None:
         below = [f"node_{k}" for k in range(1, len(points) - 1 - tip)]
         for frame, point in zip([tip_frame, *below, "payload_link"], points[tip:], strict=True):
             assert frames[frame][1] == pytest.approx(point, abs=1e-12)  # m, rounding: 1e-13 at most
-        if (
-            seed < 3 or len(scene.joint_names) < LONGEST
-        ):  # what a subscriber computes from URDF, joint states and the base's place
+        if seed < 3 or len(scene.joint_names) < LONGEST:
+            # what a subscriber computes from URDF, joint states and the base's place
             base = base_state(scene, t)
             aboard = link_position(
                 document, dict(zip(scene.joint_names, q.tolist(), strict=True)), "payload_link"

@@ -207,9 +207,8 @@ def test_limits_of_the_catalogue_are_those_of_its_files(name: str) -> None:
     scene, document = load_scene(name), load_scene(name).to_dict()
     drives = document.get("actuators") or {}
     for joint, (kind, actual) in limits(scene).items():
-        if (
-            joint not in scene.joint_names or joint.startswith("link_") or kind == "fixed"
-        ):  # links: of unit vectors
+        if joint not in scene.joint_names or joint.startswith("link_") or kind == "fixed":
+            # links: of unit vectors
             continue
         group = document.get(joint) or {}
         low, high = group.get("limits") or (

@@ -50,9 +50,8 @@ def main() -> None:
     """Flood one run."""
     rclpy.init(args=sys.argv)
     flood = Flood()
-    while (
-        flood.stamp < 2 * PERIOD
-    ):  # then the scene's own controller owns the crane: it has moved it
+    while flood.stamp < 2 * PERIOD:
+        # then the scene's own controller owns the crane: it has moved it
         rclpy.spin_once(flood, timeout_sec=0.1)
     start, sent = time.monotonic(), 0
     while flood.simulation_state != SimulationState.STOPPED:

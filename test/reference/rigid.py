@@ -64,9 +64,8 @@ class Rigid:
         n, self.axes = len(self.masses), len(self.trolley) + 1
         difference = (np.eye(n, n + 1, 1) - np.eye(n, n + 1)).astype(Real)
         mass = np.diag(np.array([1.0, *self.masses], Real))
-        if (
-            self.rotational_inertias is not None
-        ):  # J alphadot^2 / 2 = J |v_k - v_(k-1)|^2 / (2 l^2) on the constraints
+        if self.rotational_inertias is not None:
+            # J alphadot^2 / 2 = J |v_k - v_(k-1)|^2 / (2 l^2) on the constraints
             per_area = np.array(self.rotational_inertias, Real) / np.array(self.lengths, Real) ** 2
             mass = mass + difference.T @ np.diag(per_area) @ difference
         self.inverse_mass = np.zeros((self.axes, n + 1, n + 1), Real)

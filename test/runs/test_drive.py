@@ -69,9 +69,8 @@ def start_moving(desk: DeskLink, stick: Joystick, expected: dict[str, float]) ->
 
     def moves() -> bool:
         mode = desk.panel().get("mode")
-        if (
-            mode == Mode.INTERLOCKED
-        ):  # the machine has held the joystick up, which counts as lost: once more
+        if mode == Mode.INTERLOCKED:
+            # the machine has held the joystick up, which counts as lost: once more
             stick.move(REST)
         elif mode == Mode.OPEN:
             stick.move(LEVERS, DEAD_MAN)

@@ -191,9 +191,8 @@ def assemble_diagonal(w, top):
         w[DIAGONAL, k] = w[INV_MASS, k - 1] + w[INV_MASS, k]
     w[DIAGONAL, 0] = w[INV_MASS, 0] + w[SIN, 0] * w[SIN, 0] * axis_inv_mass + hoist_inv_mass
     w[RHS_ALONG, 0] -= hoist_bias_acc
-    if (
-        hoist_inv_mass < 0.0
-    ):  # a massless winch: the first tension is given, which replaces the first link's equation
+    if hoist_inv_mass < 0.0:
+        # a massless winch: the first tension is given, which replaces the first link's equation
         w[DIAGONAL, 0], w[RHS_ALONG, 0] = 1.0, hoist_bias_acc
         w[RHS_ALONG, 1] += w[BEND_COS, 0] * hoist_bias_acc
 

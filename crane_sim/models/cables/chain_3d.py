@@ -73,9 +73,8 @@ def solve_tensions(links, top, acc, tension, ratio):
     """
     n, inv_masses = len(tension), links.inv_masses
     upper = -scalar_product(links.units, 0, 1) * inv_masses[0] if n > 1 else 0.0
-    if (
-        top.hoist_inv_mass < 0.0
-    ):  # the tension of a massless winch does not depend on the second link
+    if top.hoist_inv_mass < 0.0:
+        # the tension of a massless winch does not depend on the second link
         tension[0], ratio[0] = top.hoist_bias_acc, 0.0
     else:
         inverse = 1.0 / (top.first_inv_mass(links) + top.hoist_inv_mass)

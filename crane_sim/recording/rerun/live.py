@@ -35,9 +35,8 @@ class LiveServer:
 
     def sink(self, application: str, run_id: str) -> rr.GrpcSink:
         """Return where a recording of this id is also written; the first one starts the server."""
-        if (
-            self._stream is None
-        ):  # of the same id: another one would be listed by viewers as a recording without data
+        if self._stream is None:
+            # of the same id: another one would be listed by viewers as a recording without data
             self._stream = rr.RecordingStream(application, recording_id=run_id)
             self._stream.set_sinks(rr.GrpcServerSink(ADDRESS, self._port))
         return rr.GrpcSink(live_address(self._port))

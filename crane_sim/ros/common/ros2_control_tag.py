@@ -64,11 +64,8 @@ def _find_tags(path: Path) -> list[Element]:
         robot = ElementTree.parse(path).getroot()
     except OSError as error:
         raise SceneError(f"{path}: {error.strerror}") from None
-    except (
-        ElementTree.ParseError,
-        LookupError,
-        ValueError,
-    ) as error:  # the latter two: of an unknown encoding
+    except (ElementTree.ParseError, LookupError, ValueError) as error:
+        # the latter two: of an unknown encoding
         raise SceneError(f"{path}: no XML: {error}") from None
     tags = [
         (str(tag.findtext("hardware/plugin", "")).strip(), tag)

@@ -101,9 +101,8 @@ class DecodedJointState(NamedTuple):
         """
         if self.stamp < 0:
             return None
-        for (
-            field
-        ) in fields:  # no comprehension: it costs lockstep half a microsecond at every state
+        for field in fields:
+            # no comprehension: it costs lockstep half a microsecond at every state
             if len(field) != len(names) or not all(map(isfinite, field)):
                 return None
         if self.names == names:

@@ -105,9 +105,8 @@ class Lockstep(Scheduler):
         while obstacle := self._obstacle():
             if time.monotonic() > deadline:
                 return obstacle
-            if (
-                time.monotonic() - self._last_sent > _RESEND
-            ):  # a subscriber may have been matched since
+            if time.monotonic() - self._last_sent > _RESEND:
+                # a subscriber may have been matched since
                 self._resend()
             self._advance_clock_if_due()
             self._commands.update()

@@ -177,9 +177,8 @@ class SimulationRun:
             self.failure = str(error)
             return
         self.publish_state()
-        if (
-            self._held_commands and command is not None
-        ):  # before the effort, which completes a recorder's step
+        if self._held_commands and command is not None:
+            # before the effort, which completes a recorder's step
             self._held_commands.publish(stamp, command, braking)
         if self._topics.effort_subscribed:
             self._topics.publish_effort(stamp, self.plant.applied)

@@ -202,9 +202,8 @@ class FallsFile(CraneFile):
             for load in loads
             if isinstance(load, RigidLoad)
         )
-        if (
-            contact is not None
-        ):  # slip decays at this rate where it is slower than the slip velocity
+        if contact is not None:
+            # slip decays at this rate where it is slower than the slip velocity
             frequency = max(
                 frequency, self.gravity * contact.surface.friction / contact.surface.slip_velocity
             )
