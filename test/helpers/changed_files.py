@@ -7,6 +7,7 @@ working, not the whole suite.
 
 import ast
 import subprocess
+from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
 
@@ -62,22 +63,28 @@ class ChangedFiles:
 
     def _uses_changed(self, path: Path) -> bool:
         text = path.read_text()
-        imports = _imports(ast.parse(text))
-        if imports & self._modules or any(name in text for name in self._other_names):
+        imports = {*imports_in(ast.parse(text))}
+        if any(is_inside(name, module) for name in imports for module in self._modules):
             return True
-        helpers = (self._tree / folder / f"{name}.py" for folder in _HELPERS for name in imports)
+        if any(name in text for name in self._other_names):
+            return True
+        roots = {name.partition(".")[0] for name in imports}
+        helpers = (self._tree / folder / f"{root}.py" for folder in _HELPERS for root in roots)
         return any(helper.is_file() and self.concern(helper) for helper in helpers)
 
 
-def _imports(tree: ast.Module) -> set[str]:
-    """Return the dotted names that a module imports; of `from a import b` both a and a.b."""
-    names = set()
+def imports_in(tree: ast.Module) -> Iterator[str]:
+    """Yield the dotted names that statements import, those in functions too."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            names |= {alias.name for alias in node.names}
+            yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
-            names |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
-    return names
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def is_inside(name: str, module: str) -> bool:
+    """Return whether a dotted name is that of a module, or of something in it."""
+    return name == module or name.startswith(f"{module}.")
 
 
 def add_option(parser: pytest.Parser) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from textwrap import dedent
 
 import pytest
+from changed_files import imports_in, is_inside
 from process_helpers import run_to_completion
 
 from crane_sim.tracing.cache import UNDIGESTED
@@ -125,15 +126,6 @@ def imports(name: str) -> frozenset[str]:
     return frozenset(imports_in(tree_of(name)))
 
 
-def imports_in(tree: ast.Module) -> Iterator[str]:
-    """Yield the dotted names that statements import, those in functions too."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
-
-
 def names_in_strings(tree: ast.Module) -> Iterator[str]:
     """Yield the project's dotted names in strings and parts of f-strings.
 
@@ -174,11 +166,7 @@ def importers(*modules: str) -> set[str]:
     return {
         name
         for name in SOURCES
-        if any(
-            dotted == module or dotted.startswith(module + ".")
-            for dotted in imports(name)
-            for module in modules
-        )
+        if any(is_inside(dotted, module) for dotted in imports(name) for module in modules)
     }
 
 
