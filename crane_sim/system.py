@@ -43,7 +43,8 @@ class Switching(NamedTuple):
     """The model's equations switch at events."""
 
     capacity: int = EVENT_LOG_CAPACITY  # number of events that the log keeps
-    positions: int = 0  # guards depend on t and this number of positions, which precede their rates in x; 0: on all of x  # noqa: E501
+    positions: int = 0  # guards depend on t and this number of positions, which precede their rates
+    # in x; 0: on all of x
     step_control: Any = None  # `EventStepControl`, `KinkStepControl`, or None: a step that ends at
     # an event stays
 

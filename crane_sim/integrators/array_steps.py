@@ -59,7 +59,8 @@ def step_into(method, scratch, p, t, x, u, h, end, out):
     size, after = equal_step(method.step, t, end)
     if isinstance(method, Leapfrog):  # the size of the step before tells whether there is one
         n, overflows = method.continue_step(p, t, x, u, size, scratch, h == 0.0, out)
-        return after, 0.0 if after == end else size, n, 0, OK if overflows == 0 else NOT_FINITE
+        status = OK if overflows == 0 else NOT_FINITE
+        return after, 0.0 if after == end else size, n, 0, status
     _, n = method.take_step(p, t, x, u, size, scratch, out)
     project_in_place(p, out)
     return after, size, n, 0, status_of(out)

@@ -165,7 +165,8 @@ class _FunctionSource:
         parameters = "".join(
             f", {self._declaration(number)}" for number in function.block.parameters
         )
-        head = f"static {self._result_type(function)} {_name_of(function)}(struct block **memory{parameters}) {{"  # noqa: E501
+        name = f"static {self._result_type(function)} {_name_of(function)}"
+        head = f"{name}(struct block **memory{parameters}) {{"
         top = (*self._result_struct(), *self._tables, head, *self._slots)
         self.text = "\n".join((*top, *self._lines, "}", ""))
 
@@ -288,7 +289,8 @@ class _FunctionSource:
     def _write_call(self, instruction: Instruction) -> None:
         callee: Function = instruction.literal
         results = instruction.results
-        call = f"{_name_of(callee)}(memory{''.join(f', v{number}' for number in instruction.arguments)})"  # noqa: E501
+        passed = "".join(f", v{number}" for number in instruction.arguments)
+        call = f"{_name_of(callee)}(memory{passed})"
         if len(results) < 2:
             self._write(f"{self._declaration(results[0])} = {call};" if results else f"{call};")
             return

@@ -138,8 +138,10 @@ def tableaus() -> str:
     for method in (rk4, dop853):
         a, b = to_dense_tableau(method.A).tolist(), [weight or 0.0 for weight in method.B]
         rows = ", ".join(_format_braces(row) for row in a)
-        text += f"struct Order{method.ORDER} {{\n    static constexpr int stages = {len(b)};\n"
-        text += f"    static constexpr double a[{len(b)}][{len(b)}] = {{{rows}}}, b[{len(b)}] = {_format_braces(b)};\n}};\n"  # noqa: E501
+        n = len(b)
+        text += f"struct Order{method.ORDER} {{\n    static constexpr int stages = {n};\n"
+        text += f"    static constexpr double a[{n}][{n}] = {{{rows}}}, "
+        text += f"b[{n}] = {_format_braces(b)};\n}};\n"
     return text
 
 
