@@ -92,8 +92,8 @@ def check_has_one_rope(law: str, nominal: Scene) -> None:
     if not isinstance(nominal.model, SuspendedCrane):
         return
     keys = ", ".join(getattr(nominal.file, "beyond_one_rope", ["links"]))
+    remedy = "{links: [], payload: {mass: ..., inertia: null, attachment: null}}"
     raise SceneError(
         f"control.nominal: law {law!r} supports only one rope and a point mass; the nominal scene "
-        f"has {keys}; "
-        "leave that out there, as {links: [], payload: {mass: ..., inertia: null, attachment: null}} does"  # noqa: E501
+        f"has {keys}; leave that out there, as {remedy} does"
     )

@@ -315,7 +315,8 @@ def _mast(portal: Portal, root: float, tip: float) -> list[Shape]:
     The house is at the other end.
     """
     unit, (near, far) = portal.unit, portal.legs
-    other, out = (far if root == near else near), 1.0 if tip > root else -1.0
+    other = far if root == near else near
+    out = 1.0 if tip > root else -1.0
     apex, beam = (root, portal.top), 1.0 + 0.8 * unit
     feet = [*((root + share * (tip - root), beam) for share in STAYED), (other, portal.leg_top)]
     girder = (0.8 * unit, 2.0 * portal.half_gauge + unit, 0.8 * unit)
